@@ -11,27 +11,38 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from electrovib.apps.fit import fit as fit
+    from electrovib.apps.fit_material import fit_material as fit_material
+    from electrovib.apps.fit_separately import fit_separately as fit_separately
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
     from electrovib.core.budget import budget as budget
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
+    from electrovib.recordings.fit.sampling import Sampling as Sampling
     from electrovib.recordings.importing import calibrate as calibrate
     from electrovib.recordings.importing import import_file as import_file
     from electrovib.recordings.importing import import_material as import_material
+    from electrovib.recordings.importing import merge_traces as merge_traces
     from electrovib.recordings.recording import read_recording as read_recording
     from electrovib.recordings.release import fit_release as fit_release
     from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
+    from electrovib.recordings.transitions import Sensor as Sensor
+    from electrovib.recordings.transitions import measure_ring as measure_ring
+    from electrovib.recordings.transitions import measure_times as measure_times
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
     from electrovib.scenario import scenario_of as scenario_of
+    from electrovib.scenario.space import Space as Space
+    from electrovib.scenario.space import read_space as read_space
     from electrovib.solve.equilibrium import equilibrium as equilibrium
     from electrovib.solve.equilibrium import hysteresis as hysteresis
     from electrovib.solve.prepare import prepare as prepare
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.catalogue import scenarios as scenarios
+    from electrovib.study.catalogue import spaces as spaces
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
@@ -41,27 +52,38 @@ if TYPE_CHECKING:
     from electrovib.view.compare import compare as compare
     from electrovib.view.report import report as report
     from electrovib.view.reproduce import reproduce as reproduce
+    from electrovib.view.sensitivity import sensitivity as sensitivity
 
 _PLACES = {
+    "Sampling": "electrovib.recordings.fit.sampling",
     "Scenario": "electrovib.scenario",
+    "Sensor": "electrovib.recordings.transitions",
     "budget": "electrovib.core.budget",
     "calibrate": "electrovib.recordings.importing",
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
     "fit": "electrovib.apps.fit",
+    "fit_material": "electrovib.apps.fit_material",
+    "fit_power_law": "electrovib.recordings.fit.power_law",
+    "fit_separately": "electrovib.apps.fit_separately",
     "fit_release": "electrovib.recordings.release",
     "hysteresis": "electrovib.solve.equilibrium",
     "import_file": "electrovib.recordings.importing",
     "import_material": "electrovib.recordings.importing",
+    "merge_traces": "electrovib.recordings.importing",
     "init": "electrovib.apps.init",
     "compare_materials": "electrovib.study.compare",
     "compare_percepts": "electrovib.study.percept",
     "load": "electrovib.scenario",
+    "measure_ring": "electrovib.recordings.transitions",
+    "measure_times": "electrovib.recordings.transitions",
     "models": "electrovib.study.catalogue",
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
     "prepare": "electrovib.solve.prepare",
+    "Space": "electrovib.scenario.space",
+    "read_space": "electrovib.scenario.space",
     "read_recording": "electrovib.recordings.recording",
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
@@ -70,6 +92,8 @@ _PLACES = {
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",
+    "spaces": "electrovib.study.catalogue",
+    "sensitivity": "electrovib.view.sensitivity",
     "simulate": "electrovib.solve.simulate",
     "sweep": "electrovib.study.sweep",
     "compare_surfaces": "electrovib.study.surfaces",

@@ -59,6 +59,9 @@ USES = {
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
     "fit": lambda scenario: [*ev.fit(scenario, record(), free=["stack.insulator.thickness"]).best.estimate.values.values()],
+    "fit_separately": lambda scenario: [
+        row.value for row in ev.fit_separately(scenario, record(), free=["stack.insulator.thickness"]).fits[0].rows
+    ],
     "init": ev.init,
     "load": ev.load,
     "perceive": lambda scenario: ev.perceive(scenario).level,

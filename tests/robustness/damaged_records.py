@@ -86,13 +86,17 @@ def whole_files():
         "commas.txt": ("t [s];f [N]\n" + _rows(";", T, V).replace(".", ",")).encode(),
         "wide.tsv": ("t (s)\tf (N)\n" + _rows("\t", T, V)).encode("utf-16"),
         "spectrum.csv": ("f [Hz],Z' [ohm],Z'' [ohm]\n" + _rows(",", G, Z.real, Z.imag)).encode(),
+        "dates.csv": "\n".join(["Time;F [N]", *(f"1.2.2024 23:59:{at + 20},5;0,{at}" for at in range(40))]).encode(),
+        "tables.dta": ("EXPLAIN\nTAG\tX\nA\tTABLE\t3\n\tPt\tT\n\t#\ts\n\t0\t0\n\t1\t1\nZCURVE\tTABLE\n\tFreq\tZreal\tZimag\n"
+                       "\tHz\tohm\tohm\n\t" + _rows("\t", G, Z.real, Z.imag).replace("\n", "\n\t")).encode("latin-1"),
+        "a.s1p": ("! made up\n# Hz S RI R 50\n" + _rows(" ", G, V[:20], V[20:])).encode(),
         "a.isf": _isf(),
         "a.wav": _written(lambda file: wavfile.write(file, 8000, (V * 2**14).astype(np.int16))),
         "a.npy": _written(lambda file: np.save(file, np.array([T, V]).T)),
         "packed.mat": _written(lambda file: scipy.io.savemat(file, content, do_compression=True)),
         "plain.mat": _written(lambda file: scipy.io.savemat(file, content)),
         "a.h5": _written(_hdf5),
-    }
+    }  # fmt: skip
     if importlib.util.find_spec("nptdms"):
         found["a.tdms"] = _written(_tdms)
     if importlib.util.find_spec("openpyxl"):

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
+from electrovib.apps.recorded import check_folder, described, listed, measured_of, with_own_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.data.traces import open_trace
-from electrovib.recordings.fit import MeasuredTrace, ScenarioFit, fit_scenario
+from electrovib.recordings.fit import ScenarioFit, fit_scenario
 from electrovib.recordings.fit.compared import FitComparison, compare_fits
 from electrovib.recordings.fit.least_squares import require_lmfit
+from electrovib.recordings.fit.posterior import Posterior, require_emcee, sample_posterior
+from electrovib.recordings.fit.sampling import Sampling
 from electrovib.recordings.fit.table import EstimatedParameter, parameter_table
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
-    import xarray
-
-    Recorded: TypeAlias = str | Path | MeasuredTrace | xarray.Dataset
+    from electrovib.apps.recorded import Recorded
+    from electrovib.recordings.fit import CalibrationError, MeasuredTrace
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,12 +37,15 @@ class FitResult:
         Fits of the other models.
     comparison : FitComparison or None
         Of all models; None without others.
+    posterior : Posterior or None
+        Posterior distribution of the parameters of `best`; None unless it was asked for.
     """
 
     best: ScenarioFit
     rows: tuple[EstimatedParameter, ...]
     others: Mapping[str, ScenarioFit]
     comparison: FitComparison | None
+    posterior: Posterior | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -60,8 +63,10 @@ def fit(
     start: Mapping[str, float] | None = None,
     noise: Mapping[str, float] | None = None,
     offsets: Sequence[str] = (),
+    calibration: Mapping[str, float | CalibrationError] | None = None,
     sessions: Mapping[str, str] | None = None,
     compare_with: Sequence[Source] = (),
+    posterior: Sampling | None = None,
     output: str | Path | None = None,
     force: bool = False,
     progress: Callable[[int, float], bool | None] | None = None,
@@ -86,13 +91,19 @@ def fit(
         Standard deviation of a signal in its unit, of an impedance relative to its modulus; it is estimated where absent.
     offsets : sequence of str
         Signals whose zero is unknown.
+    calibration : mapping of str to float or CalibrationError, optional
+        Signal to the relative standard uncertainty of its gain, or of gain and zero: gives each estimate a systematic error
+        beside the statistical one. By default that of the attributes of an imported signal.
     sessions : mapping of str to str, optional
         File of a recording to the session to which it belongs; by default each file is a session of its own where
         parameters vary.
     compare_with : sequence
         Other scenarios of the same experiment, fitted with those of the free parameters that they have.
+    posterior : Sampling, optional
+        Sample the posterior distribution of the parameters with this seed and number of steps.
     output : str or Path, optional
-        Folder for ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``; all are written, or none.
+        Folder for ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``, and ``posterior.nc`` with a
+        posterior; all are written, or none.
     force : bool
         Whether files that this package did not write may be replaced.
     progress : callable, optional
@@ -109,6 +120,8 @@ def fit(
         For mistakes, all at once as far as possible; nothing has been written then.
     """
     require_lmfit()
+    if posterior is not None:
+        require_emcee()
     problems: list[str] = []
     base: Scenario | None = None
     measured: list[MeasuredTrace] = []
@@ -119,15 +132,20 @@ def fit(
         for other in compare_with:
             with gathered(problems):
                 others[_named(other, len(others) + 2)] = read_scenario(other)
-        for number, each in enumerate(_listed(recordings)):
+        for number, each in enumerate(listed(recordings)):
             with gathered(problems):
-                measured.append(_measured(each, number))
-    measured = _with_own_names(measured)
+                measured.append(measured_of(each, number))
+    measured = with_own_names(measured)
     with gathered(problems):
-        measured = _described(measured, noise or {}, offsets, sessions, varying=bool(varying))
+        measured = described(
+            measured, noise or {}, offsets, sessions, varying=bool(varying), calibration=calibration
+        )
     if output is not None:
+        from electrovib.view.fitted import CHAINS, FILES
+
         with gathered(problems):
-            _check_folder(Path(output), inputs, force=force)
+            files = FILES | (CHAINS if posterior is not None else {})
+            check_folder(Path(output), files, inputs, force=force)
     if problems or base is None:
         raise InputError(problems)
     given = _FitRequest(
@@ -140,11 +158,19 @@ def fit(
         rows=parameter_table(best),
         others={name: fits[name] for name in others},
         comparison=compare_fits(fits) if others else None,
+        posterior=None if posterior is None else sample_posterior(best, **vars(posterior)),
     )
     if output is not None:
         from electrovib.view.fitted import write_fit
 
-        write_fit(Path(output), best, result.rows, comparison=result.comparison, force=force)
+        write_fit(
+            Path(output),
+            best,
+            result.rows,
+            comparison=result.comparison,
+            posterior=result.posterior,
+            force=force,
+        )
     return result
 
 
@@ -173,65 +199,6 @@ class _FitRequest:
         )
 
 
-def _listed(recordings: Sequence[Recorded] | Recorded) -> list[Recorded]:
-    if isinstance(recordings, (str, Path)) or not isinstance(recordings, Sequence):
-        return [recordings]
-    return list(recordings)
-
-
-def _measured(recording: Recorded, number: int) -> MeasuredTrace:
-    if isinstance(recording, MeasuredTrace):
-        return recording
-    if isinstance(recording, (str, Path)):
-        return MeasuredTrace(trace=open_trace(recording), name=Path(recording).name)
-    return MeasuredTrace(trace=recording, name=f"recording {number + 1}")
-
-
-def _with_own_names(measured: Sequence[MeasuredTrace]) -> list[MeasuredTrace]:
-    """Number the recordings that have the same name, such as files of different folders."""
-    names = [each.name for each in measured]
-    return [
-        dataclasses.replace(each, name=f"{each.name} ({number})") if names.count(each.name) > 1 else each
-        for number, each in enumerate(measured, start=1)
-    ]
-
-
-def _described(
-    measured: Sequence[MeasuredTrace],
-    noise: Mapping[str, float],
-    offsets: Sequence[str],
-    sessions: Mapping[str, str] | None,
-    *,
-    varying: bool,
-) -> list[MeasuredTrace]:
-    """Put noise, zeros and sessions into the recordings that have these signals."""
-    names = [each.name for each in measured]
-    by_name = {Path(file).name: session for file, session in (sessions or {}).items()}
-    unknown = [name for name in by_name if name not in names]
-    if unknown:
-        raise InputError(f"session: '{unknown[0]}' is none of the recordings: {', '.join(names)}")
-    held = {str(name) for each in measured for name in each.trace.data_vars}
-    absent = [name for name in (*noise, *offsets) if measured and name not in held]
-    if absent:
-        raise InputError(f"'{absent[0]}': no recording has this signal; they have {', '.join(sorted(held))}")
-    found = []
-    for each in measured:
-        own = set(map(str, each.trace.data_vars))
-        given = each.session or (each.name if varying else "")
-        found.append(
-            dataclasses.replace(
-                each,
-                noise={name: value for name, value in noise.items() if name in own} | dict(each.noise),
-                offsets=[
-                    *each.offsets,
-                    *(name for name in offsets if name in own and name not in each.offsets),
-                ],
-                session=by_name.get(each.name, given),
-            )
-        )
-    return found
-
-
 def _named(source: Source, number: int) -> str:
     if not isinstance(source, (str, Path)):
         return f"model {number}"
@@ -252,13 +219,3 @@ def _paths_of(scenario: Scenario, free: Sequence[str], name: str) -> list[str]:
     if not found:
         raise InputError(f"compare_with = {name}: has none of the free parameters {', '.join(free)}")
     return found
-
-
-def _check_folder(folder: Path, inputs: Sequence[Path], *, force: bool) -> None:
-    from electrovib.data.atomic import check_writable
-    from electrovib.view.fitted import FILES
-
-    if folder.exists() and not folder.is_dir():
-        raise InputError("is a file, where the folder of a fit is to be made", path=folder)
-    if folder.is_dir():
-        check_writable({folder / name: form for name, form in FILES.items()}, inputs=inputs, force=force)

@@ -78,6 +78,22 @@ def derived_at(model: BaseModel, path: str) -> tuple[Any, str] | None:
     return (owner, last) if last in getattr(type(owner), "derived", {}) else None
 
 
+def number_at(model: BaseModel, path: str) -> float | None:
+    """Return the number that is stored at a dotted path; None for a text, a table, an absent value or no such path."""
+    *parents, last = path.split(".")
+    _, owner = _descended(model, parents)
+    found = dict(owner).get(_name(owner, last)) if isinstance(owner, BaseModel) else None
+    return found if isinstance(found, float) else None
+
+
+def is_stored_as_given(model: BaseModel, path: str, kind: type[BaseModel]) -> bool:
+    """Return whether a parameter is stored and, by the default `stored` of `kind`, its change alters no other parameter."""
+    *parents, last = path.split(".")
+    _, owner = _descended(model, parents)
+    plain = getattr(type(owner), "stored", None) is kind.stored  # type: ignore[attr-defined]
+    return plain and last not in getattr(type(owner), "derived", {})
+
+
 def with_current_names(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     """Return changes by the names that parameters have today, and a problem for each that is given by two names."""
     named: dict[str, Any] = {}

@@ -1,15 +1,19 @@
-"""A model with some numbers replaced: only the parts that hold them are built and validated again."""
+"""A model with some numbers replaced: only the parts that hold them are built again, and validated if they have rules."""
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
 from electrovib.core.model import Model
+from electrovib.core.quantity import quantity_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from electrovib.core.quantity import Quantity
 
 M = TypeVar("M", bound=Model)
 
@@ -27,7 +31,8 @@ def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
     Returns
     -------
     Model
-        Validated, and equal to the result of `Model.replace`, which is slower.
+        Valid, and equal to the result of `Model.replace`, which is slower. A part whose parameters have ranges and no rule
+        among each other is not validated again when the new numbers are in these ranges.
 
     Raises
     ------
@@ -49,9 +54,53 @@ def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
 
 def _rebuilt(model: M, tree: Mapping[str, Any]) -> M:
     content = dict(model)
+    plain = _has_ranges_only(type(model))
     for key, change in tree.items():
-        content[key] = _put(content[key], change) if isinstance(change, dict) else change
-    return type(model).model_validate(content)
+        if isinstance(change, dict):
+            content[key] = _put(content[key], change)
+        else:
+            content[key] = change
+            plain = plain and _is_in_range(type(model), key, change)
+    return _copied(model, content) if plain else type(model).model_validate(content)
+
+
+@functools.cache
+def _has_ranges_only(kind: type[Model]) -> bool:
+    """Tell whether a model has no rules but the types and ranges of its parameters."""
+    rules = kind.__pydantic_decorators__
+    own = {*rules.model_validators, *rules.field_validators} - {
+        *Model.__pydantic_decorators__.model_validators,
+        *Model.__pydantic_decorators__.field_validators,
+    }
+    built = kind.complete.__func__ is Model.complete.__func__  # type: ignore[attr-defined]
+    return built and not own and not kind.__private_attributes__ and "model_post_init" not in vars(kind)
+
+
+def _is_in_range(kind: type[Model], name: str, value: Any) -> bool:
+    """Tell whether a number is what the validation of a physical parameter would keep unchanged."""
+    quantity = _declared(kind).get(name)
+    return (
+        quantity is not None
+        and type(value) is float
+        and quantity.low <= value <= quantity.high
+        and value != 0
+    )
+
+
+@functools.cache
+def _declared(kind: type[Model]) -> dict[str, Quantity]:
+    found = {name: quantity_of(kind, name) for name in kind.model_fields}
+    return {name: quantity for name, quantity in found.items() if quantity is not None}
+
+
+def _copied(model: M, content: dict[str, Any]) -> M:
+    """Return a model of the same kind with the given parameters, which are known to be valid."""
+    copy = type(model).__new__(type(model))
+    object.__setattr__(copy, "__dict__", content)
+    object.__setattr__(copy, "__pydantic_fields_set__", set(content))
+    object.__setattr__(copy, "__pydantic_extra__", None)
+    object.__setattr__(copy, "__pydantic_private__", None)
+    return copy
 
 
 def _put(value: Any, tree: Mapping[str, Any]) -> Any:

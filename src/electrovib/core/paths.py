@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.changes import derived_at, stored_changes, stored_path
+from electrovib.core.changes import derived_at, number_at, stored_changes, stored_path
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.tables import place_of, unknown
 
@@ -35,6 +35,8 @@ def value_at(model: Model, path: str) -> Any:
     """
     if (found := derived_at(model, path)) is not None:
         return getattr(*found)
+    if (number := number_at(model, path)) is not None:
+        return number
     table: Any = model.to_dict()
     for depth, key in enumerate(parts := stored_path(model, path).split(".")):
         if isinstance(table, dict) and key in table:

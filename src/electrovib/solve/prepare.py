@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.changes import stored_changes
+from electrovib.core.changes import is_stored_as_given, stored_changes, stored_path
 from electrovib.core.errors import InputError
+from electrovib.core.model import Model
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.scenario import Scenario, Source, read_scenario
@@ -105,8 +106,12 @@ class Prepared:
         if problems:
             raise InputError(problems)
         begin = {path: value_at(scenario, path) for path in self.free}
-        self.base = scenario.replace(begin) if begin else scenario
+        stored = {path: stored_path(scenario, path) for path in self.free}
+        plain = all(is_stored_as_given(scenario, path, Model) for path in stored.values())
+        self.base = scenario if plain else scenario.replace(begin)
         self.begin = begin
+        self._stored = stored if plain and len(set(stored.values())) == len(stored) else None
+        self._recent = self.base
         self._last: Expanded | None = None
         self._run: Expanded | None = None
 
@@ -133,12 +138,12 @@ class Prepared:
         InputError
             If a path is not free, or a value is outside its range.
         """
-        point, problems = stored_changes(self.base, self._point(values))
-        if problems:
-            raise InputError(problems)
-        last = self._last.scenario if self._last is not None else self.base
+        point = self._by_stored_path(self._point(values))
+        last = self._recent
         changed = {path: value for path, value in point.items() if _leaf(last, path) != value}
-        return with_numbers(last, changed) if changed else last
+        if changed:
+            self._recent = with_numbers(last, changed)
+        return self._recent
 
     def __call__(self, values: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Any]:
         """Compute the quantities for one set of values of the free parameters, or for many.
@@ -230,6 +235,15 @@ class Prepared:
         self._last = solved(self.scenario(point), before=self._last, mechanics=mechanics)
         found, _, _ = numbers(self._last, self._names, alone=True)
         return found
+
+    def _by_stored_path(self, point: Mapping[str, float]) -> dict[str, float]:
+        """Return values by the paths of the parameters that the models store."""
+        if self._stored is not None:
+            return {self._stored[path]: value for path, value in point.items()}
+        changes, problems = stored_changes(self.base, point)
+        if problems:
+            raise InputError(problems)
+        return changes
 
     def _columns(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:
         if isinstance(values, Mapping):

@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 
     from electrovib.recordings.fit import ScenarioFit
     from electrovib.recordings.fit.compared import FitComparison
+    from electrovib.recordings.fit.posterior import Posterior
     from electrovib.recordings.fit.residuals import Residuals
     from electrovib.recordings.fit.table import EstimatedParameter
+    from electrovib.scenario import Scenario
 
 FILES: Final[dict[str, Form]] = {
     "report.html": Form.PAGE,
@@ -27,6 +29,8 @@ FILES: Final[dict[str, Form]] = {
     "space.toml": Form.SPACE,
 }
 """Files of a fit and their forms."""
+CHAINS: Final[dict[str, Form]] = {"posterior.nc": Form.NETCDF}
+"""Further file of a fit with a posterior distribution."""
 DETERMINED: Final = {
     "well": "well",
     "weakly": "weakly",
@@ -45,6 +49,7 @@ def write_fit(
     rows: Sequence[EstimatedParameter],
     *,
     comparison: FitComparison | None = None,
+    posterior: Posterior | None = None,
     force: bool = False,
 ) -> list[Path]:
     """Write a fit into a folder, all files or none.
@@ -59,32 +64,42 @@ def write_fit(
         Its table.
     comparison : FitComparison, optional
         With other models.
+    posterior : Posterior, optional
+        Its posterior distribution.
     force : bool
         Whether files that this package did not write may be replaced.
 
     Returns
     -------
     paths : list of Path
-        ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``.
+        ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``, and ``posterior.nc`` with a posterior.
     """
     from electrovib.data.atomic import writing
+    from electrovib.view.fitted_posterior import chains_bytes
 
     texts = {
-        "report.html": fit_page(found, rows, comparison=comparison),
+        "report.html": fit_page(found, rows, comparison=comparison, posterior=posterior),
         "parameters.csv": parameters_csv(rows),
         "parameters.toml": scenario_toml(found),
         "space.toml": space_toml(found, rows),
     }
+    contents = {name: text.encode() for name, text in texts.items()}
+    if posterior is not None:
+        contents |= dict.fromkeys(CHAINS, chains_bytes(posterior, rows))
     folder.mkdir(parents=True, exist_ok=True)
-    outputs = {folder / name: FILES[name] for name in texts}
+    outputs = {folder / name: (FILES | CHAINS)[name] for name in contents}
     with writing(outputs, force=force) as temporary:
-        for path, text in zip(outputs, texts.values(), strict=True):
-            temporary[path].write_text(text, encoding="utf-8")
+        for path, content in zip(outputs, contents.values(), strict=True):
+            temporary[path].write_bytes(content)
     return list(outputs)
 
 
 def fit_page(
-    found: ScenarioFit, rows: Sequence[EstimatedParameter], *, comparison: FitComparison | None = None
+    found: ScenarioFit,
+    rows: Sequence[EstimatedParameter],
+    *,
+    comparison: FitComparison | None = None,
+    posterior: Posterior | None = None,
 ) -> str:
     """Write the page of a fit.
 
@@ -96,6 +111,8 @@ def fit_page(
         Its table.
     comparison : FitComparison, optional
         With other models.
+    posterior : Posterior, optional
+        Its posterior distribution.
 
     Returns
     -------
@@ -105,6 +122,7 @@ def fit_page(
     from electrovib.view import summary
     from electrovib.view.few_curves import few_curves
     from electrovib.view.fitted_panels import fit_panels
+    from electrovib.view.fitted_posterior import EMCEE, posterior_table
     from electrovib.view.pages import page
     from electrovib.view.reproduced_page import drawn, page_figures
     from electrovib.view.svg import to_svg
@@ -122,12 +140,13 @@ def fit_page(
         figures=page_figures(panels, drawings),
         tables=[
             _estimates(rows),
+            *([posterior_table(posterior, rows)] if posterior is not None else []),
             *([_compared(comparison)] if comparison is not None else []),
             _correlations(found),
             _residuals(found.residuals),
         ],
         pages=[],
-        references=[*_cited(found), *REFERENCES],
+        references=[*cited_of(found.scenario), *REFERENCES, *([EMCEE] if posterior is not None else [])],
         versions=summary.versions(),
     )
 
@@ -158,6 +177,14 @@ def with_interval(row: EstimatedParameter) -> str:
     return f"{value} ({lower} to {upper})"
 
 
+def by_calibration(row: EstimatedParameter) -> str:
+    """Write the interval of an estimate by calibration errors alone; ``not stated`` without any."""
+    ends = row.systematic_interval
+    if not math.isfinite(row.systematic):
+        return "not stated"
+    return " to ".join(pretty_quantity(end, row.unit, digits=max(row.digits, 4)) for end in ends)
+
+
 def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
     shown = []
     for row in rows:
@@ -170,16 +197,17 @@ def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
             pretty_quantity(row.deviation, row.unit, digits=2) if math.isfinite(row.deviation) else "none"
         )
         value = pretty_quantity(row.value, row.unit, digits=row.digits)
-        shown.append(
-            (row.name, value, deviation, interval, row.method or "none", DETERMINED[row.state], row.note)
-        )
+        cells = (value, deviation, interval, row.method or "none", by_calibration(row), DETERMINED[row.state])
+        shown.append((row.name, *cells, row.note))
     headings = (
-        "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "Determined", "Note",
+        "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "95 % by calibration", "Determined",
+        "Note",
     )  # fmt: skip
     caption = (
         "Well determined: the standard deviation of the logarithm is at most 0.1, and the bias by the curvature of the model at"
         " most 0.05 standard deviations. Not determined: a member of a combination"
-        " whose logarithm has a standard deviation above 1."
+        " whose logarithm has a standard deviation above 1. By calibration: interval by the stated systematic errors of the"
+        " signals alone, which do not average out."
     )
     return Table("Parameters", headings, tuple(shown), caption=caption)
 
@@ -223,10 +251,11 @@ def _residuals(residuals: Sequence[Residuals]) -> Table:
     return Table("Residuals", headings, tuple(rows))
 
 
-def _cited(found: ScenarioFit) -> list[str]:
+def cited_of(scenario: Scenario) -> list[str]:
+    """Return the citations of the papers whose models or values a scenario takes."""
     from electrovib.core.discovery import paper_of, papers
     from electrovib.core.model import Model
 
-    owners = {paper_of(type(part)) for _, part in found.scenario if isinstance(part, Model)}
-    named = " ".join(found.scenario.sources.values())
+    owners = {paper_of(type(part)) for _, part in scenario if isinstance(part, Model)}
+    named = " ".join(scenario.sources.values())
     return [str(module.CITATION) for name, module in papers().items() if name in owners or name in named]

@@ -7,7 +7,7 @@ import io
 from typing import TYPE_CHECKING
 
 from electrovib.data.marks import Form, unsigned
-from electrovib.recordings.fit.as_space import space_tables
+from electrovib.recordings.fit.as_space import omitted_from_space, space_correlations, space_tables
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +21,7 @@ def parameters_csv(rows: Sequence[EstimatedParameter]) -> str:
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n")
     writer = csv.writer(text, lineterminator="\n")
-    names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "note")
+    names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "systematic", "note")
     writer.writerow(names)
     for row in rows:
         cells = [getattr(row, name) for name in names]
@@ -37,12 +37,38 @@ def scenario_toml(found: ScenarioFit) -> str:
 
 
 def space_toml(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
-    """Write the estimates as the table ``space`` of a TOML file: a distribution for each parameter, in SI."""
+    """Write the estimates as the tables ``space`` and ``correlation`` of a TOML file.
+
+    Parameters
+    ----------
+    found : ScenarioFit
+        The fit.
+    rows : sequence of EstimatedParameter
+        Its table.
+
+    Returns
+    -------
+    text : str
+        A distribution for each parameter in SI, and ``"PATH ~ PATH"`` with the correlation coefficient for each pair; comments
+        state which parameters are omitted and why.
+    """
     import tomlkit
 
     means = {f"{path} (mean of {len(each.values)} sessions)": path for path, each in found.sessions.items()}
     paths = {each.name: each.path for each in found.unknowns if not each.is_offset and not each.session}
     between = {path: each.between for path, each in found.sessions.items()}
     tables = space_tables(rows, paths | means, between=between)
-    text = tomlkit.dumps({"space": tables})
-    return f"# {unsigned(Form.SPACE)}\n# Correlations of the estimates are not part of a space.\n{text}"
+    pairs = space_correlations(found, tables)
+    remarks = [
+        f"{path} is omitted: {why}" for path, why in omitted_from_space(rows, paths | means, tables).items()
+    ]
+    remarks += [
+        f"{path} varies between sessions: no correlation with the others is stated"
+        for path in found.sessions
+        if path in tables and len(tables) > 1
+    ]
+    content: dict[str, object] = {"space": tables}
+    if pairs:
+        content["correlation"] = {f"{first} ~ {second}": value for (first, second), value in pairs.items()}
+    lines = [unsigned(Form.SPACE), *(" ".join(each.split()) for each in remarks)]
+    return "".join(f"# {line}\n" for line in lines) + tomlkit.dumps(content)

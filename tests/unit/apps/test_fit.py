@@ -59,9 +59,16 @@ def test_the_folder_holds_what_can_be_used_again(folder, tmp_path):
     assert float(rows[GAP]["value"]) == found.best.estimate.values[GAP]
     assert float(rows[GAP]["lower"]) < 3e-6 < float(rows[GAP]["upper"])
     assert rows[GAP]["unit"] == "m"
-    space = read_space(found.scenario, tomllib.loads((out / "space.toml").read_text())["space"])
+    space = read_space(found.scenario, out / "space.toml")
     assert space.distributions[GAP].mean == found.best.estimate.values[GAP]
     assert space.distributions[GAP].deviation == found.best.estimate.standard_deviations[GAP]
+    correlation = tomllib.loads((out / "space.toml").read_text())["correlation"]
+    assert correlation == {f"{GAP} ~ {LEAK}": found.best.correlation[0][1]}
+    assert space.correlations == {(GAP, LEAK): found.best.correlation[0][1]}
+    covariance = found.best.estimate.covariance
+    assert correlation[f"{GAP} ~ {LEAK}"] == pytest.approx(
+        covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
+    )
     page = (out / "report.html").read_text()
     assert page.count("<figure>") == 3  # modulus, phase, residuals
     for words in (
@@ -102,6 +109,9 @@ def test_sessions_appear_in_table_and_space(folder, tmp_path):
     assert "between sessions" in row.note
     space = tomllib.loads((tmp_path / "out" / "space.toml").read_text())["space"]
     assert set(space) == {GAP, LEAK}
+    text = (tmp_path / "out" / "space.toml").read_text()
+    assert f"# {GAP} varies between sessions: no correlation" in text
+    assert "correlation" not in tomllib.loads(text)
     # between sessions 0.3 um, and 0.3 um / sqrt(3) of the mean
     assert space[GAP]["deviation"] == pytest.approx(0.3e-6 * np.sqrt(4 / 3), rel=0.05)
 
@@ -113,7 +123,10 @@ def test_what_is_not_determined_says_why_and_is_not_in_the_space(folder, tmp_pat
     assert all("they determine" in row.note for row in found.rows)
     page = (tmp_path / "out" / "report.html").read_text()
     assert "not determined" in page
-    assert film not in tomllib.loads((tmp_path / "out" / "space.toml").read_text()).get("space", {})
+    text = (tmp_path / "out" / "space.toml").read_text()
+    assert film not in tomllib.loads(text).get("space", {})
+    assert "correlation" not in tomllib.loads(text)
+    assert f"# {film} is omitted: the data do not determine" in text
 
 
 def test_cancelled_nothing_is_written(folder, tmp_path):

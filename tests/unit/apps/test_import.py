@@ -84,3 +84,35 @@ def test_mistakes_are_one_line(record, monkeypatch, capsys, words, said):
 def test_readers_are_listed(monkeypatch, capsys):
     assert run(monkeypatch, "import", "--list") == 0
     assert "Tektronix internal format" in capsys.readouterr().out
+
+
+def test_calibration_and_a_second_clock(record, monkeypatch, capsys):
+    (record / "cal.csv").write_text("u [V];F [N]\n0.2;0\n1.2;0.5\n2.2;1.001\n", encoding="utf-8")
+    pulse = np.where((TIME > 0.03) & (TIME < 0.06), 100.0, 0.0)
+    rows = np.column_stack([TIME - 0.01, pulse])
+    np.savetxt("scope.csv", rows, delimiter=",", header="Time [s],CH1 [V]", comments="")
+    rows = np.column_stack([TIME * 1e6, 2 * np.sin(60 * TIME) + 0.2, pulse])
+    np.savetxt("daq.csv", rows, delimiter=";", fmt="%.9g", header="t [us];Ch2;Sync [V]", comments="")
+    assert run(monkeypatch, "import", "scope.csv", "--column", "drive_voltage=CH1", "-o", "scope.nc") == 0
+    words = [
+        "import",
+        "daq.csv",
+        "--column",
+        "lateral_force_measured=Ch2 [V]",
+        "--column",
+        "plate_voltage=Sync",
+    ]
+    words += ["--calibration", "lateral_force_measured=cal.csv"]
+    aligned = ["--with", "scope.nc", "--edges", "drive_voltage=plate_voltage"]
+    assert run(monkeypatch, *words, *aligned, "-o", "both.nc") == 0
+    said = capsys.readouterr().out
+    assert "-10 ms added to its time stamps" in said
+    assert "from 2 common edges" in said
+    found = ev.open_trace("both.nc")
+    expected = np.sin(60 * (found["time"].values + 0.01))
+    assert np.abs(found["lateral_force_measured"].values - expected).max() < 2e-3
+    assert "calibration_covariance" in found.attrs
+    assert run(monkeypatch, *words, "--clock-shift", "1 ms") == 2
+    assert "--clock-shift: belongs to --with TRACE" in capsys.readouterr().err
+    assert run(monkeypatch, "import", "daq.csv", "--as", "material", "--part", "A") == 2
+    assert "--part A: belongs to --as trace" in capsys.readouterr().err

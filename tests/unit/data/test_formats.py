@@ -131,7 +131,7 @@ def test_a_missing_package_is_answered_with_the_line_that_installs_it(tmp_path, 
     [
         (b"#9000000123WAVEDESC\0", "scope"), (b"AG10\0\0", "scope"), (b"RG01\0\0", "scope"), (b"\x93NUMPY\1", "numpy"),
         (b"MATLAB 5.0 MAT", "matlab"), (b"CDF\x01", "hdf5"), (b"\x89HDF\r\n\x1a\n", "hdf5"), (b"a,b\n1,2\n", "text"),
-        (b"EC-Lab ASCII FILE\nNb header lines : 3\n", "impedance"),
+        (b"EC-Lab ASCII FILE\nNb header lines : 3\n", "text"), (b"ZPLOT2 ASCII\n1\n", "impedance"),
     ],
 )  # fmt: skip
 def test_formats_are_recognised_by_their_first_bytes(tmp_path, head, name, monkeypatch):

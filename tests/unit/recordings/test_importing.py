@@ -345,3 +345,71 @@ def test_edges_between_samples_are_said_to_alias(tmp_path):
     found = validity(ev.import_file(tmp_path / "a.csv", {"drive_voltage": "v"}))["aliasing of drive_voltage"]
     assert found["state"] == "warning"
     assert "every 6.2" in found["text"]
+
+
+CALIBRATION = "reading [mV];F [N]\n" + "\n".join(f"{1e3 * (0.1 + 0.4 * f + e):.6g};{f}" for f, e in
+                                                zip((0, 1, 2, 3, 4), (2e-3, -1e-3, 1e-3, -3e-3, 1e-3), strict=True))  # fmt: skip
+
+
+def calibrated(tmp_path, **options):
+    (tmp_path / "cal.csv").write_text(CALIBRATION, encoding="utf-8")
+    rows = "\n".join(f"{at * 1e-3:.3f},{0.1 + 0.4 * (at % 4):.4f}" for at in range(40))
+    (tmp_path / "a.csv").write_text("t [s],u [V]\n" + rows, encoding="utf-8")
+    columns = {"lateral_force_measured": "u"}
+    files = {"lateral_force_measured": tmp_path / "cal.csv"}
+    return ev.import_file(tmp_path / "a.csv", columns, calibration=files, **options)
+
+
+def test_the_covariance_of_a_calibration_goes_with_the_signal(tmp_path):
+    from electrovib.recordings.importing import systematic_uncertainty
+
+    trace = calibrated(tmp_path)
+    readings, known = 0.1 + 0.4 * np.arange(5) + [2e-3, -1e-3, 1e-3, -3e-3, 1e-3], np.arange(5.0)
+    line = ev.calibrate(readings, known)
+    force = trace["lateral_force_measured"].values
+    np.testing.assert_allclose(force[:4], line.value(0.1 + 0.4 * np.arange(4)), rtol=1e-9)
+    found = systematic_uncertainty(trace)["lateral_force_measured"]
+    # the variance of each value by zero and scale is that by the line, at every reading
+    by_parts = found["zero"] ** 2 + 2 * force * found["covariance"] + (force * found["scale"]) ** 2
+    by_line = line.standard_uncertainty(0.1 + 0.4 * (np.arange(40) % 4)) ** 2
+    np.testing.assert_allclose(by_parts, by_line, rtol=1e-9)
+    assert found["scale"] == pytest.approx(np.sqrt(line.covariance[1, 1]) / line.sensitivity)
+    ev.save(trace, tmp_path / "a.nc")
+    assert systematic_uncertainty(ev.open_trace(tmp_path / "a.nc")) == {"lateral_force_measured": found}
+
+
+def test_a_baseline_removes_the_uncertainty_of_the_zero(tmp_path):
+    from electrovib.recordings.importing import systematic_uncertainty
+
+    one = systematic_uncertainty(calibrated(tmp_path))["lateral_force_measured"]
+    for option in (
+        {"baseline": {"lateral_force_measured": "0 s..5 ms"}},
+        {"detrend": ["lateral_force_measured"]},
+    ):
+        two = systematic_uncertainty(calibrated(tmp_path, **option))["lateral_force_measured"]
+        assert two == {"zero": 0.0, "scale": one["scale"], "covariance": 0.0}
+        assert one["zero"] > 0
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "words"),
+    [
+        (
+            "a [V];b [N];c [V]\n0;1;2\n1;2;3\n2;3;4\n",
+            {},
+            "expected two columns, the reading and the known value",
+        ),
+        ("a;b [N]\n0;1\n1;2\n2;3\n", {}, "column 'a' needs a unit that is known"),
+        ("a [V];b [m]\n0;1\n1;2\n2;3\n", {}, "column 'b' needs a unit of N in its heading"),
+        ("a [V];b [N]\n0;1\n0;2\n0;3\n", {}, "all readings are equal"),
+        (
+            "a [V];b [N]\n0;1\n1;2\n2;3\n",
+            {"scale": {"lateral_force_measured": "1 N/V"}},
+            "a scale is given too",
+        ),
+    ],
+)
+def test_what_is_no_calibration_is_refused(tmp_path, monkeypatch, text, options, words):
+    monkeypatch.setitem(globals(), "CALIBRATION", text)
+    with pytest.raises(InputError, match=words):
+        calibrated(tmp_path, **options)

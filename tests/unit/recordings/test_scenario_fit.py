@@ -266,5 +266,5 @@ def test_parameters_that_differ_between_sessions(count):
     assert spread.mean == pytest.approx(gaps.mean(), rel=0.03)
     assert spread.between == pytest.approx(gaps.std(ddof=1), rel=0.2)
     assert spread.within < 0.3 * spread.between
-    assert "too narrow" in spread.sentence
+    assert "too narrow" in spread.in_words("m")
     assert found.scenario.stack.layers["gap"].thickness == spread.mean

@@ -12,6 +12,8 @@ from electrovib.apps.cli import (
     equilibrium,
     export,
     fit,
+    fit_material,
+    fit_power_law,
     import_,
     init,
     models,
@@ -20,7 +22,10 @@ from electrovib.apps.cli import (
     reproduce,
     run,
     scenarios,
+    sensitivity,
     settings,
+    spaces,
+    times,
 )
 from electrovib.apps.cli.completion import complete_arguments
 from electrovib.apps.cli.terminal import complain, prepare
@@ -45,8 +50,13 @@ for _command in (
     equilibrium,
     perceive,
     fit,
+    fit_material,
+    fit_power_law,
+    times,
     reproduce,
+    sensitivity,
     scenarios,
+    spaces,
     models,
     report,
     import_,

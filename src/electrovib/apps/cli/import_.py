@@ -12,17 +12,21 @@ from electrovib.apps.cli.import_options import (
     Averaged,
     Baselines,
     Becomes,
+    Calibrations,
+    ClockShift,
     Columns,
     Conductivity,
     Crop,
     DecimalComma,
     Delimiter,
     Detrended,
+    Edges,
     LayerName,
     Listed,
     Offsets,
     Output,
     ParallelCapacitance,
+    Part,
     ReaderName,
     Resample,
     Scales,
@@ -34,6 +38,7 @@ from electrovib.apps.cli.import_options import (
     TimeColumn,
     TimeStep,
     Trigger,
+    With,
 )
 from electrovib.apps.cli.terminal import say
 
@@ -51,6 +56,7 @@ def command(
     step: TimeStep = None,
     stamps: Stamps = "refuse",
     scale: Scales = None,
+    calibration: Calibrations = None,
     offset: Offsets = None,
     shift: Shifts = None,
     trigger: Trigger = "",
@@ -62,6 +68,10 @@ def command(
     reader: ReaderName = "",
     delimiter: Delimiter = None,
     decimal_comma: DecimalComma = None,
+    part: Part = None,
+    beside: With = None,
+    edges: Edges = "",
+    clock_shift: ClockShift = None,
     kind: Becomes = "trace",
     area: Area = None,
     thickness: Thickness = None,
@@ -74,36 +84,51 @@ def command(
 ) -> None:
     """Import a file of an instrument as a Trace; without --column and --output list its columns."""
     if listed or not file:
-        from electrovib.data.readers.registry import format_lines
-
-        say(*format_lines())
-        return
-    text = {"reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma}
+        return _list_readers()
+    _check_kind(kind, part)
+    text: dict[str, Any] = {"reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma}
+    text |= {} if part is None else {"part": part}
     if kind == "material":
-        _as_material(
+        return _as_material(
             file, pairs("column", column), output, layer, force, area=area, thickness=thickness,
             series_resistance=series_resistance, parallel_capacitance=parallel_capacitance, conductivity=conductivity,
             **text,
         )  # fmt: skip
-        return
-    if kind != "trace":
-        from electrovib.core.errors import InputError
-
-        raise InputError(f"--as {kind}: expected trace or material")
     if output is None and not column:
-        from electrovib.recordings.importing import list_columns
-
-        say(*list_columns(file, **text))  # type: ignore[arg-type]  # each by its own type
-        return
+        return _list_columns(file, text)
     given: dict[str, Any] = {
         "scale": pairs("scale", scale), "offset": pairs("offset", offset), "shift": pairs("shift", shift),
         "trigger": trigger, "baseline": pairs("baseline", baseline), "detrend": detrend or [], "crop": crop, "average": average,
-        "resample": resample,
+        "resample": resample, "calibration": pairs("calibration", calibration),
     }  # fmt: skip
-    _as_trace(
-        file, pairs("column", column), output, force, time=time, step=step, stamps=stamps,
+    clocks = _clocks(beside, edges, clock_shift)
+    return _as_trace(
+        file, pairs("column", column), output, force, clocks, time=time, step=step, stamps=stamps,
         **text, **{name: value for name, value in given.items() if value},
     )  # fmt: skip
+
+
+def _list_readers() -> None:
+    from electrovib.data.readers.registry import format_lines
+
+    say(*format_lines())
+
+
+def _list_columns(file: str, options: dict[str, Any]) -> None:
+    from electrovib.recordings.importing import list_columns
+
+    say(*list_columns(file, **options))
+
+
+def _check_kind(kind: str, part: str | None) -> None:
+    from electrovib.core.errors import InputError
+
+    if kind not in ("trace", "material"):
+        raise InputError(f"--as {kind}: expected trace or material")
+    if kind == "material" and part is not None:
+        raise InputError(
+            f"--part {part}: belongs to --as trace; save this part of the file on its own, as .csv"
+        )
 
 
 def pairs(option: str, given: list[str] | None) -> dict[str, str]:
@@ -127,18 +152,41 @@ def pairs(option: str, given: list[str] | None) -> dict[str, str]:
     return found
 
 
-def _as_trace(file: str, columns: dict[str, str], output: str | None, force: bool, **options: Any) -> None:
+def _clocks(beside: str | None, edges: str, shift: str | None) -> dict[str, str | None]:
+    """Collect the options of a second record; they need the first one."""
+    from electrovib.core.errors import InputError
+
+    if beside is None and (edges or shift):
+        raise InputError(
+            f"{'--edges' if edges else '--clock-shift'}: belongs to --with TRACE, which is not given"
+        )
+    return {} if beside is None else {"path": beside, "edges": edges, "shift": shift}
+
+
+def _as_trace(
+    file: str,
+    columns: dict[str, str],
+    output: str | None,
+    force: bool,
+    clocks: dict[str, str | None],
+    **options: Any,
+) -> None:
     """Import a Trace, write it, and print its history and diagnostics."""
     from pathlib import Path
 
     from electrovib.apps.cli.run import validity_lines
     from electrovib.core.diagnostics import read_diagnostics
+    from electrovib.data.traces.opened import open_trace
     from electrovib.export.save import check_output, save
-    from electrovib.recordings.importing import import_file
+    from electrovib.recordings.importing import import_file, merge_traces
 
+    inputs = [Path(each) for each in (file, clocks.get("path")) if each]
     if output is not None:
-        check_output(output, {"time": 2}, inputs=[Path(file)], force=force)
+        check_output(output, {"time": 2}, inputs=inputs, force=force)
     trace = import_file(file, columns, **options)
+    if clocks:
+        first = open_trace(str(clocks["path"]))
+        trace = merge_traces(first, trace, edges=clocks["edges"] or "", shift=clocks["shift"])
     sizes = ", ".join(f"{size} values of {name}" for name, size in trace.sizes.items())
     say(f"{', '.join(map(str, trace.data_vars))}: {sizes}", *trace.attrs["history"].split("\n"))
     say(*validity_lines(read_diagnostics(trace.attrs["validity"])))

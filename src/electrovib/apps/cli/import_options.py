@@ -34,6 +34,34 @@ Scales = Annotated[
     typer.Option(metavar=_OF_SIGNAL, help='Sensitivity, such as lateral_force_measured="4/9 N/V".'),
 ]
 
+Calibrations = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="SIGNAL=FILE",
+        help="Table of readings and known values, both with units, whose line is the scale; repeatable.",
+    ),
+]
+
+Part = Annotated[
+    str | None, typer.Option(help="Sheet, table or array to read, where the file holds several.")
+]
+
+With = Annotated[
+    str | None,
+    typer.Option(
+        "--with", metavar="TRACE", help="Imported Trace whose clock and samples the signals are put onto."
+    ),
+]
+
+Edges = Annotated[
+    str,
+    typer.Option(help="Of --with: signal whose edges both hold, or A=B: A of TRACE, B of FILE."),
+]
+
+ClockShift = Annotated[
+    str | None, typer.Option(help="Of --with: time to add to the stamps of FILE, exactly or near the edges.")
+]
+
 Offsets = Annotated[
     list[str] | None,
     typer.Option(metavar=_OF_SIGNAL, help='Value to subtract, such as drive_voltage="20 mV".'),

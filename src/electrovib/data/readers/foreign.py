@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.allowance import content_allowed, megabytes
-from electrovib.core.errors import DataFileError
+from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.readers.recorded import DataColumn, Recorded
+from electrovib.data.readers.unit_words import as_unit
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -62,6 +63,7 @@ def recorded_of(
     step: float | None = None,
     start: float = 0.0,
     attributes: Mapping[str, str] | None = None,
+    part: str = "",
 ) -> Recorded:
     """Return columns as the content of a file; of columns of several lengths those that hold most numbers.
 
@@ -77,6 +79,8 @@ def recorded_of(
         Time of the first sample [s].
     attributes : mapping of str to str, optional
         Statements of the file.
+    part : str
+        Name of a column whose length is chosen; the length with most numbers if empty.
 
     Returns
     -------
@@ -86,7 +90,7 @@ def recorded_of(
     Raises
     ------
     DataFileError
-        If no column has two numbers.
+        If no column has two numbers, or if there is no column of that name.
     """
     by_length: dict[int, list[tuple[str, str, Real]]] = defaultdict(list)
     for each in columns:
@@ -94,7 +98,13 @@ def recorded_of(
     lengths = [size for size in by_length if size >= 2]
     if not lengths:
         raise DataFileError("holds no column of two or more numbers.", path=path)
-    chosen = max(lengths, key=lambda size: (size * len(by_length[size]), size))
+    named = {name: values.size for name, _, values in columns if values.size >= 2}
+    if part and part not in named:
+        listed = ", ".join(f"{name} ({size})" for name, size in list(named.items())[:_MOST_OMITTED])
+        raise DataFileError(
+            f"part = {part}: there is no such array.{suggestion(part, named)} It has {listed}.", path=path
+        )
+    chosen = named[part] if part else max(lengths, key=lambda size: (size * len(by_length[size]), size))
     stated = dict(attributes or {})
     others = [f"{name} ({values.size})" for name, _, values in columns if values.size != chosen]
     if others:
@@ -107,7 +117,12 @@ def recorded_of(
         while unique in names:
             unique += "'"
         names.add(unique)
-        channels.append(DataColumn(name=unique, unit=unit, values=np.asarray(values, dtype=float)))
+        known = as_unit(unit)
+        channels.append(
+            DataColumn(
+                name=unique, unit=unit if known is None else known, values=np.asarray(values, dtype=float)
+            )
+        )
     time = "" if step is not None else next((each.name for each in channels if is_named_time(each)), "")
     return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=stated)
 

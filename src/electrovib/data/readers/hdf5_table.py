@@ -29,13 +29,15 @@ _DEEPEST: Final = 12
 _UNITS: Final = ("units", "unit", "Units", "Unit")
 
 
-def read_hdf5(path: Path) -> Recorded:
+def read_hdf5(path: Path, *, part: str = "") -> Recorded:
     """Read the arrays of a netCDF or HDF5 file.
 
     Parameters
     ----------
     path : Path
         The file.
+    part : str
+        Name of an array whose length is chosen, where the arrays have several lengths; the length with most numbers if empty.
 
     Returns
     -------
@@ -45,7 +47,7 @@ def read_hdf5(path: Path) -> Recorded:
     Raises
     ------
     DataFileError
-        If the file is damaged or holds no numbers.
+        If the file is damaged, holds no numbers, or has no such array.
     """
     check_file(path)
     with path.open("rb") as file:
@@ -70,7 +72,7 @@ def read_hdf5(path: Path) -> Recorded:
         label, stated = name_and_unit(name)
         if values.dtype.kind in "fiu":
             columns += columns_of_array(label, unit or stated, values.astype(float))
-    return recorded_of(path, columns)
+    return recorded_of(path, columns, part=part)
 
 
 def arrays(path: Path) -> Iterator[tuple[str, Any]]:

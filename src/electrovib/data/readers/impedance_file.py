@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
     from electrovib.data.readers.recorded import Recorded
 
-DESCRIPTION: Final = "impedance of Gamry .dta, ZPlot .z, BioLogic .mpt, VersaStudio .par, CH Instruments .txt"
+DESCRIPTION: Final = (
+    "ZPlot .z; also impedance of Gamry, BioLogic, VersaStudio, CH Instruments, which text reads too"
+)
 PACKAGE: Final = "impedance"
 INSTRUMENTS: Final = {
     "gamry": rb"\A\s*EXPLAIN[\s\S]*(EISPOT|GALVEIS|HYBRIDEIS|ZCURVE)",
@@ -28,8 +30,8 @@ INSTRUMENTS: Final = {
 }
 """Name of the instrument in the package, to a pattern of the first bytes of its files."""
 
-TABLES: Final = ("gamry", "biologic", "chinstruments")
-"""Instruments whose files the reader of text reads too."""
+TABLES: Final = ("gamry", "biologic", "versastudio", "chinstruments")
+"""Instruments whose files are tables, which the reader of text reads unless the reader ``impedance`` is chosen."""
 
 
 def instrument_of(head: bytes) -> str:

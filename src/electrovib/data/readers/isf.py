@@ -134,7 +134,7 @@ def _counts(
         raise DataFileError("ends within a sample: it is damaged.", path=path)
     counts = np.frombuffer(raw, kind, count=length // width, offset=first).astype(np.float64)
     stated = keys.get("nr_pt", "")
-    if stated.isdigit() and int(stated) != counts.size:
+    if stated.isascii() and stated.isdigit() and int(stated) != counts.size:
         raise DataFileError(f"states {stated} points and holds {counts.size}: it is damaged.", path=path)
     if counts.size < 2:
         raise DataFileError("holds fewer than two samples.", path=path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import itertools
 import re
@@ -11,27 +12,33 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.columns.faults import check_file
-from electrovib.data.readers.layout import INSPECTED, Layout, find_layout, is_number, split
+from electrovib.data.readers.column_facts import named_by_preamble
+from electrovib.data.readers.date_times import stamp_columns, with_stamps
+from electrovib.data.readers.layout import INSPECTED, MISSING, Layout, find_layout, is_number, split
 from electrovib.data.readers.preamble import settings_of, timing
 from electrovib.data.readers.recorded import DataColumn, Recorded
+from electrovib.data.readers.tables import one_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from electrovib.core.arrays import Real
 
-DESCRIPTION: Final = "delimited text of any instrument (.csv, .tsv, .txt, .dat)"
-_COUNTS: Final = frozenset({"sequence", "index", "nr", "no", "point", "points", "sample", "samples", "#"})
+DESCRIPTION: Final = "delimited text of any instrument (.csv, .tsv, .txt, .dat, .lvm, .dta, .mpt, .par)"
+_COUNTS: Final = frozenset(
+    {"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"}
+)
 _TIMES: Final = re.compile(
     r"(elapsed |trigger )?time\b.*|t|zeit|x-axis|x[_ ]?value|x|seconds?|source", re.IGNORECASE
 )
+_FREQUENCY: Final = re.compile(r"freq|hz|hertz|omega", re.IGNORECASE)
 _UNEVEN: Final = 2
 _LONGEST_LINE: Final = 1_000_000
 
 
 def read_laboratory_text(
-    path: Path, *, delimiter: str | None = None, decimal_comma: bool | None = None
+    path: Path, *, delimiter: str | None = None, decimal_comma: bool | None = None, part: str = ""
 ) -> Recorded:
     """Read a text file of an instrument.
 
@@ -43,6 +50,9 @@ def read_laboratory_text(
         One character, or empty for blanks; found if not given.
     decimal_comma : bool, optional
         Whether decimals are written with a comma; found if not given.
+    part : str
+        Of a file with several tables, as Gamry and VersaStudio write them: the name of the table; the spectrum or the
+        longest table if empty.
 
     Returns
     -------
@@ -55,7 +65,11 @@ def read_laboratory_text(
         If there is no row of numbers, or rows are not alike; it names the option that helps.
     """
     check_file(path)
-    return read_laboratory_bytes(path, path.read_bytes(), delimiter=delimiter, decimal_comma=decimal_comma)
+    raw, about = one_table(path, path.read_bytes(), part)
+    if about and delimiter is None:
+        delimiter = "\t" if b"\t" in raw else ","
+    found = read_laboratory_bytes(path, raw, delimiter=delimiter, decimal_comma=decimal_comma)
+    return dataclasses.replace(found, attributes={**found.attributes, **about})
 
 
 def read_laboratory_bytes(
@@ -99,10 +113,11 @@ def read_laboratory_bytes(
             "holds no rows of numbers; if it does, state delimiter (--delimiter) and decimal_comma (--decimal-comma).",
             path=path,
         )
-    numbers = _numbers(path, raw, encoding, layout)
+    numbers, stamps = _numbers(path, raw, encoding, layout, stamp_columns(layout, first))
     settings = settings_of(layout) | ({"sheet": origin} if origin else {})
     step, start = timing(layout, settings)
-    return _recorded(layout, numbers, settings, step, start)
+    found = _recorded(layout, numbers, settings, step, start)
+    return found if found.time or found.step is not None or not stamps else with_stamps(found, stamps)
 
 
 def _encoding(path: Path, raw: bytes) -> str:
@@ -124,8 +139,11 @@ def _lines(raw: bytes, encoding: str) -> Iterator[str]:
             yield line.rstrip("\n")[:_LONGEST_LINE]
 
 
-def _numbers(path: Path, raw: bytes, encoding: str, layout: Layout) -> Real:
-    """Read the columns of numbers, shape (rows, columns); an empty or starred field is not a number."""
+def _numbers(
+    path: Path, raw: bytes, encoding: str, layout: Layout, stamped: Sequence[int]
+) -> tuple[Real, str]:
+    """Read the columns of numbers, shape (rows, columns), and the dates and times of the rows; an empty field is no number."""
+    stamps = io.StringIO()
 
     def rows() -> Iterator[str]:
         for number, line in enumerate(
@@ -142,17 +160,19 @@ def _numbers(path: Path, raw: bytes, encoding: str, layout: Layout) -> Real:
                     " or the delimiter is another one; state it.",
                     path=path,
                 )
+            if stamped:
+                stamps.write(" ".join(cells[at] for at in stamped if at < len(cells)) + "\n")
             yield "\t".join(_plain(path, number, cells[at], layout) for at in layout.columns)
 
     found = np.loadtxt(rows(), delimiter="\t", comments=None, ndmin=2)
     if found.shape[0] < _UNEVEN:
         raise DataFileError("holds fewer than two rows of numbers.", path=path)
-    return np.asarray(found, dtype=float)
+    return np.asarray(found, dtype=float), stamps.getvalue()
 
 
 def _plain(path: Path, number: int, cell: str, layout: Layout) -> str:
     """Return a number with a decimal point; an empty field and stars become NaN."""
-    if not cell or cell in ("****", "--"):
+    if cell.lower() in MISSING:
         return "nan"
     if not is_number(cell, decimal_comma=layout.decimal_comma):
         sign = "point" if layout.decimal_comma else "comma"
@@ -167,25 +187,23 @@ def _recorded(
     layout: Layout, numbers: Real, settings: dict[str, str], step: float | None, start: float
 ) -> Recorded:
     """Name the channels and find the time among them."""
+    layout = named_by_preamble(layout, settings)
     channels: list[DataColumn] = []
     for place, column in enumerate(layout.columns):
         name = layout.names[place] or f"column {column}"
         while any(each.name == name for each in channels):
             name = f"{name}'"
         channels.append(DataColumn(name=name, unit=layout.units[place], values=numbers[:, place]))
-    time = ""
-    first = channels[0]
-    counts = first.name.lower() in _COUNTS or first.unit.lower() in _COUNTS or _counts(first.values)
-    if step is not None and (counts or layout.names[0].lower() == "x"):
+    time, is_count = "", _is_index(layout, channels[0])
+    counts = is_count or _counts(channels[0].values)
+    if step is not None and (counts or layout.names[0].lower() == "x") and not _keeps_step(channels[0], step):
         channels = channels[1:] or channels
-    else:
-        candidate = channels[1] if len(channels) > 2 and _is_index(layout, first) else first
-        if (
-            len(channels) > 1
-            and not (candidate is first and _is_index(layout, first))
-            and _is_time(candidate)
-        ):
-            time, step = candidate.name, None
+    elif len(channels) > 1:
+        frequency = any(_FREQUENCY.match(each.name) for each in channels)
+        candidates = channels[is_count:] if not frequency else []
+        found = next((each for at, each in enumerate(candidates) if _is_time(each, step, first=not at)), None)
+        if found is not None:
+            time, step = found.name, None
     return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=settings)
 
 
@@ -195,14 +213,31 @@ def _counts(values: Real) -> bool:
 
 
 def _is_index(layout: Layout, first: DataColumn) -> bool:
-    """Return whether the first column numbers the rows: it counts, and it alone has no heading."""
+    """Return whether the first column numbers the rows: by its heading, or it counts and it alone has no heading."""
+    if {first.name.lower().rstrip("."), first.unit.lower()} & _COUNTS:
+        return True
     return _counts(first.values) and not layout.names[0] and all(layout.names[1:])
 
 
-def _is_time(channel: DataColumn) -> bool:
-    """Return whether the first column is the time: by name and unit, or by its rise."""
+def _keeps_step(channel: DataColumn, step: float) -> bool:
+    """Return whether a column increases by the time step that the preamble states, within 1 % of it on average."""
+    values = channel.values
+    even = (values.size - 1) * step
+    return bool(np.isfinite(values).all() and abs(values[-1] - values[0] - even) <= 0.01 * abs(even))
+
+
+def _is_time(channel: DataColumn, step: float | None, *, first: bool) -> bool:
+    """Return whether a column is the time: by name and unit, and the first column also by its rise."""
     rises = bool(np.isfinite(channel.values).all() and (np.diff(channel.values) >= 0).all())
+    named = bool(_TIMES.fullmatch(channel.name))
     if channel.unit in ("s", "ms", "us", "ns"):
-        return rises or bool(_TIMES.fullmatch(channel.name))
-    unnamed = channel.name.startswith("column ")
-    return rises and (unnamed or (not channel.unit and bool(_TIMES.fullmatch(channel.name))))
+        return (rises and (first or named)) or (first and named)
+    if not rises or channel.unit or channel.values[0] == channel.values[-1]:
+        return False
+    if first and step is not None and _keeps_step(channel, step):
+        return True
+    return (
+        named and not (channel.name.lower() == "x" and not first)
+        if not first
+        else (named or channel.name.startswith("column "))
+    )

@@ -9,31 +9,32 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from electrovib.data.readers.unit_words import UNIT_NAMES, UNITS, as_unit, name_and_unit
+
 DELIMITERS: Final = ("\t", ";", ",", "|", "")
 """Candidates; the empty text stands for blanks."""
 _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
 INSPECTED: Final = 400
 """Lines of the beginning of a file from which the layout is found."""
-_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
-_DECIMAL_COMMA: Final = re.compile(r"[+-]?(\d+,\d*|,\d+|\d+)([eEdD][+-]?\d+)?")
+_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", re.ASCII)
+_DECIMAL_COMMA: Final = re.compile(r"[+-]?(\d+,\d*|,\d+|\d+)([eEdD][+-]?\d+)?", re.ASCII)
 _LONGEST_NUMBER: Final = 64
 """Most characters of a number; the bound keeps the matching fast."""
 _COMMENT: Final = ("#", "%")
 """Signs that stand alone before headings."""
-_LONGEST_HEADING: Final = 200
-_NOT_A_NUMBER: Final = frozenset({"nan", "inf", "-inf", "+inf", "****", "--"})
-_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
-UNITS: Final = {
-    "volt": "V", "volts": "V", "v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ampere": "A", "amperes": "A",
-    "amp": "A", "amps": "A", "a": "A", "ma": "mA", "ua": "uA", "second": "s", "seconds": "s", "sec": "s", "s": "s",
-    "ms": "ms", "us": "us", "µs": "us", "ns": "ns", "hertz": "Hz", "hz": "Hz", "khz": "kHz", "mhz": "MHz",
-    "newton": "N", "newtons": "N", "n": "N", "mn": "mN", "ohm": "ohm", "ohms": "ohm", "ω": "ohm", "Ω": "ohm",
-    "degree": "deg", "degrees": "deg", "deg": "deg", "°": "deg", "rad": "rad", "radians": "rad", "f": "F",
-    "s/m": "S/m", "m": "m", "mm": "mm", "um": "um", "µm": "um", "m/s": "m/s", "mm/s": "mm/s", "pa": "Pa", "w": "W",
-    "db": "dB", "%": "%", "unknown": "", "-": "1", "#": "",
-}  # fmt: skip
-"""Maps words and signs that instruments write for units, in small letters, to the units of electrovib."""
+MISSING: Final = frozenset({
+    "", "****", "--", "---", "nan", "-nan", "n/a", "#n/a", "na", "null", "inf", "-inf", "+inf", "∞", "-∞", "+∞", "ol", "-ol",
+    "1.#qnan", "-1.#ind", "1.#inf", "-1.#inf", "9.91e37", "clipping", "overflow", "overload",
+})  # fmt: skip
+"""Fields, in small letters, that state no number: empty, out of the range of the instrument, or no reading."""
+_SETTING: Final = re.compile(
+    r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
+)
+"""Beginning of the name of a setting of an oscilloscope, which is no heading."""
+_WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
+_FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
+"""First field of a row of headings whose other fields may be numbers, such as ``x-axis,1,2``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +74,7 @@ def is_number(cell: str, *, decimal_comma: bool) -> bool:
     if len(cell) > _LONGEST_NUMBER:
         return False
     form = _DECIMAL_COMMA if decimal_comma else _NUMBER
-    return bool(form.fullmatch(cell)) or cell.lower() in _NOT_A_NUMBER
+    return bool(form.fullmatch(cell)) or (bool(cell) and cell.lower() in MISSING)
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -114,7 +115,7 @@ def find_layout(
     All rows of numbers hold numbers in the same columns, which are those of the last lines that were inspected. The lines
     before the first such row, and the text in other columns, are the preamble.
     """
-    best: tuple[float, Layout] | None = None
+    best: tuple[tuple[float, int], Layout] | None = None
     for separator in DELIMITERS if delimiter is None else (delimiter,):
         for comma in (False, True) if decimal_comma is None else (decimal_comma,):
             if comma and separator == ",":
@@ -125,8 +126,8 @@ def find_layout(
     return best[1] if best else None
 
 
-def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[float, Layout] | None:
-    """Return the layout with this delimiter and decimal sign, and a score of its fit."""
+def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[tuple[float, int], Layout] | None:
+    """Return the layout with this delimiter and decimal sign, and a score of its fit to the numbers and to the preamble."""
     rows = [split(line, delimiter) for line in lines]
     numeric = [
         frozenset(at for at, cell in enumerate(row) if cell and is_number(cell, decimal_comma=comma))
@@ -142,12 +143,7 @@ def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[float, La
     alike = [at for at in filled if _is_alike(rows[at], columns, comma=comma)]
     if not alike:
         return None
-    first = alike[0]
-    for place, at in enumerate(alike):
-        behind = len(filled) - filled.index(at)
-        if len(alike) - place >= _ALIKE * behind:
-            first = at
-            break
+    first = _first(rows, filled, alike, columns, comma=comma)
     kept = sum(at >= first for at in alike)
     wholes = sum(sum(bool(cell) for cell in rows[at]) for at in body)
     share = len(columns) * len(body) / max(wholes, 1)
@@ -166,7 +162,45 @@ def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[float, La
         units=units,
         preamble=preamble,
     )
-    return kept * share * split_decimals * (count / len(body)), layout
+    settings = sum(bool(delimiter) and len(row) > 1 for row in preamble)
+    return (round(kept * share * split_decimals * (count / len(body)), 9), settings), layout
+
+
+def _first(
+    rows: Sequence[Sequence[str]],
+    filled: Sequence[int],
+    alike: Sequence[int],
+    columns: frozenset[int],
+    *,
+    comma: bool,
+) -> int:
+    """Return the line of the first row of numbers: most of the lines behind it are such rows."""
+    first = alike[0]
+    for place, at in enumerate(alike):
+        behind = len(filled) - filled.index(at)
+        if len(alike) - place >= _ALIKE * behind:
+            first = at
+            break
+
+    def words(at: int, places: Sequence[int]) -> list[bool]:
+        cells = [rows[at][place] for place in places if place < len(rows[at])]
+        return [bool(cell) and not is_number(cell, decimal_comma=comma) for cell in cells]
+
+    others = [place for place in range(max(columns)) if place not in columns]
+    clean = [
+        place
+        for place in others
+        if not any(words(at, [place])[:1] == [True] for at in alike[-len(alike) // 2 :])
+    ]
+    for at in filled:  # settings with one number each look like rows; a row of headings ends them
+        heading = words(at, sorted(columns))
+        if at <= first or len(heading) < len(columns) or not all(heading):
+            continue
+        before = [place for place in alike if first <= place < at]
+        after = [place for place in alike if place > at]
+        if after and all(any(words(place, clean)) for place in before):
+            first = after[0]
+    return first
 
 
 def _is_alike(row: Sequence[str], columns: frozenset[int], *, comma: bool) -> bool:
@@ -192,8 +226,15 @@ def _above(
     rows: Sequence[Sequence[str]], first: int, columns: tuple[int, ...], comma: bool
 ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[tuple[str, ...], ...]]:
     """Read headings, units and preamble from the lines above the numbers."""
-    rows = [row[1:] if at < first and row and row[0] in _COMMENT else row for at, row in enumerate(rows)]
+    width = len(rows[first])
+    rows = [
+        row[1:] if at < first and row and row[0] in _COMMENT and len(row) > width else row
+        for at, row in enumerate(rows)
+    ]
     above = [at for at in range(first) if any(rows[at])]
+    for at in above[-3:]:  # ZPlot writes all headings into one field
+        parts = _WIDE_GAP.split(" ".join(rows[at]).strip()) if sum(map(bool, rows[at])) == 1 else []
+        rows[at] = parts if len(parts) == width > 1 else rows[at]
     headings: list[int] = []
     lower: list[str] = []
     for at in reversed(above[-3:]):
@@ -201,65 +242,48 @@ def _above(
         words = [cell for cell in cells if cell and not is_number(cell, decimal_comma=comma)]
         if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2:
             continue  # such as 'End Comments' between headings and numbers
+        if headings and all(map(as_unit, lower)) and _FIRST_CELLS.fullmatch(cells[0]) and all(cells[1:]):
+            headings.insert(0, at)  # such as 'x-axis,1,2' above 'second,Volt,Volt'
+            break
         if len(words) < max(1, (len(columns) + 1) // 2) or _is_setting(rows[at], columns):
             break
-        if headings and sum(_as_unit(cell) is None for cell in lower if cell) > len(columns) // 4:
+        if headings and sum(as_unit(cell) is None for cell in lower if cell) > len(columns) // 4:
             break
         headings.insert(0, at)
         lower = [cell.strip("[]()") for cell in cells]
+    names, units = _named(rows, headings, columns)
+    beside = [tuple(cell for at, cell in enumerate(row) if at not in columns) for row in rows[first:]]
+    preamble = [tuple(rows[at]) for at in above]
+    return tuple(names), tuple(units), (*preamble, *(row for row in beside if any(row)))
+
+
+def _named(
+    rows: Sequence[Sequence[str]], headings: Sequence[int], columns: tuple[int, ...]
+) -> tuple[list[str], list[str]]:
+    """Return the names and units of the columns from the rows of headings."""
     names = [""] * len(columns)
     units = [""] * len(columns)
     for order, at in enumerate(headings):
         for place, column in enumerate(columns):
             cell = rows[at][column].lstrip("#").strip() if column < len(rows[at]) else ""
             name, unit = name_and_unit(cell)
-            if order and names[place] and not unit and _as_unit(cell) is not None:
-                units[place] = _as_unit(cell) or ""
+            if order and names[place] and not unit and as_unit(cell) is not None:
+                units[place] = as_unit(cell) or ""
             else:
                 names[place] = names[place] or name
                 units[place] = units[place] or unit
-    beside = [tuple(cell for at, cell in enumerate(row) if at not in columns) for row in rows[first:]]
-    preamble = [tuple(rows[at]) for at in above]
-    return tuple(names), tuple(units), (*preamble, *(row for row in beside if any(row)))
+    for place, name in enumerate(names):
+        if name.lower() in UNIT_NAMES and not units[place]:
+            units[place] = UNITS[name.lower()]
+            names[place] = "time" if units[place] == "s" else name
+    return names, units
 
 
 def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
     """Return whether a line such as 'Model Number,SDS1104' is a setting: it has fewer fields than there are columns."""
     filled = [cell for cell in row if cell]
-    if all(_as_unit(cell.strip("[]()")) is not None for cell in filled):
+    if filled and (filled[0].endswith(("=", ":")) or _SETTING.match(filled[0])):
+        return True
+    if all(as_unit(cell.strip("[]()")) is not None for cell in filled):
         return False
     return 2 * len(filled) < len(columns) or (len(filled) == 2 and len(columns) > 2 and bool(row[0]))
-
-
-def name_and_unit(heading: str) -> tuple[str, str]:
-    """Split ``Time (s)``, ``CH1 [mV]`` or ``Volt``, ``in s``.
-
-    Parameters
-    ----------
-    heading : str
-        As written.
-
-    Returns
-    -------
-    name : str
-        Without the unit.
-    unit : str
-        Of electrovib where it is known, else as written; empty if there is none.
-    """
-    heading = heading[:_LONGEST_HEADING]
-    if found := _BRACKETS.fullmatch(heading):
-        name, unit = found.groups()
-        known = _as_unit(unit)
-        return name or heading, unit if known is None else known
-    if heading.startswith("in ") and _as_unit(heading[3:]):  # as Rohde & Schwarz write the time
-        return "time", _as_unit(heading[3:]) or ""
-    for sign in (" in ", "/"):
-        name, _, last = heading.rpartition(sign)
-        if name and _as_unit(last):
-            return name, _as_unit(last) or ""
-    return heading, ""
-
-
-def _as_unit(text: str) -> str | None:
-    """Return the unit that a word stands for; None if it is no unit."""
-    return UNITS.get(text.strip().lower(), UNITS.get(text.strip()))

@@ -25,13 +25,15 @@ _DEEPEST: Final = 6
 _MOST: Final = 500
 
 
-def read_matlab_table(path: Path) -> Recorded:
+def read_matlab_table(path: Path, *, part: str = "") -> Recorded:
     """Read the real numeric arrays of a MATLAB file.
 
     Parameters
     ----------
     path : Path
         ``.mat`` file.
+    part : str
+        Name of an array whose length is chosen, where the arrays have several lengths; the length with most numbers if empty.
 
     Returns
     -------
@@ -41,7 +43,7 @@ def read_matlab_table(path: Path) -> Recorded:
     Raises
     ------
     DataFileError
-        If the file is damaged or holds no numbers.
+        If the file is damaged, holds no numbers, or has no such array.
     """
     check_file(path)
     with path.open("rb") as file:
@@ -58,7 +60,7 @@ def read_matlab_table(path: Path) -> Recorded:
     columns: list[tuple[str, str, Real]] = []
     for name, values in table:
         columns += columns_of_array(name, "", np.asarray(values, dtype=float))
-    return recorded_of(path, columns)
+    return recorded_of(path, columns, part=part)
 
 
 def _entries(whole: Mat5) -> Iterator[tuple[str, Mat5Variable]]:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from electrovib.data.readers.recorded import Recorded
 
-DESCRIPTION: Final = "Tektronix and Rigol .wfm, Keysight and Rigol .bin, LeCroy .trc"
+DESCRIPTION: Final = "Tektronix and Rigol .wfm, Keysight, Rigol and Siglent .bin, LeCroy .trc"
 PACKAGE: Final = "RigolWFM"
 _UNITS: Final = {"v": "V", "a": "A", "w": "W"}
 

@@ -17,13 +17,17 @@ if TYPE_CHECKING:
 _STEP: Final = frozenset({
     "increment", "sample interval", "sampleinterval", "sampling interval", "xincr", "x increment", "xincrement", "dt",
     "tinc", "t inc", "time step", "timestep", "sampling period", "sample period", "xinc", "horizontal interval",
-    "time interval", "resolution",
+    "time interval", "resolution", "interval", "delta x", "hresolution", "clock",
 })  # fmt: skip
 _RATE: Final = frozenset(
     {"sample rate", "samplerate", "sampling rate", "sampling frequency", "sample frequency", "fs"}
 )
-_START: Final = frozenset({"start", "xzero", "x zero", "xorg", "xorigin", "t0", "start time", "first sample"})
+_START: Final = frozenset(
+    {"start", "xzero", "x zero", "xorg", "xorigin", "t0", "x0", "start time", "first sample", "hoffset"}
+)
 _TIMING: Final = _STEP | _START
+_SECONDS: Final = re.compile(r"(?<=[\d. munµp])([munµp]?)S\b")
+"""A second that is written as S, as some oscilloscopes do."""
 _LONGEST_SETTING: Final = 200
 _MOST_SETTINGS: Final = 200
 
@@ -33,11 +37,11 @@ def settings_of(layout: Layout) -> dict[str, str]:
     found: dict[str, str] = {}
     for row in layout.preamble[:_MOST_SETTINGS]:
         filled = [cell.strip().lstrip("#").strip() for cell in row if cell.strip()]
-        if len(filled) == 1 and ":" in filled[0]:
-            filled = [part.strip() for part in filled[0].split(":", 1)]
+        if len(filled) == 1 and (sign := next((sign for sign in ":=" if sign in filled[0]), "")):
+            filled = [part.strip() for part in filled[0].split(sign, 1)]
         if len(filled) >= 2 and not _looks_like_number(filled[0]):
             found.setdefault(
-                filled[0].rstrip(":")[:_LONGEST_SETTING], ", ".join(filled[1:])[:_LONGEST_SETTING]
+                filled[0].rstrip(" :=")[:_LONGEST_SETTING], ", ".join(filled[1:])[:_LONGEST_SETTING]
             )
     for above, below in itertools.pairwise(layout.preamble):
         pairs = zip(above, below, strict=False)
@@ -83,7 +87,7 @@ def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[float | None, f
 
 
 def _seconds(value: str, unit: str, layout: Layout) -> float | None:
-    return _quantity(value, unit, "s", layout)
+    return _quantity(_SECONDS.sub(r"\1s", value.removeprefix("Analog:")), unit, "s", layout)
 
 
 def _hertz(value: str, unit: str, layout: Layout) -> float | None:

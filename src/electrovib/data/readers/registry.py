@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import importlib.util
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from electrovib.data.readers import (
     oscilloscope_binary,
     spreadsheet,
     tdms,
+    touchstone,
     wave_audio,
 )
 from electrovib.data.readers.foreign import EXTRA
@@ -123,9 +123,13 @@ def _is_oscilloscope(head: bytes, suffix: str) -> CanRead:
 def _is_impedance(head: bytes, suffix: str) -> CanRead:
     del suffix
     instrument = "" if b"\0" in head else impedance_file.instrument_of(head)
-    if instrument in impedance_file.TABLES and importlib.util.find_spec(impedance_file.PACKAGE) is None:
+    return CanRead.YES if instrument and instrument not in impedance_file.TABLES else CanRead.NO
+
+
+def _is_touchstone(head: bytes, suffix: str) -> CanRead:
+    if b"\0" in head or suffix != ".s1p":
         return CanRead.NO
-    return CanRead.YES if instrument else CanRead.NO
+    return CanRead.YES
 
 
 def _is_text(head: bytes, suffix: str) -> CanRead:
@@ -164,6 +168,7 @@ FORMATS: Final = (
         suffixes=(".mat",),
         can_read=_is_matlab,
         read=matlab_table.read_matlab_table,
+        options=("part",),
     ),
     FileFormat(
         name="hdf5",
@@ -171,6 +176,7 @@ FORMATS: Final = (
         suffixes=(".nc", ".h5", ".hdf5"),
         can_read=_is_hdf5,
         read=hdf5_table.read_hdf5,
+        options=("part",),
     ),
     FileFormat(
         name="tdms",
@@ -178,6 +184,7 @@ FORMATS: Final = (
         suffixes=(".tdms",),
         can_read=_begins(b"TDSm"),
         read=tdms.read_tdms,
+        options=("part",),
         package=tdms.PACKAGE,
     ),
     FileFormat(
@@ -186,6 +193,7 @@ FORMATS: Final = (
         suffixes=(".xlsx", ".xlsm"),
         can_read=_is_spreadsheet,
         read=spreadsheet.read_spreadsheet,
+        options=("part",),
         package=spreadsheet.PACKAGE,
     ),
     FileFormat(
@@ -205,12 +213,19 @@ FORMATS: Final = (
         package=impedance_file.PACKAGE,
     ),
     FileFormat(
+        name="touchstone",
+        description=touchstone.DESCRIPTION,
+        suffixes=(".s1p",),
+        can_read=_is_touchstone,
+        read=touchstone.read_touchstone,
+    ),
+    FileFormat(
         name="text",
         description=laboratory_text.DESCRIPTION,
         suffixes=(".csv", ".tsv", ".txt", ".dat"),
         can_read=_is_text,
         read=laboratory_text.read_laboratory_text,
-        options=("delimiter", "decimal_comma"),
+        options=("delimiter", "decimal_comma", "part"),
     ),
 )
 """All formats; of several that take a file with the same certainty the first is used."""
@@ -245,7 +260,7 @@ def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
     reader : str
         Name of a format; found from the file if empty.
     **options
-        Options of the format: ``delimiter`` and ``decimal_comma`` of text.
+        Options of the format: ``delimiter`` and ``decimal_comma`` of text, and ``part``, the sheet, table or array to read.
 
     Returns
     -------

@@ -13,7 +13,7 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.data.columns.column import kind_and_factor
-from electrovib.data.readers.layout import name_and_unit
+from electrovib.data.readers.unit_words import name_and_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,13 +21,15 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.data.readers.recorded import DataColumn, Recorded
 
+_PREFIX: Final = re.compile(r"(trace( \d+)?|impedance) (?=\S)")
+"""Beginning of a heading that states no meaning, as impedance analysers write it."""
 _PATTERNS: Final[Mapping[str, str]] = {
     "frequency": r"f|fr|freq.*|hz|hertz",
     "angular_frequency": r"w|omega|angular frequency",
     "modulus": r"\|z\||z|zmod|zabs|mod(ulus)?( ?z)?|mag(nitude)?.*|impedance|abs\(?z?\)?|\|impedance\|",
-    "phase": r"phase.*|phi|theta|angle|zphz|arg.*|deg(ree)?s?",
+    "phase": r"phase.*|phi|theta(-z)?|θ|angle|zphz|arg.*|deg(ree)?s?",
     "real": r"z'|zre(al)?|re\(?z?\)?|re\(z\)|real.*|z real|r|resistance|zreal",
-    "imaginary": r"z''|z\"|zim(ag)?|im\(?z?\)?|im\(z\)|imag.*|z imag|x|reactance",
+    "imaginary": r"z''|z\"|zim(a?g)?|im\(?z?\)?|im\(z\)|imag.*|z imag|x|reactance",
     "minus_imaginary": r"-z''|-z\"|-im\(?z?\)?|-im\(z\)|-zim(ag)?|-imag.*|-x",
     "permittivity": r"(relative )?permittivity|eps'?|eps_?r|epsilon'?|er|ε'?|dielectric constant",
     "loss": r"loss factor|eps''|epsilon''|ε''|imaginary permittivity",
@@ -85,8 +87,9 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
 
     Notes
     -----
-    A phase without a unit is in degrees if any value is beyond 2 pi, and otherwise refused unless its heading or `columns`
-    states the unit. A loss factor that disagrees with the conductivity by more than 2 % is refused.
+    Rows of the frequency 0, which a potentiostat writes for samples over time, are omitted. A phase without a unit is in degrees
+    if any value is beyond 2 pi, and otherwise refused unless its heading or `columns` states the unit. A loss factor that
+    disagrees with the conductivity by more than 2 % is refused.
     """
     found = _assigned(recorded, columns or {})
     if "frequency" in found:
@@ -109,7 +112,7 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
         )
     values = impedance if impedance is not None else permittivity
     assert values is not None
-    good = np.isfinite(grid) & np.isfinite(values)
+    good = np.isfinite(grid) & np.isfinite(values) & (grid != 0)
     if good.sum() < 2 or (grid[good] <= 0).any():
         raise InputError("frequency: expected two or more numbers above 0")
     order = np.flatnonzero(good)[np.argsort(grid[good], kind="stable")]
@@ -143,6 +146,7 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
     found = {meaning: by_name[name] for meaning, name in columns.items()}
     for channel in recorded.channels:
         heading = re.sub(r"\s+", " ", channel.name.lower().replace("_", " ").replace("/", " ")).strip()
+        heading = _PREFIX.sub("", heading)
         for meaning, pattern in _PATTERNS.items():
             if (
                 meaning not in found

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import zipfile
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.allowance import megabytes, memory_allowed
-from electrovib.core.errors import DataFileError
+from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.columns.faults import DAMAGE, check_file, damaged
 from electrovib.data.guarded import Reader, ReaderLimits, read_guarded
 from electrovib.data.readers.foreign import check_package
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from electrovib.data.readers.recorded import Recorded
 
-DESCRIPTION: Final = "spreadsheets (.xlsx): the first sheet with numbers"
+DESCRIPTION: Final = "spreadsheets (.xlsx): the first sheet with numbers, or the one chosen"
 PACKAGE: Final = "openpyxl"
 _UNPACKED: Final = 40
 """Largest ratio of the unpacked size to the size of the file; that of plain tables is about 10."""
@@ -30,13 +31,15 @@ _SECONDS: Final = 20.0
 _MOST_SHEETS: Final = 20
 
 
-def read_spreadsheet(path: Path) -> Recorded:
-    """Read the first sheet of a spreadsheet that holds rows of numbers.
+def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
+    """Read a sheet of a spreadsheet that holds rows of numbers.
 
     Parameters
     ----------
     path : Path
         ``.xlsx`` file.
+    part : str
+        Title of the sheet; the first one with rows of numbers if empty.
 
     Returns
     -------
@@ -46,7 +49,7 @@ def read_spreadsheet(path: Path) -> Recorded:
     Raises
     ------
     DataFileError
-        If openpyxl is not installed, or the file is damaged, unpacks to too much, or holds no numbers.
+        If openpyxl is not installed, or the file is damaged, unpacks to too much, or holds no numbers or no such sheet.
     """
     check_file(path)
     check_package(path, PACKAGE, "a spreadsheet", ", or save it as .csv")
@@ -63,14 +66,26 @@ def read_spreadsheet(path: Path) -> Recorded:
         waiting_time=3 * seconds,
     )  # fmt: skip
     found = read_guarded(Reader(f"{__name__}:sheets", (PACKAGE,), "a spreadsheet"), path, limits=limits)
+    if part and part not in found:
+        raise DataFileError(
+            f"part = {part}: there is no such sheet with content.{suggestion(part, found)} It has {', '.join(found)}.",
+            path=path,
+        )
     problem: DataFileError | None = None
     for name, content in found.items():
+        if part and name != part:
+            continue
         try:
-            return read_laboratory_bytes(
+            read = read_laboratory_bytes(
                 path, content.tobytes(), delimiter="\t", decimal_comma=False, origin=name
             )
         except DataFileError as error:
             problem = problem or error
+            continue
+        others = ", ".join(other for other in found if other != name)
+        return dataclasses.replace(
+            read, attributes={**read.attributes, **({"omitted": others} if others else {})}
+        )
     raise problem or DataFileError("holds no rows of numbers.", path=path)
 
 

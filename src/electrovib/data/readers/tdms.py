@@ -21,13 +21,15 @@ PACKAGE: Final = "nptdms"
 _UNITS: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
-def read_tdms(path: Path) -> Recorded:
+def read_tdms(path: Path, *, part: str = "") -> Recorded:
     """Read the channels of a TDMS file.
 
     Parameters
     ----------
     path : Path
         ``.tdms`` file.
+    part : str
+        Name of a channel whose length is chosen, where the channels have several lengths; the length with most numbers if empty.
 
     Returns
     -------
@@ -38,7 +40,7 @@ def read_tdms(path: Path) -> Recorded:
     Raises
     ------
     DataFileError
-        If npTDMS is not installed, or the file is damaged.
+        If npTDMS is not installed, the file is damaged, or it has no such channel.
     """
     check_file(path)
     check_package(path, PACKAGE, "NI TDMS")
@@ -48,11 +50,13 @@ def read_tdms(path: Path) -> Recorded:
         name, unit, step, start = found[f"about {at}"]
         table.append((name, unit, np.asarray(found[f"values {at}"], dtype=float)))
         steps.append((step, start))
-    recorded = recorded_of(path, table)
+    recorded = recorded_of(path, table, part=part)
     used = [steps[at] for at, (_, _, values) in enumerate(table) if values.size == recorded.size]
     if recorded.time or used[0][0] is None or len({step for step, _ in used}) > 1:
         return recorded
-    return recorded_of(path, table, step=used[0][0], start=used[0][1], attributes=recorded.attributes)
+    return recorded_of(
+        path, table, step=used[0][0], start=used[0][1], attributes=recorded.attributes, part=part
+    )
 
 
 def channels(path: Path) -> Iterator[tuple[str, Any]]:

@@ -60,7 +60,7 @@ def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[P
             stored.attrs[name] = int(value) if isinstance(value, bool) else value  # netCDF knows no booleans
     no_fill: dict[Any, Any] = {name: {"_FillValue": None} for name in stored.variables}
     try:
-        content = _in_memory(stored, no_fill)
+        content = in_memory(stored, no_fill)
     except (ValueError, TypeError) as error:
         raise InputError(f"this Trace cannot be written as netCDF: {error}", path=path) from error
     with writing({path: Form.NETCDF}, force=force) as temporaries:
@@ -68,7 +68,8 @@ def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[P
     return [path]
 
 
-def _in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
+def in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
+    """Write a dataset as netCDF into memory."""
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 

@@ -29,6 +29,7 @@ class ForceLaw(Model, family=True):
     attraction from their values at one time, under the same names. With `causal` false the law has no time-domain form
     and applies to a single sine only. `needs` lists the layers that the law needs, by role, which means the layer
     nearest to the interface, or by name. A law whose pressure can be negative explains that in `negative`.
+    `of_second_degree` declares that the pressure is a quadratic form of the amplitudes.
     """
 
     evaluation_surface: ClassVar[str] = "gap"
@@ -36,6 +37,7 @@ class ForceLaw(Model, family=True):
     instead: ClassVar[str] = ""
     needs: ClassVar[tuple[str, ...]] = ()
     negative: ClassVar[str] = ""
+    of_second_degree: ClassVar[bool] = False
 
     def amplitudes(self, section: Section) -> dict[str, Linear]:
         """Return the linear quantities from which the pressure is computed; by default the gap field E.

@@ -45,6 +45,7 @@ class MaxwellStressInGap(ForceLaw):
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     former_names: ClassVar[tuple[str, ...]] = ("GapPlane",)
     evaluation_surface: ClassVar[str] = "gap"
+    of_second_degree: ClassVar[bool] = True
     checks: ClassVar[tuple[Check, ...]] = (
         Check(
             "pressure",
@@ -81,6 +82,7 @@ class MaxwellStressInInsulator(ForceLaw):
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     former_names: ClassVar[tuple[str, ...]] = ("InsulatorPlane",)
     evaluation_surface: ClassVar[str] = "insulator"
+    of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("plate",)
     negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
@@ -118,6 +120,7 @@ class MaxwellStressInStratumCorneum(ForceLaw):
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
     former_names: ClassVar[tuple[str, ...]] = ("StratumCorneumPlane",)
     evaluation_surface: ClassVar[str] = "stratum_corneum"
+    of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("finger",)
     negative: ClassVar[str] = _NEGATIVE
     checks: ClassVar[tuple[Check, ...]] = (
@@ -158,6 +161,7 @@ class EffectiveMedium(ForceLaw):
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
     former_names: ClassVar[tuple[str, ...]] = ("EffectiveMediumPlane",)
     evaluation_surface: ClassVar[str] = "effective medium"
+    of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = _PLATE_AND_FINGER
     checks: ClassVar[tuple[Check, ...]] = (
         Check(

@@ -52,7 +52,16 @@ class Friction(Model, family=True):
 
 
 class SteadyFriction(Friction, family=True):
-    """Friction of steady sliding, without memory."""
+    """Friction of steady sliding, without memory.
+
+    Notes
+    -----
+    A member declares in `proportional_to` its parameters to which the friction is proportional, and in `is_linear` that the
+    friction is a linear function of load and attraction.
+    """
+
+    proportional_to: ClassVar[tuple[str, ...]] = ()
+    is_linear: ClassVar[bool] = False
 
     @abstractmethod
     def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:

@@ -21,6 +21,8 @@ class Coulomb(SteadyFriction):
         "lateral_force": "coefficient*(normal_force + electrostatic_force)"
     }
     example: ClassVar[Mapping[str, Any]] = {"coefficient": 0.5}
+    proportional_to: ClassVar[tuple[str, ...]] = ("coefficient",)
+    is_linear: ClassVar[bool] = True
 
     coefficient: Annotated[Number, Quantity("1", 0, 100, "coefficient of friction of the sliding finger")]
 
@@ -45,6 +47,7 @@ class PowerLaw(SteadyFriction):
         ""
     }
     example: ClassVar[Mapping[str, Any]] = {"coefficient": 0.6, "at_force": 1.0, "exponent": -0.206}
+    proportional_to: ClassVar[tuple[str, ...]] = ("coefficient",)
 
     coefficient: Annotated[Number, Quantity("1", 0, 100, "coefficient of friction at at_force")]
     at_force: Annotated[
@@ -70,6 +73,7 @@ class AdhesiveShear(SteadyFriction):
 
     equation: ClassVar[Mapping[str, str]] = {"lateral_force": "shear_strength*real_contact_area"}
     example: ClassVar[Mapping[str, Any]] = {"shear_strength": 1e6}
+    proportional_to: ClassVar[tuple[str, ...]] = ("shear_strength",)
 
     shear_strength: Annotated[Number, Quantity("Pa", 1, 1e10, "friction over the real contact area")]
 

@@ -6,8 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Collection, Iterable, Mapping
 
+    from electrovib.recordings.fit.result import ScenarioFit
     from electrovib.recordings.fit.table import EstimatedParameter
 
 
@@ -33,7 +34,7 @@ def space_tables(
     tables : dict of str to dict
         Path to a normal distribution where the interval is symmetric, and to a log-normal one, with the median at the
         estimate and the same 95 % interval, for an interval from a profile with two ends above 0. Parameters that the data
-        do not determine are omitted. Correlations are not part of a space.
+        do not determine are omitted; `omitted_from_space` states why, `space_correlations` how the others are correlated.
     """
     found: dict[str, dict[str, object]] = {}
     for row in rows:
@@ -50,3 +51,60 @@ def space_tables(
             table["low"] = 0.0
         found[paths[row.name]] = table
     return found
+
+
+def omitted_from_space(
+    rows: Iterable[EstimatedParameter], paths: Mapping[str, str], tables: Collection[str]
+) -> dict[str, str]:
+    """State why parameters of a fit have no distribution in its space.
+
+    Parameters
+    ----------
+    rows, paths
+        As for `space_tables`.
+    tables : collection of str
+        Paths that have a distribution.
+
+    Returns
+    -------
+    reasons : dict of str to str
+        Path to the reason, such as the combination that the data do not determine.
+    """
+    return {
+        paths[row.name]: row.note or f"its interval ({row.method or 'none'}) has no two ends above 0"
+        for row in rows
+        if row.name in paths and paths[row.name] not in tables
+    }
+
+
+def space_correlations(found: ScenarioFit, tables: Collection[str]) -> dict[tuple[str, str], float]:
+    """Return the correlation matrix of the estimates in a space, pair by pair.
+
+    Parameters
+    ----------
+    found : ScenarioFit
+        The fit.
+    tables : collection of str
+        Paths that have a distribution.
+
+    Returns
+    -------
+    correlations : dict of (str, str) to float
+        Pair of paths, in the order of the unknowns, to the correlation coefficient of their estimates, from -1 to 1: a minor of a
+        correlation matrix, which is positive semidefinite. To first order it holds for the logarithms too. A pair with a
+        parameter that varies between sessions is omitted, because a few sessions do not determine it, and so is one with a
+        parameter that is not determined or lies on a bound.
+    """
+    names = list(found.estimate.values)
+    matrix = found.correlation
+    shared = [
+        (names.index(each.name), each.path)
+        for each in found.unknowns
+        if not each.is_offset and not each.session and each.path in tables
+    ]
+    pairs = {
+        (first, second): min(max(matrix[at][other], -1.0), 1.0)
+        for number, (at, first) in enumerate(shared)
+        for other, second in shared[number + 1 :]
+    }
+    return {pair: value for pair, value in pairs.items() if math.isfinite(value)}

@@ -90,6 +90,7 @@ def least_squares(
     final_derivatives: Callable[[Mapping[str, float]], Real] | None = None,
     converged: float = CONVERGED,
     most_evaluations: int = MOST_EVALUATIONS,
+    judged: bool = True,
 ) -> LeastSquaresEstimate:
     """Minimise the sum of squares of a weighted residual.
 
@@ -110,6 +111,8 @@ def least_squares(
         Relative change of the sum of squares and of the parameters at which the search ends.
     most_evaluations : int
         After which it ends without having converged.
+    judged : bool
+        Whether the covariance is computed, with derivatives at the minimum.
 
     Returns
     -------
@@ -130,9 +133,22 @@ def least_squares(
     search = _Search(residual, derivatives, free)
     found = search.minimum(converged, most_evaluations)
     values = search.values(found.params)
+    left = np.asarray(residual(values), dtype=float)
+    if not judged:
+        return LeastSquaresEstimate(
+            values=values,
+            covariance=None,
+            why_no_covariance="it was not asked for",
+            sum_of_squares=float(left @ left),
+            count=left.size,
+            noise_is_known=noise_is_known,
+            on_bound={},
+            evaluations=int(found.nfev),
+            converged=bool(found.success),
+        )
     return estimate_at(
         values,
-        residual=np.asarray(residual(values), dtype=float),
+        residual=left,
         derivatives=np.asarray((final_derivatives or derivatives)(values), dtype=float),
         noise_is_known=noise_is_known,
         on_bound={name: bound for name in free if (bound := free[name].bound_at(values[name]))},

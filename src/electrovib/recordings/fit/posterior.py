@@ -11,6 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.problem import CancelledError
+from electrovib.recordings.fit.sampling import Sampling
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -33,20 +34,32 @@ class Posterior:
     ----------
     samples : mapping of str to ndarray, shape (n,)
         Unknown to its values in SI, after burn-in and thinned by half the autocorrelation time.
+    chains : mapping of str to ndarray, shape (steps, walkers)
+        Unknown to its values in SI along each whole chain, burn-in included.
+    log_density : ndarray, shape (steps, walkers)
+        Logarithm of the posterior density along each chain, up to a constant.
+    burn_in : int
+        Steps at the beginning of each chain that the samples omit.
     autocorrelation_time : mapping of str to float
-        Steps after which a chain has forgotten where it was.
+        Integrated autocorrelation time of the chains, in steps.
     acceptance : float
         Share of accepted proposals.
     steps : int
         Length of each chain.
+    seed : int
+        Of the random numbers.
     problems : tuple of str
-        Why the samples may not represent the distribution; empty if nothing speaks against it.
+        Why the samples may not represent the distribution; empty where the diagnostics raise no objection.
     """
 
     samples: Mapping[str, Real]
+    chains: Mapping[str, Real]
+    log_density: Real
+    burn_in: int
     autocorrelation_time: Mapping[str, float]
     acceptance: float
     steps: int
+    seed: int
     problems: tuple[str, ...]
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
@@ -62,9 +75,9 @@ class Posterior:
         Returns
         -------
         lower : float
-            In SI.
+            Lower quantile, in SI.
         upper : float
-            Likewise.
+            Upper quantile, in SI.
         """
         lower, upper = np.quantile(self.samples[name], [0.5 - level / 2, 0.5 + level / 2])
         return float(lower), float(upper)
@@ -111,14 +124,13 @@ def sample_posterior(
     is searched by its logarithm it is uniform in the logarithm, within a factor of 1e6 of the estimate. Half of each chain
     is burn-in.
     """
-    emcee = _emcee()
+    emcee = require_emcee()
+    Sampling(seed=seed, steps=steps)
     free = found.problem.prediction.free
     count = len(free)
     chains = 4 * count if walkers is None else walkers
     if chains < 2 * count or chains % 2:
         raise InputError(f"walkers = {chains}: expected an even number of at least {2 * count}")
-    if steps < 20:
-        raise InputError(f"steps = {steps}: expected at least 20")
     density = _Density(found)
     rng = np.random.default_rng(seed)
     sampler = emcee.EnsembleSampler(chains, count, density)
@@ -127,7 +139,7 @@ def sample_posterior(
     for done, _ in enumerate(sampler.sample(state, iterations=steps), start=1):
         if progress is not None and progress(done, steps):
             raise CancelledError("the sampling was cancelled")
-    return _summary(sampler, free, steps)
+    return _summary(sampler, free, steps, seed)
 
 
 class _Density:
@@ -178,12 +190,16 @@ class _Density:
         return np.asarray(np.clip(points, self.low, self.high))
 
 
-def _summary(sampler: Any, free: Mapping[str, FreeParameter], steps: int) -> Posterior:
+def _summary(sampler: Any, free: Mapping[str, FreeParameter], steps: int, seed: int) -> Posterior:
     half = steps // 2
     times = sampler.get_autocorr_time(discard=half, tol=0)
     known = np.where(np.isfinite(times), times, float(steps))
     thin = max(int(known.max() / 2), 1)
-    flat = sampler.get_chain(discard=half, thin=thin, flat=True)
+    whole = sampler.get_chain()
+    chains = {
+        name: np.vectorize(each.value, otypes=[float])(whole[:, :, number])
+        for number, (name, each) in enumerate(free.items())
+    }
     acceptance = float(np.mean(sampler.acceptance_fraction))
     problems = []
     if steps - half < LONG_ENOUGH * known.max():
@@ -197,18 +213,20 @@ def _summary(sampler: Any, free: Mapping[str, FreeParameter], steps: int) -> Pos
             " are expected of chains that explore the distribution"
         )
     return Posterior(
-        samples={
-            name: np.array([each.value(float(at)) for at in flat[:, number]])
-            for number, (name, each) in enumerate(free.items())
-        },
+        samples={name: each[half + thin - 1 :: thin].ravel() for name, each in chains.items()},
+        chains=chains,
+        log_density=np.asarray(sampler.get_log_prob()),
+        burn_in=half,
         autocorrelation_time={name: float(each) for name, each in zip(free, known, strict=True)},
         acceptance=acceptance,
         steps=steps,
+        seed=seed,
         problems=tuple(problems),
     )
 
 
-def _emcee() -> Any:
+def require_emcee() -> Any:
+    """Return emcee, or refuse with the line that installs it."""
     try:
         import emcee
     except ImportError:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
+from electrovib.recordings.fit.axes import along, over_time, signals_over_frequency
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
-from electrovib.solve.electrics.over_frequency import over_frequency
+from electrovib.solve.mechanics.proportional import INDEPENDENT, proportional_to_friction
 from electrovib.solve.prepare import Prepared
-from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -102,11 +102,13 @@ class Prediction:
             Prepared(scenario.replace(each.changes) if each.changes else scenario, free=free)
             for each in measured
         )
+        self._repeated = tuple(over_time(*each) for each in zip(self.prepared, self.columns, strict=True))
         self.unknowns = tuple(self._unknowns(free, varying))
         if len({each.name for each in self.unknowns}) < len(self.unknowns):
             raise InputError("two recordings have the same name: give each its own")
         self.free = {each.name: self._parameter(each, start or {}) for each in self.unknowns}
         self._last: tuple[object, Real] | None = None
+        self._linear: dict[str, NDArray[np.bool_] | None] = {}
         self._predicted = functools.lru_cache(maxsize=2 * len(measured) + 2)(self._of_record)
 
     @property
@@ -221,13 +223,12 @@ class Prediction:
         prepared, columns = self.prepared[at], self.columns[at]
         found: dict[int, NDArray[Any]] = {}
         for axis in dict.fromkeys(each.axis for each in columns):
-            there = [number for number, each in enumerate(columns) if each.axis == axis]
-            stamps = np.unique(np.concatenate([columns[number].x for number in there]))
-            names = list(dict.fromkeys(columns[number].signal for number in there))
-            if axis == "time":
-                rows = prepared.signals(dict(point), names=names, time=stamps)
+            there, stamps, names = along(columns, axis)
+            repeated = self._repeated[at]
+            if axis == "time" and repeated is not None:
+                rows = repeated.signals(dict(point))
             else:
-                rows = _over_frequency(prepared.scenario(dict(point)), stamps, names)
+                rows = signals_over_frequency(prepared.scenario(dict(point)), stamps, names)
             for number in there:
                 each = columns[number]
                 row = np.asarray(rows[each.signal])
@@ -257,15 +258,65 @@ class Prediction:
         base = self(values)
         found = np.zeros((base.size, len(wanted)))
         for number, unknown in enumerate(wanted):
-            if unknown.is_offset:
-                found[self._rows(unknown), number] = 1.0
-                continue
             begin = values[unknown.name]
+            linear = self.linear_rows(unknown)
+            if linear is not None and (unknown.is_offset or begin > 0):
+                found[linear, number] = 1.0 if unknown.is_offset else self.alone(values, linear) / begin
+                continue
             step = STEP * (abs(begin) or 1.0)
             moved = begin + step if begin + step <= self.free[unknown.name].upper else begin - step
             found[:, number] = (self(dict(values) | {unknown.name: moved}) - base) / (moved - begin)
         self._last = (key, found)
         return found
+
+    def alone(self, values: Mapping[str, float], rows: NDArray[np.bool_]) -> Real:
+        """Return some of the predictions without unknown zeros.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Of all unknowns by name, in SI.
+        rows : ndarray of bool, shape (n,)
+            Which data.
+
+        Returns
+        -------
+        prediction : ndarray, shape (rows,)
+            In the order of `data`, in the unit of each.
+        """
+        zeros = {each.name: 0.0 for each in self.unknowns if each.is_offset}
+        return self(dict(values) | zeros)[rows]
+
+    def linear_rows(self, unknown: Unknown) -> NDArray[np.bool_] | None:
+        """Return the data that are linear in an unknown, where all others are independent of it.
+
+        Parameters
+        ----------
+        unknown : Unknown
+            One of `unknowns`.
+
+        Returns
+        -------
+        rows : ndarray of bool, shape (n,), or None
+            Data to which a zero is added, or whose predictions are proportional to the parameter as its model declares; None
+            for every other unknown.
+        """
+        if unknown.name not in self._linear:
+            self._linear[unknown.name] = (
+                self._rows(unknown) if unknown.is_offset else self._proportional_rows(unknown)
+            )
+        return self._linear[unknown.name]
+
+    def _proportional_rows(self, unknown: Unknown) -> NDArray[np.bool_] | None:
+        marks = []
+        for measured, prepared, columns in zip(self.measured, self.prepared, self.columns, strict=True):
+            concerned = unknown.session in ("", measured.session)
+            scaled = proportional_to_friction(prepared.base, unknown.path)
+            for each in columns:
+                if concerned and not (scaled and each.signal in scaled | INDEPENDENT):
+                    return None
+                marks.append(np.full(each.x.size * each.parts, concerned and each.signal in scaled))
+        return np.concatenate(marks)
 
     def _rows(self, unknown: Unknown) -> NDArray[np.bool_]:
         """Mark the real parts of the data of the signal that an offset belongs to."""
@@ -280,15 +331,3 @@ class Prediction:
 
 def _flat(values: NDArray[Any]) -> Real:
     return np.concatenate([values.real, values.imag]) if np.iscomplexobj(values) else np.asarray(values)
-
-
-def _over_frequency(scenario: Scenario, frequency: Real, names: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Predict signals over frequency, exactly, for the materials as declared."""
-    variables = over_frequency(scenario, phasors(scenario, frequency))
-    absent = [name for name in names if name not in variables or variables[name][0] != ("frequency",)]
-    if absent:
-        known = ", ".join(name for name, (dims, _) in variables.items() if dims == ("frequency",))
-        raise ElectrovibError(
-            f"'{absent[0]}' is not predicted over frequency by this scenario. Known: {known}."
-        )
-    return {name: np.asarray(variables[name][1]) for name in names}

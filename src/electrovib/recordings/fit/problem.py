@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
@@ -9,8 +10,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.recordings.fit.estimate import estimate_at
 from electrovib.recordings.fit.least_squares import FreeParameter, least_squares
+from electrovib.recordings.fit.newton import newton_step
 from electrovib.recordings.fit.prediction import Prediction
+from electrovib.recordings.fit.separated import OutsideBoundsError, Separated
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -20,8 +24,8 @@ SEARCHED: Final = 1e-9
 """Relative change at which the search for parameters of a scenario ends: the precision of its derivatives."""
 _CLOSE: Final = 0.01
 """Remaining step over the standard deviation up to which a search has ended."""
-_MOST_NEAR: Final = 20
-"""Evaluations with the same derivatives after which the search goes on with new ones."""
+_MOST_NEAR: Final = 6
+"""Gauss-Newton steps from values close to the minimum, before the general search is used."""
 _PRECISION: Final = 1e-7
 """Remaining step over the value that the precision of the derivatives does not resolve."""
 Callback = Callable[[int, float], bool | None]
@@ -105,24 +109,63 @@ class WeightedProblem:
         fixed : mapping of str to float, optional
             Values of all other unknowns, in SI.
         converged : float
-            Relative change at which the search ends.
+            Relative change at which the search ends; above `SEARCHED` the covariance is not computed.
 
         Returns
         -------
         estimate : LeastSquaresEstimate
             Of the free unknowns.
         """
-        held, names = dict(fixed or {}), tuple(free)
+        held, names, judged = dict(fixed or {}), tuple(free), converged <= SEARCHED
+        separated = Separated(self, free, held)
+        if separated.is_useful:
+            try:
+                return self._minimum_of_others(separated, free, held, known=known, converged=converged)
+            except OutsideBoundsError:
+                pass  # the bound is found by the search for all unknowns
         return least_squares(
             lambda values: self.residual(held | dict(values)),
             free,
             derivatives=lambda values: self.derivatives(held | dict(values), names=names),
             noise_is_known=known,
             converged=converged,
+            judged=judged,
+        )
+
+    def _minimum_of_others(
+        self,
+        separated: Separated,
+        free: Mapping[str, FreeParameter],
+        held: Mapping[str, float],
+        *,
+        known: bool,
+        converged: float,
+    ) -> LeastSquaresEstimate:
+        """Search for the unknowns that are not linear, and judge all of them together."""
+        found = least_squares(
+            separated.residual,
+            separated.others,
+            derivatives=separated.derivatives,
+            noise_is_known=known,
+            converged=converged,
+            judged=False,
+        )
+        best, _, _ = separated.best(found.values)
+        values = {name: found.values[name] if name in found.values else best[name] for name in free}
+        if converged > SEARCHED:
+            return dataclasses.replace(found, values=values)
+        return estimate_at(
+            values,
+            residual=self.residual(dict(held) | dict(values)),
+            derivatives=self.derivatives(dict(held) | dict(values), names=tuple(free)),
+            noise_is_known=known,
+            on_bound={name: bound for name in free if (bound := free[name].bound_at(values[name]))},
+            evaluations=found.evaluations,
+            converged=found.converged,
         )
 
     def minimum_near(self, free: Mapping[str, FreeParameter], *, known: bool) -> LeastSquaresEstimate:
-        """Minimise the sum of squares from starting values that are close to the minimum, with derivatives taken only there.
+        """Minimise the sum of squares from starting values that are close to the minimum, by Gauss-Newton steps.
 
         Parameters
         ----------
@@ -134,28 +177,38 @@ class WeightedProblem:
         Returns
         -------
         estimate : LeastSquaresEstimate
-            Judged with derivatives at the minimum. Where these ask for a further step of more than 1 % of a standard
-            deviation and 1e-7 of the value, the search goes on with derivatives at each of its points.
+            Judged with derivatives at the minimum, which ask for a further step of less than 1 % of a standard deviation or
+            1e-7 of the value. Where a step leads to a bound or to a larger sum of squares, or `_MOST_NEAR` steps do not
+            suffice, this is the result of `minimum`.
         """
-        begin = {name: each.start for name, each in free.items()}
-        slopes = self.derivatives(begin)
-        found = least_squares(
-            self.residual,
-            free,
-            derivatives=lambda _: slopes,
-            final_derivatives=self.derivatives,
-            noise_is_known=known,
-            converged=SEARCHED,
-            most_evaluations=_MOST_NEAR,
-        )
-        inside = [at for at, name in enumerate(free) if name not in found.on_bound]
-        step, *_ = np.linalg.lstsq(self.derivatives(found.values)[:, inside], self.residual(found.values))
-        deviations = np.array(list(found.standard_deviations.values()))[inside]
-        values = np.array(list(found.values.values()))[inside]
-        small = np.maximum(_CLOSE * deviations, _PRECISION * np.abs(values))
-        if found.converged and (np.abs(step) < small).all():
-            return found
-        again = {name: each.starting_at(found.values[name]) for name, each in free.items()}
+        values = {name: each.start for name, each in free.items()}
+        left = self.residual(values)
+        squares = float(left @ left)
+        for count in range(1, _MOST_NEAR + 1):
+            step, deviations = newton_step(self.derivatives(values), left)
+            now = np.array(list(values.values()))
+            if not (np.isfinite(squares) and np.isfinite(step).all()):
+                break
+            scatter = 1.0 if known else np.sqrt(squares / max(left.size - len(values), 1))
+            small = np.maximum(_CLOSE * scatter * deviations, _PRECISION * np.abs(now))
+            if (np.abs(step) < small).all():
+                return estimate_at(
+                    values,
+                    residual=left,
+                    derivatives=self.derivatives(values),
+                    noise_is_known=known,
+                    on_bound={},
+                    evaluations=count,
+                    converged=True,
+                )
+            moved = dict(zip(values, (now + step).tolist(), strict=True))
+            if any(not each.lower < moved[name] < each.upper for name, each in free.items()):
+                break
+            left = self.residual(moved)
+            if not float(left @ left) <= squares * (1 + SEARCHED):
+                break
+            values, squares = moved, float(left @ left)
+        again = {name: each.starting_at(values[name]) for name, each in free.items()}
         return self.minimum(again, known=known)
 
     def rise(

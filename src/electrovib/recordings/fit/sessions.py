@@ -9,27 +9,33 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.core.units import format_quantity
+
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from electrovib.recordings.fit.estimate import LeastSquaresEstimate
 
 
 @dataclass(frozen=True, kw_only=True)
 class BetweenSessions:
-    """One parameter over several sessions.
+    """One parameter over several sessions, or over recordings that were fitted separately.
 
     Parameters
     ----------
     values : mapping of str to float
-        LeastSquaresEstimate of each session, in the parameter's unit.
+        Estimate of each session, in the parameter's unit.
     mean : float
-        Of the sessions.
+        Mean of the sessions, in the parameter's unit.
     within : float
         Standard deviation of the estimate of one session by its own noise, root mean square over the sessions.
     between : float
         Standard deviation of the parameter between sessions, beyond what the noise within them explains; 0 if that
         explains it.
     standard_error : float
-        Of the mean, from the scatter of the sessions.
+        Standard error of the mean, from the scatter of the sessions.
+    group : str
+        What the values belong to: ``"session"`` or ``"recording"``.
     """
 
     values: Mapping[str, float]
@@ -37,6 +43,7 @@ class BetweenSessions:
     within: float
     between: float
     standard_error: float
+    group: str = "session"
 
     def interval(self, *, level: float = 0.95) -> tuple[float, float]:
         """Interval of the mean over sessions, by Student's t with one degree of freedom less than sessions.
@@ -58,12 +65,13 @@ class BetweenSessions:
         half = float(t.ppf(0.5 + level / 2, len(self.values) - 1)) * self.standard_error
         return self.mean - half, self.mean + half
 
-    @property
-    def sentence(self) -> str:
-        """Both scatters, and which of them counts."""
+    def in_words(self, unit: str) -> str:
+        """State both scatters with their unit, and which of them limits the mean."""
         ratio = self.between / self.within if self.within else math.inf
-        return f"scatter within a session {self.within:.3g}, between sessions {self.between:.3g}" + (
-            f": {ratio:.2g} times as much, so that an interval from one session would be too narrow"
+        within, between = (format_quantity(each, unit, digits=3) for each in (self.within, self.between))
+        one = self.group
+        return f"scatter within a {one} {within}, between {one}s {between}" + (
+            f": {ratio:.2g} times as much, so that an interval from one {one} would be too narrow"
             if ratio > 1
             else ""
         )
@@ -89,14 +97,40 @@ def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -
     The sessions count alike: their scatter has the variance between them plus that within, whatever the sizes, so that
     Student's t holds for the mean when the sessions are alike in size.
     """
-    found = np.array([estimate.values[name] for name in names.values()])
-    deviations = np.array([estimate.standard_deviations[name] for name in names.values()])
+    deviations = estimate.standard_deviations
+    return spread_of(
+        {session: estimate.values[name] for session, name in names.items()},
+        [deviations[name] for name in names.values()],
+    )
+
+
+def spread_of(
+    values: Mapping[str, float], deviations: Sequence[float], *, group: str = "session"
+) -> BetweenSessions:
+    """Summarise separate estimates of one parameter.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Session or recording to its estimate, in the parameter's unit; at least two.
+    deviations : sequence of float
+        Standard deviation of each estimate by its own noise, in the parameter's unit.
+    group : str
+        What the values belong to: ``"session"`` or ``"recording"``.
+
+    Returns
+    -------
+    spread : BetweenSessions
+        With a variance between them by the method of moments, not below 0.
+    """
+    found = np.array(list(values.values()))
     scatter = float(np.var(found, ddof=1))
-    within = float(np.sqrt(np.mean(deviations**2)))
+    within = float(np.sqrt(np.mean(np.square(deviations))))
     return BetweenSessions(
-        values={session: estimate.values[name] for session, name in names.items()},
+        values=dict(values),
         mean=float(np.mean(found)),
         within=within,
         between=math.sqrt(max(scatter - within**2, 0.0)) if math.isfinite(within) else math.sqrt(scatter),
         standard_error=math.sqrt(scatter / found.size),
+        group=group,
     )

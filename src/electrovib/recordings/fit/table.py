@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
+from electrovib.recordings.fit.systematic import systematic_deviations
 
 if TYPE_CHECKING:
     from electrovib.recordings.fit.prediction import Unknown
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 
 LEVEL: Final = 0.95
 """Probability of the intervals of a table."""
+NORMAL: Final = 1.959963984540054
+"""Standard deviations of a normal distribution that hold 95 % of it on both sides."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +43,8 @@ class EstimatedParameter:
         As in `ScenarioFit.states`.
     note : str
         Why there is no interval, or what limits it.
+    systematic : float
+        Standard deviation by the calibration errors of the signals, in addition to that by noise; NaN where none is stated.
     """
 
     name: str
@@ -50,6 +56,13 @@ class EstimatedParameter:
     method: str
     state: str
     note: str
+    systematic: float = math.nan
+
+    @property
+    def systematic_interval(self) -> tuple[float, float]:
+        """95 % interval by the calibration errors alone, in SI; NaN where none is stated."""
+        half = NORMAL * self.systematic
+        return self.value - half, self.value + half
 
     @property
     def digits(self) -> int:
@@ -75,7 +88,13 @@ def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[Estim
     rows : tuple of EstimatedParameter
         The means over sessions last.
     """
-    rows = [_row(found, each, profiles=profiles) for each in found.unknowns]
+    systematic = systematic_deviations(found)
+    rows = [
+        dataclasses.replace(
+            _row(found, each, profiles=profiles), systematic=systematic.get(each.name, math.nan)
+        )
+        for each in found.unknowns
+    ]
     for path, spread in found.sessions.items():
         lower, upper = spread.interval(level=LEVEL)
         rows.append(
@@ -88,7 +107,8 @@ def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[Estim
                 upper=upper,
                 method="sessions",
                 state="well",
-                note=spread.sentence,
+                note=spread.in_words(quantity_at(found.scenario, path).unit),
+                systematic=systematic.get(path, math.nan),
             )
         )
     return tuple(rows)

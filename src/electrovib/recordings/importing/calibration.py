@@ -69,6 +69,25 @@ class SensorCalibration:
         variance: Real = np.maximum(first + 2 * both * at + second * at**2, 0.0)
         return np.asarray(np.sqrt(variance))
 
+    def error_attributes(self) -> dict[str, float]:
+        """Return the uncertainty of the line as attributes of a calibrated signal, as a fit reads them.
+
+        Returns
+        -------
+        attributes : dict of str to float
+            ``gain_uncertainty``, the standard uncertainty of the sensitivity over the sensitivity; ``zero_uncertainty``, that of
+            the value at 0 in the unit of the signal; ``gain_zero_covariance``, in the unit of the signal.
+        """
+        (first, both), (_, second) = self.covariance
+        slope, level = self.sensitivity, self.intercept
+        ratio = level / slope
+        variance = float(first - 2 * ratio * both + ratio**2 * second)
+        return {
+            "gain_uncertainty": float(np.sqrt(second)) / abs(slope),
+            "zero_uncertainty": float(np.sqrt(max(variance, 0.0))),
+            "gain_zero_covariance": float(both / slope - ratio * second / slope),
+        }
+
 
 def calibrate(reading: ArrayLike, known: ArrayLike) -> SensorCalibration:
     """Fit a calibration line to readings at known values.

@@ -13,7 +13,7 @@ from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import KINDS, parse_quantity
 from electrovib.data.columns.column import kind_and_factor
-from electrovib.data.readers.layout import name_and_unit
+from electrovib.data.readers.unit_words import name_and_unit
 from electrovib.recordings.importing.calibration import SensorCalibration
 
 if TYPE_CHECKING:

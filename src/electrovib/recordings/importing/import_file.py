@@ -14,11 +14,13 @@ from electrovib.core.files import note_input
 from electrovib.core.trace import make_trace
 from electrovib.data.columns.faults import check_file
 from electrovib.data.readers.registry import format_of, read_recorded
+from electrovib.recordings.importing.calibration import SensorCalibration
 from electrovib.recordings.importing.choice import calibrated_column, check_names, column_of
 from electrovib.recordings.importing.clock import SampleTimes, sample_times
 from electrovib.recordings.importing.notices import about_samples
 from electrovib.recordings.importing.reduction import ReductionSteps, reduced
 from electrovib.recordings.importing.spectrum_trace import spectrum_trace
+from electrovib.recordings.importing.systematic import read_calibration, systematic_attribute
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -41,6 +43,8 @@ def import_file(
     reader: str = "",
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
+    part: str | None = None,
+    calibration: Mapping[str, str | Path] | None = None,
     title: str = "",
     **reduction: Any,
 ) -> xarray.Dataset:
@@ -66,6 +70,11 @@ def import_file(
         Of text: one character, or empty for blanks; found if not given.
     decimal_comma : bool, optional
         Of text: whether decimals are written with a comma; found if not given.
+    part : str, optional
+        Sheet of a spreadsheet, table of a Gamry file, or array whose length is chosen where a file holds several.
+    calibration : mapping of str to path, optional
+        Signal to a table of two columns with units, the reading of its sensor and the known value; the line fitted to it is used
+        as the scale, and its covariance is carried in the attribute ``calibration_covariance``.
     title : str
         Title of the Trace; the name of the file if empty.
     **reduction
@@ -86,7 +95,7 @@ def import_file(
     place = Path(path)
     check_file(place)
     note_input(place)
-    options = {"delimiter": delimiter, "decimal_comma": decimal_comma}
+    options = {"delimiter": delimiter, "decimal_comma": decimal_comma, "part": part}
     recorded = read_recorded(place, reader=reader, **options)
     stated = {name: value for name, value in options.items() if value is not None}
     origin = {
@@ -96,12 +105,22 @@ def import_file(
         "file_sha256": hashlib.sha256(place.read_bytes()).hexdigest(),
         "reader": reader or format_of(place).name,
         "options": json.dumps(
-            stated | {"columns": dict(columns or {}), "time": time, "step": step} | reduction, default=repr
+            stated
+            | {"columns": dict(columns or {}), "time": time, "step": step}
+            | (
+                {"calibration": {name: str(place) for name, place in calibration.items()}}
+                if calibration
+                else {}
+            )
+            | reduction,
+            default=repr,
         ),
         "file_preamble": json.dumps(dict(recorded.attributes))[:_LONGEST_SETTINGS],
     }
-    steps = _reduction(reduction)
     wanted = dict(columns or {})
+    steps = _reduction(
+        reduction | _with_calibrations(calibration or {}, wanted, reduction.get("scale") or {})
+    )
     if is_spectrum(wanted):
         return spectrum_trace(recorded, wanted, origin)
     problems = check_names("columns", wanted)
@@ -117,6 +136,20 @@ def import_file(
         raise InputError(problems)
     clock = sample_times(recorded, time=time, step=step, stamps=stamps)
     return _over_time(recorded, wanted, clock, steps, origin)
+
+
+def _with_calibrations(
+    files: Mapping[str, str | Path], columns: Mapping[str, str], scale: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the scales with the calibration lines of files."""
+    problems = check_names("calibration", files, columns)
+    problems += [
+        f"calibration.{name}: a scale is given too; omit one of the two" for name in files if name in scale
+    ]
+    if problems:
+        raise InputError(problems)
+    lines = {name: read_calibration(name, place) for name, place in files.items()}
+    return {"scale": dict(scale) | lines} if lines else {}
 
 
 def is_spectrum(columns: Mapping[str, str]) -> bool:
@@ -167,12 +200,18 @@ def _over_time(
     if problems:
         raise InputError(problems)
     diagnostics = [*clock.diagnostics, *about_samples(clock.time, readings)]
+    lines = {name: line for name, line in steps.scale.items() if isinstance(line, SensorCalibration)}
+    origin = origin | systematic_attribute(lines, {*steps.baseline, *steps.detrend})
     found, signals, words = reduced(clock.time, signals, steps)
-    return make_trace(
+    trace = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
         {"time": found},
         origin | {"history": "\n".join(history + words), "validity": _validity(diagnostics)},
     )
+    for name, scale in steps.scale.items():
+        if isinstance(scale, SensorCalibration):
+            trace[name].attrs |= scale.error_attributes()
+    return trace
 
 
 def _validity(diagnostics: list[Diagnostic]) -> str:

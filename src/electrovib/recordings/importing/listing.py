@@ -19,7 +19,12 @@ _MOST: Final = 60
 
 
 def list_columns(
-    path: str | Path, *, reader: str = "", delimiter: str | None = None, decimal_comma: bool | None = None
+    path: str | Path,
+    *,
+    reader: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    part: str | None = None,
 ) -> list[str]:
     """List the columns of a file, with their units, and an example of the options that import them.
 
@@ -33,6 +38,8 @@ def list_columns(
         Of text: one character; found if not given.
     decimal_comma : bool, optional
         Of text: whether decimals are written with a comma; found if not given.
+    part : str, optional
+        Sheet, table or array to read.
 
     Returns
     -------
@@ -45,7 +52,9 @@ def list_columns(
         If the file cannot be read.
     """
     place = Path(path)
-    recorded = read_recorded(place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
+    recorded = read_recorded(
+        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=part
+    )
     name = reader or format_of(place).name
     lines = [f"{place.name}: reader '{name}', {len(recorded.channels)} columns of {recorded.size} samples"]
     for number, each in enumerate(recorded.channels[:_MOST]):
@@ -55,6 +64,8 @@ def list_columns(
         lines.append(f"  {number}  {each.name}  [{each.unit or 'unit not stated'}]  {ends}{role}")
     if len(recorded.channels) > _MOST:
         lines.append(f"  and {len(recorded.channels) - _MOST} more")
+    if "omitted" in recorded.attributes:
+        lines.append(f"  not read: {recorded.attributes['omitted']}; choose with --part NAME")
     try:
         spectrum = spectrum_of(recorded)
     except InputError as error:

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
-from electrovib.core.units import exact_text, format_quantity, parse_quantity
-from electrovib.data.readers.registry import read_recorded
-from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.core.units import exact_text, format_quantity
 from electrovib.physics.tabulated import Tabulated
+from electrovib.recordings.importing.sample import number_of, read_sample
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.core.arrays import Complex
-    from electrovib.data.readers.spectrum import MeasuredSpectrum
+    from electrovib.recordings.importing.sample import SampleSpectrum
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,30 +132,13 @@ def import_material(
     The permittivity of a homogeneous sample of thickness d and area A, without fringe field, is
     :math:`\varepsilon^* = d / (j \omega \varepsilon_0 A Z)`.
     """
-    place = Path(path)
-    recorded = read_recorded(place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
-    spectrum = spectrum_of(recorded, columns=columns)
-    depth = None if thickness is None else _above_zero("thickness", thickness, "m")
-    history = [f"spectrum of {place.name}: {spectrum.read_as}"]
-    diagnostics: list[Diagnostic] = []
-    resistance = _number("series_resistance", series_resistance, "ohm")
-    capacitance = _number("parallel_capacitance", parallel_capacitance, "F")
-    if spectrum.impedance is not None:
-        permittivity, words = _of_impedance(spectrum, area, depth, resistance, capacitance)
-        history += words
-    else:
-        assert spectrum.permittivity is not None
-        permittivity = spectrum.permittivity
-        given = {"area": area, "series_resistance": resistance, "parallel_capacitance": capacitance}
-        if surplus := [name for name, stated in given.items() if stated]:
-            raise InputError(f"{surplus[0]}: the file holds a permittivity, which needs none; omit it")
-    if spectrum.lossless:
-        diagnostics.append(
-            Diagnostic(
-                "loss", "unknown", "the table states a permittivity without loss: the loss is assumed to be 0"
-            )
-        )
-    material = _tabulated(spectrum, permittivity, _number("conductivity", conductivity, "S/m"), history)
+    sample = read_sample(
+        path, area=area, thickness=thickness, series_resistance=series_resistance,
+        parallel_capacitance=parallel_capacitance, columns=columns, reader=reader, delimiter=delimiter,
+        decimal_comma=decimal_comma,
+    )  # fmt: skip
+    history, diagnostics = list(sample.history), list(sample.diagnostics)
+    material = _tabulated(sample, number_of("conductivity", conductivity, "S/m"), history)
     low, high = material.conduction_bounds()
     diagnostics.append(
         Diagnostic(
@@ -168,67 +147,20 @@ def import_material(
             f" {format_quantity(low, 'S/m')} to {format_quantity(high, 'S/m', digits=4)}",
         )
     )  # fmt: skip
-    diagnostics += [each for each in material.diagnostics(place.stem) if each.name == "measured table"]
+    diagnostics += [each for each in material.diagnostics(Path(path).stem) if each.name == "measured table"]
     return ImportedMaterial(
-        material=material, thickness=depth, history=tuple(history), diagnostics=tuple(diagnostics)
+        material=material, thickness=sample.thickness, history=tuple(history), diagnostics=tuple(diagnostics)
     )
 
 
-def _number(name: str, value: str | float, unit: str) -> float:
-    try:
-        found = parse_quantity(value, unit) if isinstance(value, str) else float(value)
-    except ValueError as error:
-        raise InputError(f"{name} = {value}: {error}") from None
-    if not math.isfinite(found) or found < 0:
-        raise InputError(f"{name} = {value}: expected 0 or more, in {unit}")
-    return found
-
-
-def _above_zero(name: str, value: str | float, unit: str) -> float:
-    found = _number(name, value, unit)
-    if not found:
-        raise InputError(f"{name} = {value}: expected more than 0 {unit}")
-    return found
-
-
-def _of_impedance(
-    spectrum: MeasuredSpectrum,
-    area: str | float | None,
-    depth: float | None,
-    resistance: float,
-    capacitance: float,
-) -> tuple[Complex, list[str]]:
-    """Compute the permittivity of the sample from its impedance."""
-    missing = [name for name, value in (("area", area), ("thickness", depth)) if value is None]
-    if missing or area is None or depth is None:
-        raise InputError(
-            f"{name}: an impedance becomes a permittivity by area and thickness of the sample; state it, such as"
-            f" {name} = '{'1 cm2' if name == 'area' else '200 um'}' (--{name})"
-            for name in missing
-        )
-    surface = _above_zero("area", area, "m2")
-    assert spectrum.impedance is not None
-    turns = 2j * np.pi * spectrum.frequency
-    admittance = 1 / spectrum.impedance - turns * capacitance
-    sample = 1 / admittance - resistance
-    words = [
-        f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
-    ]
-    words += [f"fixture of {format_quantity(capacitance, 'F')} in parallel subtracted"] if capacitance else []
-    words += [f"{format_quantity(resistance, 'ohm')} in series subtracted"] if resistance else []
-    return np.asarray(depth / (turns * eps0 * surface * sample)), words
-
-
-def _tabulated(
-    spectrum: MeasuredSpectrum, permittivity: Complex, conductivity: float, history: list[str]
-) -> Tabulated:
+def _tabulated(spectrum: SampleSpectrum, conductivity: float, history: list[str]) -> Tabulated:
     """Make the table; rows of one frequency are averaged, rows that no passive dielectric has are refused."""
     frequency, place = np.unique(spectrum.frequency, return_inverse=True)
     counts = np.bincount(place)
     if frequency.size < spectrum.frequency.size:
         history.append(f"{spectrum.frequency.size - frequency.size} repeated frequencies averaged")
-    real = np.bincount(place, permittivity.real) / counts
-    loss = np.bincount(place, -permittivity.imag) / counts
+    real = np.bincount(place, spectrum.permittivity.real) / counts
+    loss = np.bincount(place, -spectrum.permittivity.imag) / counts
     bad = ~((real > 0) & (loss >= 0))
     if bad.any():
         first = int(np.argmax(bad))

@@ -95,7 +95,8 @@ def fit_material(
     Returns
     -------
     fits : tuple of MaterialFit
-        One for each form, the best by the criterion of Akaike first; all without the rows that are outliers of the best.
+        One for each form that could be fitted, the best by the criterion of Akaike first; all without the rows that are
+        outliers of the best.
 
     Raises
     ------
@@ -114,7 +115,15 @@ def fit_material(
     consistent = consistency(grid, data)
     outliers = np.zeros(grid.size, bool)
     for _ in range(_MOST_ROUNDS):
-        found = [_best_of(form, grid, data, outliers, weights, consistent) for form in forms]
+        found: list[MaterialFit] = []
+        refused: list[str] = []
+        for form in forms:
+            try:
+                found.append(_best_of(form, grid, data, outliers, weights, consistent))
+            except InputError as error:
+                refused += error.problems
+        if not found:
+            raise InputError(refused)
         found.sort(key=lambda each: each.estimate.aicc)
         found_out = _outliers(found[0].material, grid, data)
         if (found_out == outliers).all():
@@ -163,6 +172,50 @@ def _outliers(material: Material, grid: Real, data: Complex) -> NDArray[np.bool_
     return found
 
 
+def shift_of(
+    fit: MaterialFit, frequency: Real, permittivity: Complex, *, factor: complex, noise: ArrayLike | None
+) -> dict[str, float]:
+    """Compute by how much the estimates change if all data are multiplied by a complex factor close to 1.
+
+    Parameters
+    ----------
+    fit : MaterialFit
+        The fit.
+    frequency : ndarray, shape (n,)
+        Hz, as it was fitted.
+    permittivity : ndarray of complex, shape (n,)
+        Relative permittivity, as it was fitted.
+    factor : complex
+        Factor of the permittivity, dimensionless.
+    noise : array_like or None
+        As it was fitted.
+
+    Returns
+    -------
+    shift : dict of str to float
+        Dotted path to the change of the estimate, in SI, by the derivative of the estimate after the data; 0 of a parameter
+        that lies on its bound.
+    """
+    kept = ~fit.outliers
+    grid, data = frequency[kept], permittivity[kept]
+    given = _weights(noise, frequency.size)
+    each = 1.0 if given is None else given[:, kept].ravel()
+    inside = {name: value for name, value in fit.estimate.values.items() if name not in fit.estimate.on_bound}
+    free = _free(fit.material)
+    base, columns = _rows(fit.material.complex_permittivity(grid), grid), []
+    for path, value in inside.items():
+        step = _STEP * max(abs(value), 1e-3 if not free[path].logarithmic else 0.0)
+        moved = value + step if value + step <= free[path].upper else value - step
+        there = with_numbers(fit.material, {path: moved}).complex_permittivity(grid)
+        columns.append((_rows(there, grid) - base) / (moved - value) * each)
+    sloped = np.column_stack(columns)
+    scale = np.linalg.norm(sloped, axis=0)
+    change = (_rows(data * factor, grid) - _rows(data, grid)) * each
+    found, *_ = np.linalg.lstsq(sloped / scale, change, rcond=1e-10)
+    shift = dict.fromkeys(fit.estimate.values, 0.0)
+    return shift | {path: float(value) for path, value in zip(inside, found / scale, strict=True)}
+
+
 def _weights(noise: ArrayLike | None, count: int) -> Real | None:
     """One over the relative standard deviation of permittivity and conductivity, shape (2, count); None without a noise."""
     if noise is None:
@@ -196,10 +249,14 @@ def _best_of(
     if not rough:
         raise InputError(f"{form}: could not be fitted to this spectrum from any initial values")
     rough.sort(key=lambda each: each[0].sum_of_squares)
-    fine = [
-        _from(each, kept, target, weighted, converged=_CONVERGED, most=MOST_EVALUATIONS)
-        for _, each in rough[:_POLISHED]
-    ]
+    fine = []
+    for _, each in rough[:_POLISHED]:
+        try:
+            fine.append(_from(each, kept, target, weighted, converged=_CONVERGED, most=MOST_EVALUATIONS))
+        except ElectrovibError:  # ends at values that the material refuses together
+            continue
+    if not fine:
+        raise InputError(f"{form}: no values that the form allows represent this spectrum best")
     estimate, material = min(fine, key=lambda each: each[0].sum_of_squares)
     model = material.complex_permittivity(kept)
     return MaterialFit(

@@ -1,5 +1,6 @@
 """Plots: functions of one Trace or several; each draws into Axes and returns them."""
 
+from electrovib.view.plots.indices import indices
 from electrovib.view.plots.layers import stack
 from electrovib.view.plots.over_frequency import (
     frequency_response,
@@ -32,6 +33,7 @@ __all__ = [
     "gain_phase",
     "impedance",
     "impedance_phase",
+    "indices",
     "lateral_force",
     "layer_voltages",
     "over_time",

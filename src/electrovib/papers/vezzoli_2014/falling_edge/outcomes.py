@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -58,7 +59,7 @@ def outcome(candidate: Candidate, *, ramp: float = RAMP, hold: float = HOLD) -> 
     top, falls = ramp + hold, time >= ramp + hold
     rising = float(np.max(np.abs(force[(time > 0) & (time <= top)])))
     peak = float(np.abs(force[time <= top][np.argmin(np.abs(time[time <= top] - ramp))]))
-    decay = _decay(time, np.abs(force), start=ramp, end=top, level=peak / np.e)
+    decay = _decay(time, np.abs(force), start=ramp, end=top, level=peak / math.e)
     return Outcome(time, force, float(np.max(np.abs(force[falls]))) / rising, decay)
 
 

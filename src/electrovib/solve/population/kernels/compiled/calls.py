@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.solve.population.kernels.compiled import roots, tiles
-from electrovib.solve.population.kernels.compiled.width import WIDTH
+from electrovib.solve.population.kernels.compiled.stepping import TIMES
 from electrovib.solve.population.kernels.threads import in_threads, ranges
 from electrovib.solve.population.kernels.time_steps import BLOCK
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -61,7 +62,7 @@ class _Drive:
     def memory(self, tiles_: int) -> tuple[Real, Indices, Indices]:
         """Return memory of some tiles: for numbers, and for the indices and counts of durations."""
         slots = min(self.kinds, _KNOWN)
-        size = (2 * self.modes + 2 + tiles.TIMES + slots * (5 * self.modes + 1)) * WIDTH
+        size = (2 * self.modes + 2 + TIMES + slots * (5 * self.modes + 1)) * WIDTH
         size += -size % _ALIGNED
         return (
             aligned(tiles_ * size),

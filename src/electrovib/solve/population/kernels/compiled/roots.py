@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from electrovib.solve.population.kernels.compiled.jit import inlined, inner, outer
-from electrovib.solve.population.kernels.compiled.lanes import (
+from electrovib.solve.recursion.vectors.jit import inlined, inner, outer
+from electrovib.solve.recursion.vectors.lanes import (
     both,
     either,
     fma,
+    inverse,
     load,
     other_than,
     root,
@@ -18,7 +19,7 @@ from electrovib.solve.population.kernels.compiled.lanes import (
     store,
     where,
 )
-from electrovib.solve.population.kernels.compiled.width import WIDTH
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 _ROUNDING: Final = 2.220446049250313e-16
 _REACHED: Final = 1e-8  # last step over the distance; the error is of the order of its square
@@ -30,30 +31,29 @@ CONDITION: Final = 200.0
 
 @outer
 def roots_of(
-    nodes: Any, weights: Any, constants: Any, begin: Any, end: Any, work: Any, offsets: Any, origins: Any, lost: Any
+    nodes: Any,
+    weights: Any,
+    constants: Any,
+    begin: Any,
+    end: Any,
+    work: Any,
+    offsets: Any,
+    origins: Any,
+    lost: Any,
 ) -> Any:
     """Write offsets and origins of the roots of some fingers, and which of them need more digits.
 
     `work` holds nodes, weights, (nodes, fingers), and for one vector each: constant, offset, side, and lost.
     """
     count = nodes.shape[1]
-    size_ = count * WIDTH
-    more = 2 * size_
+    more = 2 * count * WIDTH
     for first in range(begin, end, WIDTH):
-        positive = False
-        for lane in range(WIDTH):
-            finger = min(first + lane, end - 1)
-            for node in range(count):
-                work[node * WIDTH + lane] = nodes[finger, node]
-                work[size_ + node * WIDTH + lane] = weights[finger, node]
-            # without a constant there is no last root: it is computed for 1 and not used
-            positive = positive or constants[finger] > 0
-            work[more + lane] = constants[finger]
-            work[more + 3 * WIDTH + lane] = 0.0
+        positive = _gather(nodes, weights, constants, first, end, work)
         for node in range(count):
             if node + 1 < count:
                 _between(work, count, node)
             elif positive:
+                # without a constant there is no last root: it is computed for 1 and not used
                 for lane in range(WIDTH):
                     work[more + lane] = work[more + lane] if work[more + lane] > 0 else 1.0
                 _above(work, count)
@@ -64,23 +64,35 @@ def roots_of(
                     offsets[first + lane, node] = work[more + WIDTH + lane]
                     origins[first + lane, node] = node + (work[more + 2 * WIDTH + lane] < 0)
                     lost[first + lane] = lost[first + lane] or work[more + 3 * WIDTH + lane] > 0
-            for lane in range(WIDTH):
-                work[more + 3 * WIDTH + lane] = 0.0
+
+
+@inner
+def _gather(nodes: Any, weights: Any, constants: Any, first: Any, end: Any, work: Any) -> Any:
+    """Write a tile of fingers, the last finger repeated, and return whether one has a constant above 0."""
+    count, positive = nodes.shape[1], False
+    for lane in range(WIDTH):
+        finger = min(first + lane, end - 1)
+        for node in range(count):
+            work[node * WIDTH + lane] = nodes[finger, node]
+            work[(count + node) * WIDTH + lane] = weights[finger, node]
+        work[2 * count * WIDTH + lane] = constants[finger]
+        positive = positive or constants[finger] > 0
+    return positive
 
 
 @inlined
 def _sums(work: Any, count: Any, low: Any, high: Any, origin: Any, at: Any) -> Any:
     """Return sums at a distance from the origin over the nodes below and from two indices on, and minus the slope."""
     below, above, slope = splat(0.0), splat(0.0), splat(0.0)
-    one, weights = splat(1.0), count * WIDTH
+    weights = count * WIDTH
     for node in range(0, low * WIDTH, WIDTH):
-        inverse = one / (at - (load(work, node) - origin))
-        term = load(work, weights + node) * inverse
-        below, slope = below + term, fma(term, inverse, slope)
+        over = inverse(at - (load(work, node) - origin))
+        term = load(work, weights + node) * over
+        below, slope = below + term, fma(term, over, slope)
     for node in range(high * WIDTH, weights, WIDTH):
-        inverse = one / (at - (load(work, node) - origin))
-        term = load(work, weights + node) * inverse
-        above, slope = above + term, fma(term, inverse, slope)
+        over = inverse(at - (load(work, node) - origin))
+        term = load(work, weights + node) * over
+        above, slope = above + term, fma(term, over, slope)
     return below, above, slope
 
 
@@ -110,7 +122,9 @@ def _between(work: Any, count: Any, node: Any) -> Any:
     linear = fma(level, gap, -(own + other))
     apart = root(fma(splat(4.0) * level, own * gap, linear * linear))
     rising = linear > zero
-    start = where(rising, linear + apart, splat(2.0) * own * gap) / where(rising, level + level, apart - linear)
+    start = where(rising, linear + apart, splat(2.0) * own * gap) / where(
+        rising, level + level, apart - linear
+    )
     high = half * splat(1.0 + 8 * _ROUNDING)
     low = splat(0.5) * high * own / (half * scale)
     start = where(start < high, where(start > low, start, low), high)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from electrovib.solve.population.kernels.compiled.jit import inlined, inner, outer
-from electrovib.solve.population.kernels.compiled.lanes import fma, load, splat, store, store_rows
 from electrovib.solve.population.kernels.compiled.stepping import (
     TIMES,
     advance,
@@ -13,7 +11,9 @@ from electrovib.solve.population.kernels.compiled.stepping import (
     factor_at,
     found_at,
 )
-from electrovib.solve.population.kernels.compiled.width import WIDTH
+from electrovib.solve.recursion.vectors.jit import inlined, inner, outer
+from electrovib.solve.recursion.vectors.lanes import fma, load, splat, store, store_rows
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 FOUR: Final = 4
 """Tiles whose values are added to the moments together."""
@@ -135,12 +135,12 @@ def square_moments_of_block(
                 if from_time == 0:
                     gather_tile(fingers[3], finger, end, states, (held + tile) * size)
             for time in range(from_time, to_time, TIMES):
-                stop = min(time + TIMES, to_time)
+                stop, at = min(time + TIMES, to_time), (time - from_time) * WIDTH
                 for tile in range(tiles):
-                    at, state = tile * each, (held + tile) * size
+                    one, state = tile * each, (held + tile) * size
                     advance(
                         work,
-                        at,
+                        one,
                         modes,
                         states,
                         state,
@@ -154,13 +154,7 @@ def square_moments_of_block(
                         time,
                         stop,
                     )
-                at = (time - from_time) * WIDTH
-                if first + FOUR * WIDTH <= end:
-                    _add_four(work, each, modes, stop - time, mean_of, squares_of, at, held + 1)
-                else:
-                    for tile in range(tiles):
-                        count, one = min(WIDTH, end - first - tile * WIDTH), tile * each
-                        _add(work, one, modes, stop - time, mean_of, squares_of, at, held + 1 + tile, count)
+                _add_tiles(work, each, modes, stop - time, mean_of, squares_of, at, held + 1, end - first)
         since[:] = counted[0]
         _merge(sums, end - begin, mean[from_time:to_time], squares[from_time:to_time])
 
@@ -171,6 +165,19 @@ def _updated(value: Any, share: Any, mean: Any, squares: Any) -> Any:
     apart = value - mean
     new = fma(apart, share, mean)
     return new, fma(apart, value - new, squares)
+
+
+@inner
+def _add_tiles(
+    work: Any, each: Any, modes: Any, times: Any, mean: Any, squares: Any, at: Any, count: Any, fingers: Any
+) -> Any:
+    """Add the values of up to four tiles to the moments, for which `count` is that of the first tile."""
+    if fingers >= FOUR * WIDTH:
+        _add_four(work, each, modes, times, mean, squares, at, count)
+        return
+    for tile in range((fingers + WIDTH - 1) // WIDTH):
+        among = min(WIDTH, fingers - tile * WIDTH)
+        _add(work, tile * each, modes, times, mean, squares, at, count + tile, among)
 
 
 @inner

@@ -1,0 +1,203 @@
+"""A dispersion fitted to files of measured spectra, as a material ready for a scenario."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from electrovib.core.errors import InputError, gathered
+from electrovib.core.units import parse_quantity
+from electrovib.data.marks import Form, unsigned
+from electrovib.data.readers.registry import read_recorded
+from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.recordings.fit.least_squares import require_lmfit
+from electrovib.recordings.importing.sample import read_sample
+from electrovib.recordings.spectra.fitted import FittedMaterial, fit_samples
+from electrovib.recordings.spectra.form_names import forms_of
+from electrovib.recordings.spectra.instrument import InstrumentError, error_by_resistor
+from electrovib.scenario import Scenario, Source, read_scenario
+
+if TYPE_CHECKING:
+    from electrovib.recordings.importing.sample import SampleSpectrum
+
+
+def fit_material(
+    files: Sequence[str | Path] | str | Path,
+    *,
+    form: str = "auto",
+    noise: Mapping[str, float] | None = None,
+    systematic: float | None = None,
+    reference: tuple[str | Path, str | float] | None = None,
+    band: tuple[str | float, str | float] | None = None,
+    area: str | float | None = None,
+    thickness: str | float | None = None,
+    series_resistance: str | float = 0.0,
+    parallel_capacitance: str | float = 0.0,
+    columns: Mapping[str, str] | None = None,
+    reader: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    into: Source | None = None,
+    layer: str = "stratum_corneum",
+    output: str | Path | None = None,
+    force: bool = False,
+) -> FittedMaterial:
+    """Fit a dispersion to measured impedance or permittivity spectra of one material.
+
+    Parameters
+    ----------
+    files : str or Path, or a sequence of them
+        Files that a reader takes; several are fitted together.
+    form : str
+        ``auto``: the form with the smallest AICc among constant, constant phase, Debye, one and two Cole-Cole terms and
+        Havriliak-Negami; or one of these, such as ``cole-cole``, ``cole-cole-2``, ``havriliak-negami``, ``prony-4``; ``gabriel``
+        for four Cole-Cole terms.
+    noise : mapping of str to float, optional
+        File to the relative standard deviation of its rows; of all files or of none. Without it all rows count alike.
+    systematic : float, optional
+        Relative standard uncertainty of the modulus that is common to all rows, dimensionless: that of the instrument, the area
+        and the thickness.
+    reference : tuple of file and str or float, optional
+        Spectrum of a resistor measured with the same instrument, and its known value [ohm]: its deviation is the systematic
+        error, and a bad calibration is refused.
+    band : tuple of str or float, optional
+        Lowest and highest frequency that is fitted [Hz].
+    area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma
+        As for `electrovib.import_material`, for all files.
+    into : str, Path, mapping, Scenario or xarray.Dataset, optional
+        A scenario, as for `electrovib.load`, into whose layer the material is put; `output` is then this scenario.
+    layer : str
+        Name of the layer.
+    output : str or Path, optional
+        TOML file to write.
+    force : bool
+        Whether a file that this package did not write may be replaced.
+
+    Returns
+    -------
+    fitted : FittedMaterial
+        Material, parameters with the statistical interval and the systematic error beside each other, history and diagnostics.
+
+    Raises
+    ------
+    InputError
+        For mistakes, for a bad calibration, and for spectra that no form represents; nothing has been written then.
+    """
+    require_lmfit()
+    names = [Path(each) for each in ([files] if isinstance(files, (str, Path)) else files)]
+    shared = {"columns": columns, "reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma}
+    samples: dict[str, SampleSpectrum] = {}
+    problems: list[str] = []
+    base: Scenario | None = None
+    with gathered(problems):
+        forms_of(form)
+    with gathered(problems):
+        base = None if into is None else _with_layer(read_scenario(into), layer)
+    for path in names:
+        with gathered(problems):
+            sample = read_sample(
+                path, area=area, thickness=thickness, series_resistance=series_resistance,
+                parallel_capacitance=parallel_capacitance, **shared,  # type: ignore[arg-type]  # each by its own type
+            )  # fmt: skip
+            name = path.name if path.name not in samples else str(path)
+            samples[name] = sample if band is None else _within(sample, band)
+    target = None if output is None else Path(output)
+    with gathered(problems):
+        _check(target, [*names, *([] if reference is None else [Path(reference[0])])], base, force=force)
+    error = None
+    with gathered(problems):
+        error = _error(systematic, reference, shared)
+    if not names:
+        problems.append("files: name at least one spectrum")
+    if problems:
+        raise InputError(problems)
+    noises = {
+        Path(file).name if str(file) not in samples else str(file): each
+        for file, each in (noise or {}).items()
+    }
+    found = fit_samples(samples, form=form, noise=noises, error=error)
+    if target is not None:
+        _write(target, found, base, layer, force=force)
+    return found
+
+
+def _with_layer(scenario: Scenario, layer: str) -> Scenario:
+    if layer not in scenario.stack.layers:
+        from electrovib.core.errors import nearest
+
+        raise InputError(
+            f"layer = '{layer}': the scenario has no such layer.{nearest(layer, scenario.stack.layers)}"
+        )
+    return scenario
+
+
+def _within(sample: SampleSpectrum, band: tuple[str | float, str | float]) -> SampleSpectrum:
+    """Keep the rows within a band, ends included."""
+    low, high = (_number("band", each, "Hz") for each in band)
+    kept = (sample.frequency >= low * (1 - 1e-9)) & (sample.frequency <= high * (1 + 1e-9))
+    if kept.sum() < 4:
+        raise InputError(
+            f"band = {low:g} Hz to {high:g} Hz: {kept.sum()} rows are within it; a fit needs 4 or more"
+        )
+    return dataclasses.replace(
+        sample, frequency=sample.frequency[kept], permittivity=sample.permittivity[kept]
+    )
+
+
+def _number(name: str, value: str | float, unit: str) -> float:
+    try:
+        return parse_quantity(value, unit) if isinstance(value, str) else float(value)
+    except ValueError as error:
+        raise InputError(f"{name} = {value}: {error}") from None
+
+
+def _error(
+    systematic: float | None, reference: tuple[str | Path, str | float] | None, shared: Mapping[str, object]
+) -> InstrumentError | None:
+    """Return the systematic error, as declared and as measured with a resistor, the larger modulus of both."""
+    declared = None if systematic is None else InstrumentError(gain=systematic, words="as declared")
+    if reference is None:
+        return declared
+    path, value = reference
+    options = dict(shared)
+    columns = options.pop("columns")
+    spectrum = spectrum_of(read_recorded(Path(path), **options), columns=columns)  # type: ignore[arg-type]  # each by its type
+    if spectrum.impedance is None:
+        raise InputError("reference: the file holds a permittivity; a resistor has an impedance", path=path)
+    try:
+        found = error_by_resistor(
+            spectrum.frequency, spectrum.impedance, resistance=_number("reference", value, "ohm")
+        )
+    except InputError as error:
+        raise InputError(f"{Path(path).name}: {each}" for each in error.problems) from None
+    if declared is None or declared.gain <= found.gain:
+        return found
+    return InstrumentError(gain=declared.gain, phase=found.phase, words=f"modulus as declared; {found.words}")
+
+
+def _check(target: Path | None, inputs: Sequence[Path], base: Scenario | None, *, force: bool) -> None:
+    from electrovib.data.atomic import check_writable
+
+    if target is None:
+        return
+    if target.suffix.lower() != ".toml":
+        raise InputError(f"a material is written as .toml, not as '{target.suffix}'", path=target)
+    check_writable({target: Form.SCENARIO if base is not None else None}, inputs=inputs, force=force)
+
+
+def _write(target: Path, found: FittedMaterial, base: Scenario | None, layer: str, *, force: bool) -> None:
+    """Write the material alone, or the scenario with it."""
+    from electrovib.data.atomic import writing
+    from electrovib.scenario.toml import to_toml
+
+    form = None if base is None else Form.SCENARIO
+    if base is None:
+        text = found.to_toml(layer)
+    else:
+        changed = base.replace(found.changes(layer))
+        changed = changed.model_copy(update={"sources": changed.sources | found.sources(layer)})
+        text = f"# {unsigned(Form.SCENARIO)}\n{to_toml(changed)}"
+    with writing({target: form}, force=force) as temporaries:
+        temporaries[target].write_text(text, encoding="utf-8")

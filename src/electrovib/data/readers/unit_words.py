@@ -1,0 +1,72 @@
+"""Words and signs that instruments write for units, and headings that hold a name and a unit."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+_LONGEST_HEADING: Final = 200
+_BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
+_PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
+"""Headings of the parts of an impedance, of which ZPlot calls one a and the other b."""
+UNITS: Final = {
+    "volt": "V", "volts": "V", "v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ampere": "A", "amperes": "A",
+    "amp": "A", "amps": "A", "a": "A", "ma": "mA", "ua": "uA", "second": "s", "seconds": "s", "sec": "s", "s": "s",
+    "ms": "ms", "us": "us", "µs": "us", "ns": "ns", "hertz": "Hz", "hz": "Hz", "khz": "kHz", "mhz": "MHz",
+    "newton": "N", "newtons": "N", "n": "N", "mn": "mN", "ohm": "ohm", "ohms": "ohm", "ω": "ohm", "Ω": "ohm",
+    "degree": "deg", "degrees": "deg", "deg": "deg", "°": "deg", "rad": "rad", "radians": "rad", "f": "F",
+    "s/m": "S/m", "m": "m", "mm": "mm", "um": "um", "µm": "um", "m/s": "m/s", "mm/s": "mm/s", "pa": "Pa", "w": "W",
+    "db": "dB", "%": "%", "unknown": "", "-": "1", "#": "",
+    "'": "deg", "v vs. ref.": "V", "bits": "", "deg c": "", "sequence": "",
+    "value": "", "na": "nA", "pf": "pF", "nf": "nF", "uf": "uF", "kohm": "kohm",
+}  # fmt: skip
+"""Maps words and signs that instruments write for units, in small letters, to the units of electrovib."""
+UNIT_NAMES: Final = {word for word, unit in UNITS.items() if unit and word.isalpha() and len(word) > 3}
+"""Words that name a unit and nothing else, so that a heading of one such word states the unit."""
+
+
+def name_and_unit(heading: str) -> tuple[str, str]:
+    """Split ``Time (s)``, ``CH1 [mV]`` or ``Volt``, ``in s``.
+
+    Parameters
+    ----------
+    heading : str
+        As written.
+
+    Returns
+    -------
+    name : str
+        Without the unit.
+    unit : str
+        Of electrovib where it is known, else as written; empty if there is none.
+    """
+    heading = heading[:_LONGEST_HEADING]
+    if found := _PARTS_OF_ZPLOT.fullmatch(heading):
+        return found[1], "ohm"
+    if found := _BRACKETS.fullmatch(heading):
+        name, unit = found.groups()
+        known = as_unit(unit)
+        return name or heading, unit if known is None else known
+    if heading.startswith("in ") and as_unit(heading[3:]):  # as Rohde & Schwarz write the time
+        return "time", as_unit(heading[3:]) or ""
+    for sign in (" in ", "/"):
+        name, _, last = heading.rpartition(sign)
+        if name and as_unit(last):
+            return name, as_unit(last) or ""
+    return heading, ""
+
+
+def as_unit(text: str) -> str | None:
+    """Return the unit that a word stands for; None if it is no unit.
+
+    Parameters
+    ----------
+    text : str
+        As written, such as ``"Volts"``.
+
+    Returns
+    -------
+    str or None
+        Unit of electrovib, empty for a word that stands for no unit, such as ``"unknown"``.
+    """
+    return UNITS.get(text.strip().lower(), UNITS.get(text.strip()))

@@ -1,0 +1,95 @@
+"""Relaxation of a force over time, and its reading by a resonant sensor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+
+_POINTS: Final = 300
+"""Steps of the numerical reading in a period of the sensor."""
+
+
+def stretched_exponential(time: Real, *, time_constant: float, stretching: float) -> Real:
+    """Compute a stretched exponential relaxation.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Times after the start [s].
+    time_constant : float
+        Time at which 1/e remains [s], above 0.
+    stretching : float
+        Exponent beta, dimensionless, above 0; 1 for an exponential.
+
+    Returns
+    -------
+    relaxation : ndarray, shape (n,)
+        exp(-(t/tau)^beta), dimensionless, and 1 before the start.
+    """
+    return np.asarray(np.exp(-((np.maximum(time, 0.0) / time_constant) ** stretching)))
+
+
+def stretched_seen_by_sensor(
+    time: Real, *, time_constant: float, stretching: float, frequency: float, quality: float
+) -> Real:
+    """Compute the reading of a resonant sensor after a force of 1 that relaxes as a stretched exponential.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Times after the start of the relaxation [s].
+    time_constant, stretching : float
+        As for `stretched_exponential`.
+    frequency, quality : float
+        Natural frequency [Hz] and quality factor, dimensionless, above 1/2, of the sensor.
+
+    Returns
+    -------
+    reading : ndarray, shape (n,)
+        Dimensionless, 1 before the start.
+
+    Notes
+    -----
+    y'' + (w/Q) y' + w^2 y = w^2 f, solved exactly for a force that is linear between the points of a grid of 300 steps in
+    a period of the sensor, which for stretching between 0.3 and 1.5 leaves an error below 1e-3 of the change.
+    """
+    from scipy.signal import lfilter
+
+    last = float(np.max(time))
+    if last <= 0:
+        return np.ones_like(time)
+    count = min(int(np.ceil(last * _POINTS * frequency)) + 2, 200_000)
+    grid = np.linspace(0.0, last, count)
+    step = grid[1]
+    natural = 2 * np.pi * frequency
+    pole = natural * complex(-1 / (2 * quality), np.sqrt(1 - 1 / (4 * quality**2)))
+    force = stretched_exponential(grid, time_constant=time_constant, stretching=stretching)
+    decay = np.exp(pole * step)
+    ramp = (decay - 1) / (pole**2 * step) - 1 / pole
+    gain = np.array([ramp, (decay - 1) / pole - ramp])
+    # the state before the first step is that of a constant force of 1
+    state, _ = lfilter(gain, [1.0, -decay], force[1:], zi=[decay * (-1 / pole) + gain[1] * force[0]])
+    reading = np.concatenate([[1.0], 2 * np.real(natural**2 / (2j * pole.imag) * state)])
+    return np.where(time > 0, np.interp(time, grid, reading), 1.0)
+
+
+def time_of_progress(progress: float, *, time_constant: float, stretching: float = 1.0) -> float:
+    """Compute when a stretched exponential relaxation has made a fraction of its change.
+
+    Parameters
+    ----------
+    progress : float
+        Fraction of the change, from 0 to below 1, dimensionless.
+    time_constant, stretching : float
+        As for `stretched_exponential`.
+
+    Returns
+    -------
+    time : float
+        After the start [s]: tau (-ln(1 - progress))^(1/beta).
+    """
+    return float(time_constant * (-np.log1p(-progress)) ** (1 / stretching))

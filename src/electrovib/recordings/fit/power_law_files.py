@@ -1,0 +1,120 @@
+"""Points of a power law from tables of measured values, and the result as a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.errors import InputError, gathered
+from electrovib.data.columns.column import kind_and_factor
+from electrovib.data.marks import Form, unsigned
+from electrovib.data.readers.registry import read_recorded
+from electrovib.recordings.importing.choice import column_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.core.arrays import Real
+    from electrovib.data.readers.recorded import DataColumn
+    from electrovib.recordings.fit.power_law import PowerLawFit
+
+
+def read_points(
+    files: Sequence[str | Path],
+    *,
+    x: str,
+    y: str,
+    session: str = "",
+    reader: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+) -> tuple[Real, Real, list[str]]:
+    """Read the points of a power law from tables.
+
+    Parameters
+    ----------
+    files : sequence of str or Path
+        Files that a reader takes.
+    x, y : str
+        Headings of the columns in every file, with a unit where the file states none; converted to SI.
+    session : str
+        Heading of a column of numbers that states the session of each point; by default each file is a session.
+    reader, delimiter, decimal_comma
+        As for `electrovib.import_file`.
+
+    Returns
+    -------
+    x : ndarray, shape (n,)
+        In SI.
+    y : ndarray, shape (n,)
+        In SI.
+    sessions : list of str
+        Session of each point: its number, with the file in front where there are several, or the name of the file.
+
+    Raises
+    ------
+    InputError
+        For files that cannot be read or that lack a column. Rows with an empty field are omitted.
+    """
+    problems: list[str] = []
+    rows: list[tuple[Real, Real]] = []
+    names: list[str] = []
+    for path in map(Path, files):
+        with gathered(problems):
+            recorded = read_recorded(path, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
+            along, values = (
+                _in_si(column_of(recorded, stated, option=option)) for option, stated in (("x", x), ("y", y))
+            )
+            kept = np.isfinite(along) & np.isfinite(values)
+            own = [path.name if len(files) == 1 or path.name not in names else str(path)] * int(kept.sum())
+            if session:
+                numbers = column_of(recorded, session, option="session").values
+                kept &= np.isfinite(numbers)
+                own = [f"{path.name}: {each:g}" if len(files) > 1 else f"{each:g}" for each in numbers[kept]]
+            rows.append((along[kept], values[kept]))
+            names += own
+    if problems or not rows:
+        raise InputError(problems or "files: name at least one table")
+    first, second = (np.concatenate(part) for part in zip(*rows, strict=True))
+    return first, second, names
+
+
+def _in_si(column: DataColumn) -> Real:
+    """Convert a column from its unit; one without a unit is taken as SI."""
+    if not column.unit:
+        return column.values
+    known = kind_and_factor(column.unit)
+    if known is None:
+        raise InputError(f"column '{column.name}': the unit '{column.unit}' is not known")
+    return np.asarray(column.values * known[1])
+
+
+def power_law_csv(law: PowerLawFit) -> str:
+    """Write a power law as CSV: a row for each session, then the mean over sessions with its interval.
+
+    Parameters
+    ----------
+    law : PowerLawFit
+        The fit.
+
+    Returns
+    -------
+    text : str
+        Exponents are dimensionless; ``factor`` is y at x = 1, both in SI.
+    """
+    text = io.StringIO()
+    text.write(f"# {unsigned(Form.TABLE)}\n# {law.sentence}\n")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(
+        ("session", "exponent", "factor", "standard_error", "lower", "upper", "within", "between")
+    )
+    for name, exponent in law.exponents.items():
+        writer.writerow([name, repr(exponent), repr(law.factors[name]), *[""] * 5])
+    numbers = (law.standard_error, law.lower, law.upper, law.within, law.between)
+    mean = "mean of the sessions" if len(law.exponents) > 1 else "the session"
+    writer.writerow([mean, repr(law.exponent), "", *map(repr, numbers)])
+    return text.getvalue()

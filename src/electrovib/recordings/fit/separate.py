@@ -1,0 +1,160 @@
+"""Recordings that are fitted one by one: a table of their parameters, and how these differ between recordings."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from electrovib.recordings.fit.result import ScenarioFit
+from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
+from electrovib.recordings.fit.table import LEVEL, EstimatedParameter
+from electrovib.scenario import Scenario
+
+FAILED = "failed"
+"""Status of the parameters of a recording that could not be fitted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedFit:
+    """The fit of one recording.
+
+    Parameters
+    ----------
+    record : str
+        Name of the recording.
+    found : ScenarioFit or None
+        The fit; None if there is none.
+    rows : tuple of EstimatedParameter
+        Its table: estimates in SI with 95 % intervals; of a recording that could not be fitted one row for each parameter,
+        without numbers, with the status ``"failed"`` and the reason.
+    """
+
+    record: str
+    found: ScenarioFit | None
+    rows: tuple[EstimatedParameter, ...]
+
+    @property
+    def reduced_chi_square(self) -> float:
+        """Weighted sum of squares over the degrees of freedom, dimensionless; NaN unless the noise of all signals is stated."""
+        if self.found is None or not self.found.estimate.noise_is_known:
+            return math.nan
+        return self.found.estimate.variance
+
+    @property
+    def problem(self) -> str:
+        """Why there is no fit; empty where there is one."""
+        return "" if self.found is not None or not self.rows else self.rows[0].note
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeparateFits:
+    """Parameters of a scenario estimated from each of several recordings alone.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The experiment, with the values with which each search began.
+    free : tuple of str
+        Dotted paths of the parameters.
+    fits : tuple of RecordedFit
+        In the order of the recordings.
+    spreads : mapping of str to BetweenSessions
+        Path to the scatter of the parameter within and between the recordings that determine it, where there are at least two.
+    """
+
+    scenario: Scenario
+    free: tuple[str, ...]
+    fits: tuple[RecordedFit, ...]
+    spreads: Mapping[str, BetweenSessions]
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Name of each recording that could not be fitted, and why."""
+        return {each.record: each.problem for each in self.fits if each.found is None}
+
+    @property
+    def means(self) -> tuple[EstimatedParameter, ...]:
+        """Mean of each parameter over the recordings that determine it, with its interval by Student's t.
+
+        Its systematic error is the mean of theirs: the sensors are the same, and their error does not average out.
+        """
+        units = {row.name: row.unit for each in self.fits for row in each.rows}
+        found = []
+        for path, spread in self.spreads.items():
+            lower, upper = spread.interval(level=LEVEL)
+            found.append(
+                EstimatedParameter(
+                    name=path,
+                    unit=units[path],
+                    value=spread.mean,
+                    deviation=spread.standard_error,
+                    lower=lower,
+                    upper=upper,
+                    method="recordings",
+                    state="well",
+                    note=spread.in_words(units[path]),
+                    systematic=statistics.fmean(
+                        row.systematic
+                        for each in self.fits
+                        for row in each.rows
+                        if row.name == path and each.record in spread.values
+                    ),
+                )
+            )
+        return tuple(found)
+
+
+def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter, ...]:
+    """Make the rows of a recording that could not be fitted.
+
+    Parameters
+    ----------
+    paths : mapping of str to str
+        Dotted path of each parameter to its unit.
+    why : str
+        The reason.
+
+    Returns
+    -------
+    rows : tuple of EstimatedParameter
+        Without numbers.
+    """
+    none = math.nan
+    return tuple(
+        EstimatedParameter(
+            name=path, unit=unit, value=none, deviation=none, lower=none, upper=none, method="", state=FAILED, note=why
+        )
+        for path, unit in paths.items()
+    )  # fmt: skip
+
+
+def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, BetweenSessions]:
+    """Summarise how parameters differ between recordings that were fitted separately.
+
+    Parameters
+    ----------
+    free : sequence of str
+        Dotted paths of the parameters.
+    fits : sequence of RecordedFit
+        Of all recordings.
+
+    Returns
+    -------
+    spreads : dict of str to BetweenSessions
+        Of each parameter that at least two recordings determine. Recordings count alike; those that do not determine the
+        parameter, or whose estimate lies on a bound, are omitted.
+    """
+    found = {}
+    for path in free:
+        own = {
+            each.record: row
+            for each in fits
+            for row in each.rows
+            if row.name == path and row.state in {"well", "weakly"} and math.isfinite(row.deviation)
+        }
+        if len(own) > 1:
+            values = {record: row.value for record, row in own.items()}
+            found[path] = spread_of(values, [row.deviation for row in own.values()], group="recording")
+    return found

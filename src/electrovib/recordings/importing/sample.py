@@ -1,0 +1,170 @@
+"""The permittivity of a sample from a measured spectrum and the geometry that belongs to it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.data.readers.registry import read_recorded
+from electrovib.data.readers.spectrum import spectrum_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Complex, Real
+    from electrovib.data.readers.spectrum import MeasuredSpectrum
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampleSpectrum:
+    """The permittivity of a sample over frequency.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,)
+        Hz, increasing, above 0; a frequency may occur several times.
+    permittivity : ndarray of complex, shape (n,)
+        Relative permittivity eps' - j eps'', conduction included.
+    thickness : float or None
+        Thickness of the sample [m]; None if a permittivity was measured and no thickness given.
+    history : tuple of str
+        One sentence for each step.
+    diagnostics : tuple of Diagnostic
+        Statements on assumptions.
+    """
+
+    frequency: Real
+    permittivity: Complex
+    thickness: float | None
+    history: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def read_sample(
+    path: str | Path,
+    *,
+    area: str | float | None = None,
+    thickness: str | float | None = None,
+    series_resistance: str | float = 0.0,
+    parallel_capacitance: str | float = 0.0,
+    columns: Mapping[str, str] | None = None,
+    reader: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+) -> SampleSpectrum:
+    """Read the permittivity of a sample from a measured impedance or permittivity spectrum.
+
+    Parameters
+    ----------
+    path, area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma
+        As for `import_material`.
+
+    Returns
+    -------
+    sample : SampleSpectrum
+        Permittivity over frequency, with its history.
+
+    Raises
+    ------
+    InputError
+        If the file holds no spectrum, or a dimension is missing.
+    """
+    place = Path(path)
+    recorded = read_recorded(place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
+    spectrum = spectrum_of(recorded, columns=columns)
+    depth = None if thickness is None else _above_zero("thickness", thickness, "m")
+    history = [f"spectrum of {place.name}: {spectrum.read_as}"]
+    diagnostics: list[Diagnostic] = []
+    resistance = number_of("series_resistance", series_resistance, "ohm")
+    capacitance = number_of("parallel_capacitance", parallel_capacitance, "F")
+    if spectrum.impedance is not None:
+        permittivity, words = _of_impedance(spectrum, area, depth, resistance, capacitance)
+        history += words
+    else:
+        assert spectrum.permittivity is not None
+        permittivity = spectrum.permittivity
+        given = {"area": area, "series_resistance": resistance, "parallel_capacitance": capacitance}
+        if surplus := [name for name, stated in given.items() if stated]:
+            raise InputError(f"{surplus[0]}: the file holds a permittivity, which needs none; omit it")
+    if spectrum.lossless:
+        diagnostics.append(
+            Diagnostic(
+                "loss", "unknown", "the table states a permittivity without loss: the loss is assumed to be 0"
+            )
+        )
+    return SampleSpectrum(
+        frequency=spectrum.frequency,
+        permittivity=permittivity,
+        thickness=depth,
+        history=tuple(history),
+        diagnostics=tuple(diagnostics),
+    )
+
+
+def number_of(name: str, value: str | float, unit: str) -> float:
+    """Read a number of 0 or more.
+
+    Parameters
+    ----------
+    name : str
+        For the message.
+    value : str or float
+        Text with a unit, or a number in SI.
+    unit : str
+        SI unit.
+
+    Returns
+    -------
+    number : float
+        In SI, 0 or more.
+    """
+    try:
+        found = parse_quantity(value, unit) if isinstance(value, str) else float(value)
+    except ValueError as error:
+        raise InputError(f"{name} = {value}: {error}") from None
+    if not math.isfinite(found) or found < 0:
+        raise InputError(f"{name} = {value}: expected 0 or more, in {unit}")
+    return found
+
+
+def _above_zero(name: str, value: str | float, unit: str) -> float:
+    found = number_of(name, value, unit)
+    if not found:
+        raise InputError(f"{name} = {value}: expected more than 0 {unit}")
+    return found
+
+
+def _of_impedance(
+    spectrum: MeasuredSpectrum,
+    area: str | float | None,
+    depth: float | None,
+    resistance: float,
+    capacitance: float,
+) -> tuple[Complex, list[str]]:
+    """Compute the permittivity of the sample from its impedance."""
+    missing = [name for name, value in (("area", area), ("thickness", depth)) if value is None]
+    if missing or area is None or depth is None:
+        raise InputError(
+            f"{name}: an impedance becomes a permittivity by area and thickness of the sample; state it, such as"
+            f" {name} = '{'1 cm2' if name == 'area' else '200 um'}' (--{name})"
+            for name in missing
+        )
+    surface = _above_zero("area", area, "m2")
+    assert spectrum.impedance is not None
+    turns = 2j * np.pi * spectrum.frequency
+    admittance = 1 / spectrum.impedance - turns * capacitance
+    sample = 1 / admittance - resistance
+    words = [
+        f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
+    ]
+    words += [f"fixture of {format_quantity(capacitance, 'F')} in parallel subtracted"] if capacitance else []
+    words += [f"{format_quantity(resistance, 'ohm')} in series subtracted"] if resistance else []
+    return np.asarray(depth / (turns * eps0 * surface * sample)), words

@@ -1,0 +1,255 @@
+"""A material fitted to measured spectra, with its origin and both of its uncertainties, ready for a scenario."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError, nearest
+from electrovib.core.units import exact_text, format_quantity
+from electrovib.recordings.spectra.form_names import forms_of
+from electrovib.recordings.spectra.judged import diagnostics_of, history_of, refuse_misfit
+from electrovib.recordings.spectra.linear_test import consistency
+from electrovib.recordings.spectra.material import fit_material
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from electrovib.core.arrays import Real
+    from electrovib.core.model import Model
+    from electrovib.recordings.importing.sample import SampleSpectrum
+    from electrovib.recordings.spectra.instrument import InstrumentError
+    from electrovib.recordings.spectra.material import MaterialFit
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialParameter:
+    """One parameter of a fitted material.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path within the material.
+    unit : str
+        SI unit of all numbers.
+    value : float
+        Estimate.
+    lower, upper : float
+        Statistical 95 % interval; NaN where there is none.
+    systematic : float
+        Standard deviation by the error of the instrument; NaN where that is not stated.
+    note : str
+        Why there is no interval; empty where there is one.
+    """
+
+    path: str
+    unit: str
+    value: float
+    lower: float
+    upper: float
+    systematic: float
+    note: str
+
+    @property
+    def sentence(self) -> str:
+        """Both uncertainties in words."""
+        if self.note:
+            text = f"no statistical interval: {self.note}"
+        else:
+            ends = (format_quantity(end, self.unit, digits=4) for end in (self.lower, self.upper))
+            text = f"statistical 95 % interval {' to '.join(ends)}"
+        if math.isnan(self.systematic):
+            return f"{text}; systematic error of the instrument not stated"
+        half = format_quantity(1.96 * self.systematic, self.unit, digits=2)
+        return f"{text}; systematic error of the instrument +- {half} (95 %)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedMaterial:
+    """A dispersion fitted to measured spectra.
+
+    Parameters
+    ----------
+    fits : tuple of MaterialFit
+        The chosen form first, the others by the criterion of Akaike.
+    origin : str
+        Names of the sources.
+    parameters : tuple of MaterialParameter
+        Of the chosen form.
+    thickness : float or None
+        Thickness of the samples [m], where it is stated and common to all.
+    history : tuple of str
+        One sentence for each step.
+    diagnostics : tuple of Diagnostic
+        Statements on assumptions and on what the form misses.
+    """
+
+    fits: tuple[MaterialFit, ...]
+    origin: str
+    parameters: tuple[MaterialParameter, ...]
+    thickness: float | None
+    history: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def material(self) -> Any:
+        """The material, ready for a layer of a scenario."""
+        return self.fits[0].material
+
+    @property
+    def form(self) -> str:
+        """Name of the chosen form."""
+        return self.fits[0].form
+
+    def changes(self, layer: str = "stratum_corneum") -> dict[str, Any]:
+        """Return the changes that put the material into a layer of a scenario, for `Scenario.replace`."""
+        found: dict[str, Any] = {f"stack.{layer}.material": self.material}
+        if self.thickness is not None:
+            found[f"stack.{layer}.thickness"] = self.thickness
+        return found
+
+    def sources(self, layer: str = "stratum_corneum") -> dict[str, str]:
+        """Return the origin of each parameter, by its path in a scenario."""
+        return {
+            f"stack.{layer}.material.{each.path}": f"{self.form} fitted to {self.origin}; {each.sentence}"
+            for each in self.parameters
+        }
+
+    def to_toml(self, layer: str = "stratum_corneum") -> str:
+        """Write the material as a layer of a scenario.
+
+        Parameters
+        ----------
+        layer : str
+            Name of the layer.
+
+        Returns
+        -------
+        text : str
+            TOML with the table ``stack.<layer>``, to be put into a scenario in place of its layer of this name; comments
+            state origin, statistical interval and systematic error of each parameter.
+        """
+        import tomlkit
+
+        document = tomlkit.document()
+        lines = [
+            "A material fitted to measured data; put these tables into a scenario in place of its layer of this name.",
+            *self.history,
+            *(f"{each.path}: {each.sentence}" for each in self.parameters),
+            *(f"{each.state}: {each.text}" for each in self.diagnostics),
+        ]
+        for line in lines:
+            document.add(tomlkit.comment(" ".join(line.split())))
+        stack, found = tomlkit.table(is_super_table=True), tomlkit.table()
+        if self.thickness is not None:
+            found.add("thickness", exact_text(self.thickness, "m"))
+        found.add("material", tomlkit.item(_table_of(self.material)))
+        stack.add(layer, found)
+        document.add("stack", stack)
+        return tomlkit.dumps(document)
+
+
+def fit_samples(
+    samples: Mapping[str, SampleSpectrum],
+    *,
+    form: str = "auto",
+    noise: Mapping[str, float] | None = None,
+    error: InstrumentError | None = None,
+) -> FittedMaterial:
+    """Fit a dispersion to the spectra of one or several samples of the same material.
+
+    Parameters
+    ----------
+    samples : mapping of str to SampleSpectrum
+        Name of each source to its spectrum.
+    form : str
+        As for `forms_of`.
+    noise : mapping of str to float, optional
+        Name of each source to its relative standard deviation; without it all rows count alike.
+    error : InstrumentError, optional
+        Systematic error common to all sources.
+
+    Returns
+    -------
+    fitted : FittedMaterial
+        Of the form with the smallest AICc.
+
+    Raises
+    ------
+    InputError
+        For data that deviate from the Kramers-Kronig relations by more than 10 %, or that the best form misses by more than
+        30 %; both limits are at least three times the stated noise.
+    """
+    forms = forms_of(form)
+    weights = _noise_of(samples, noise or {})
+    frequency = np.concatenate([each.frequency for each in samples.values()])
+    permittivity = np.concatenate([each.permittivity for each in samples.values()])
+    fits = fit_material(frequency, permittivity, forms=forms, noise=weights)
+    consistent = float(np.max([consistency(each.frequency, each.permittivity) for each in samples.values()]))
+    refuse_misfit(fits[0], consistent, 3 * max((noise or {}).values(), default=0.0))
+    deviations = None if error is None else error.deviations(fits[0], frequency, permittivity, noise=weights)
+    depths = {each.thickness for each in samples.values()}
+    return FittedMaterial(
+        fits=fits,
+        origin=", ".join(samples),
+        parameters=tuple(_parameters(fits[0], deviations)),
+        thickness=depths.pop() if len(depths) == 1 else None,
+        history=tuple(history_of(samples, fits, frequency, noise or {}, error)),
+        diagnostics=(
+            *(each for sample in samples.values() for each in sample.diagnostics),
+            *diagnostics_of(fits[0], consistent, noise or {}),
+        ),
+    )
+
+
+def _noise_of(samples: Mapping[str, SampleSpectrum], noise: Mapping[str, float]) -> Real | None:
+    if not noise:
+        return None
+    problems = [
+        f"noise: '{name}' is none of the sources.{nearest(name, samples)}"
+        for name in noise
+        if name not in samples
+    ]
+    problems += [f"noise: state that of '{name}' too, or of none" for name in samples if name not in noise]
+    if problems:
+        raise InputError(problems)
+    return np.concatenate([np.full(each.frequency.size, noise[name]) for name, each in samples.items()])
+
+
+def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> Iterator[MaterialParameter]:
+    estimate = best.estimate
+    units = {path: quantity.unit for path, _, quantity in best.material.parameters() if quantity is not None}
+    for path, value in estimate.values.items():
+        note = estimate.why_no_covariance
+        if path in estimate.on_bound:
+            note = f"the estimate lies on the {estimate.on_bound[path]} bound of the parameter"
+        lower, upper = (math.nan, math.nan) if note else estimate.interval(path)
+        yield MaterialParameter(
+            path=path,
+            unit=units[path],
+            value=value,
+            lower=lower,
+            upper=upper,
+            systematic=math.nan if deviations is None else deviations[path],
+            note=note,
+        )
+
+
+def _table_of(model: Model) -> dict[str, Any]:
+    """Return a material as plain tables, each number with its unit where it reads back exactly."""
+    found: dict[str, Any] = {"model": type(model).__name__} if model.is_member else {}
+    quantities = {path: quantity for path, _, quantity in model.parameters()}
+    for name, value in model:
+        if value is None:
+            continue
+        if isinstance(value, tuple):
+            found[name] = [_table_of(item) for item in value]
+        elif isinstance(value, float) and (quantity := quantities.get(name)) is not None:
+            found[name] = exact_text(value, quantity.unit)
+        else:
+            found[name] = value
+    return found

@@ -1,0 +1,153 @@
+"""The judgement of a fitted dispersion: what is refused, what is reported, and how it was fitted."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from electrovib.core.arrays import Real
+    from electrovib.recordings.importing.sample import SampleSpectrum
+    from electrovib.recordings.spectra.instrument import InstrumentError
+    from electrovib.recordings.spectra.material import MaterialFit
+
+INCONSISTENT: Final = 0.02
+"""Deviation from the Kramers-Kronig relations, relative, beyond which a table is reported as inconsistent."""
+REFUSED_INCONSISTENT: Final = 0.1
+"""The same, beyond which a table is refused."""
+MISFIT: Final = 0.05
+"""Relative root mean square by which a form misses the data beyond which that is reported."""
+REFUSED_MISFIT: Final = 0.3
+"""The same, beyond which the form is refused."""
+
+
+def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
+    """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it.
+
+    Parameters
+    ----------
+    best : MaterialFit
+        The chosen fit.
+    consistent : float
+        Deviation of the data from the Kramers-Kronig relations, relative; NaN where it cannot be judged.
+    allowed : float
+        Deviation that the stated noise explains, relative; both limits are at least this.
+
+    Raises
+    ------
+    InputError
+        For either.
+    """
+    limit = max(REFUSED_INCONSISTENT, allowed)
+    if consistent > limit:
+        raise InputError(
+            f"the spectrum deviates from the Kramers-Kronig relations by {100 * consistent:.2g} %, more than {100 * limit:.2g} %:"
+            " it is not that of a linear, causal material. Calibrate the instrument and measure again, restrict the band with"
+            " --band, or state the noise of the rows with --noise if it is as large"
+        )
+    worst = max(best.permittivity_error, best.conductivity_error)
+    if not worst <= max(REFUSED_MISFIT, allowed):
+        raise InputError(
+            f"{best.form}, the best of the forms, misses the spectrum by {100 * worst:.2g} % rms, more than"
+            f" {100 * REFUSED_MISFIT:g} %: take more terms with --form cole-cole-4, or a smaller --band"
+        )
+
+
+def history_of(
+    samples: Mapping[str, SampleSpectrum],
+    fits: Sequence[MaterialFit],
+    frequency: Real,
+    noise: Mapping[str, float],
+    error: InstrumentError | None,
+) -> Iterator[str]:
+    """State how a material was fitted.
+
+    Parameters
+    ----------
+    samples : mapping of str to SampleSpectrum
+        Name of each source to its spectrum.
+    fits : sequence of MaterialFit
+        The chosen one first.
+    frequency : ndarray, shape (n,)
+        Of all rows [Hz].
+    noise : mapping of str to float
+        Name of each source to its relative standard deviation; empty where none is stated.
+    error : InstrumentError or None
+        Systematic error of the instrument.
+
+    Yields
+    ------
+    str
+        One sentence for each step.
+    """
+    best = fits[0]
+    for name, each in samples.items():
+        weight = f"; noise {100 * noise[name]:.3g} % as stated" if noise else ""
+        yield f"{'; '.join(each.history)}; {each.frequency.size} rows{weight}"
+    low, high = (format_quantity(float(end), "Hz", digits=4) for end in (frequency.min(), frequency.max()))
+    yield (
+        f"{best.form} fitted from {low} to {high}; it misses the permittivity by {100 * best.permittivity_error:.2g} % rms and"
+        f" the conductivity by {100 * best.conductivity_error:.2g} % rms"
+    )
+    if len(fits) > 1:
+        ranks = ", ".join(f"{each.form} {each.estimate.aicc - best.estimate.aicc:.3g}" for each in fits[1:])
+        yield f"form chosen by AICc; above the chosen one lie {ranks}"
+    if best.outliers.any():
+        rows = ", ".join(format_quantity(float(each), "Hz", digits=4) for each in frequency[best.outliers])
+        yield f"left out as outliers: {rows}"
+    if error is not None:
+        yield (
+            f"systematic error of the instrument: modulus {100 * error.gain:.2g} %, phase {math.degrees(error.phase):.2g} degrees"
+            f" ({error.words or 'as declared'})"
+        )
+
+
+def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, float]) -> Iterator[Diagnostic]:
+    """Judge the consistency of the data and the misfit of the form.
+
+    Parameters
+    ----------
+    best : MaterialFit
+        The chosen fit.
+    consistent : float
+        Deviation of the data from the Kramers-Kronig relations, relative; NaN where it cannot be judged.
+    noise : mapping of str to float
+        Name of each source to its relative standard deviation; empty where none is stated.
+
+    Yields
+    ------
+    Diagnostic
+        On the Kramers-Kronig relations, on a misfit above 5 %, and on the conductivity at zero frequency.
+    """
+    limit = max(INCONSISTENT, 2 * max(noise.values(), default=0.0))
+    if math.isnan(consistent):
+        yield Diagnostic(
+            "Kramers-Kronig",
+            "unknown",
+            "too few or repeated frequencies to test the Kramers-Kronig relations",
+        )
+    else:
+        text = f"the data deviate from the Kramers-Kronig relations by {100 * consistent:.2g} % rms"
+        bad = consistent > limit
+        more = (
+            f", more than {100 * limit:.2g} %: no form of dispersion represents them exactly" if bad else ""
+        )
+        yield Diagnostic("Kramers-Kronig", "warning" if bad else "ok", f"{text}{more}")
+    worst = max(best.permittivity_error, best.conductivity_error)
+    if worst > MISFIT:
+        yield Diagnostic(
+            "misfit",
+            "warning",
+            f"the form misses the data by {100 * worst:.2g} % rms, more than {100 * MISFIT:g} %",
+        )
+    yield Diagnostic(
+        "conductivity at zero frequency",
+        "unknown",
+        "the conductivity is that of the form, extrapolated below the lowest frequency measured",
+    )

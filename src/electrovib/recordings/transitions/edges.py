@@ -1,0 +1,209 @@
+"""Edges of a recorded signal, each with the samples before and after it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.recordings.importing.periods import find_edges
+from electrovib.recordings.spans import _closed
+from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, levels_of, passages
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
+
+Direction = Literal["rising", "falling"]
+_LONG: Final = 30.0
+"""Length of the section after an edge, in times between its levels as first found."""
+_MARGIN: Final = 0.05
+"""Fraction of the distance to a neighbouring edge that is left out."""
+_BRIEF: Final = 4
+"""Fewest samples for which a drive is off between two edges; fewer are a polarity reversal."""
+_FEWEST_AVERAGES: Final = 8
+_PER_TIME: Final = 100.0
+"""Averages of neighbouring samples, in a time between levels, to which forms are fitted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EdgeRecord:
+    """One edge with its samples.
+
+    Parameters
+    ----------
+    direction : str
+        ``rising`` or ``falling``, of the signal.
+    reference : float
+        Time to which all others refer [s]: the edge of the drive, or the passage of the middle of the signal.
+    reference_error : float
+        Standard uncertainty of that time by the distance of its samples [s].
+    time, values : ndarray, shape (n,)
+        Times after the reference [s] and signal, in its unit.
+    levels : EdgeLevels
+        Before and after.
+    passages : Passages
+        Passages through the levels as recorded.
+    fit_time, fit_values : ndarray, shape (m,)
+        Averages of neighbouring samples, to which forms are fitted.
+    fit_noise : float
+        Standard deviation of such an average before the edge, in the unit of the signal.
+    """
+
+    direction: Direction
+    reference: float
+    reference_error: float
+    time: Real
+    values: Real
+    levels: EdgeLevels
+    passages: Passages
+    fit_time: Real
+    fit_values: Real
+    fit_noise: float
+
+
+def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]:
+    """Find the times at which edges are expected.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Times [s], increasing.
+    values : ndarray, shape (n,)
+        Signal whose edges are evaluated.
+    drive : ndarray, shape (n,), or None
+        Signal that switches; its magnitude counts, so that a reversal of polarity is no edge.
+
+    Returns
+    -------
+    times : list of float
+        Increasing [s].
+
+    Raises
+    ------
+    InputError
+        If there is no edge.
+    """
+    if drive is None:
+        found = find_edges(time, values)
+        times = sorted([*found.rising, *found.falling])
+        if not times:
+            raise InputError(
+                "the signal has no edge: it does not pass from below 30 % to above 70 % of its range"
+            )
+        return [float(each) for each in times]
+    size = np.abs(drive)
+    peak = float(np.median(size[size >= size.max() / 2]))
+    on = _closed(size > peak / 2, _BRIEF)
+    switched = np.flatnonzero(np.diff(on.astype(np.int8)))
+    if peak == 0 or not switched.size:
+        raise InputError(
+            f"the drive, from {drive.min():g} to {drive.max():g}, is never switched on or off: its magnitude has no edge. Of one"
+            " of two electrodes in antiphase declare so; else choose another signal, or none"
+        )
+    return [float(time[at] + time[at + 1]) / 2 for at in switched]
+
+
+def edge_record(
+    time: Real,
+    values: Real,
+    references: list[float],
+    number: int,
+    *,
+    levels: tuple[float, float],
+    driven: bool,
+    window: float | None,
+    before: float | None,
+) -> EdgeRecord:
+    """Select the samples of one edge, and find its levels and its passages through them.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Times [s], increasing.
+    values : ndarray, shape (n,)
+        Signal.
+    references : list of float
+        Times of all edges [s].
+    number : int
+        Place of the edge among them.
+    levels : tuple of float
+        Fractions of the range from the lower to the upper level, increasing.
+    driven : bool
+        Whether the references are those of the drive, which the signal follows.
+    window, before : float or None
+        Length of the section after and before the edge [s]; found from the edge where None.
+
+    Returns
+    -------
+    EdgeRecord
+        Times count from the reference.
+
+    Raises
+    ------
+    InputError
+        If there are too few samples, or no change.
+    """
+    at = references[number]
+    earlier = references[number - 1] if number else float(time[0])
+    later = references[number + 1] if number + 1 < len(references) else float(time[-1])
+    ahead = (later - at) * (1 - _MARGIN)
+    behind = (at - earlier) * (0.5 - _MARGIN)
+    ahead = min(ahead, window) if window is not None else ahead
+    behind = min(behind, before) if before is not None else behind
+    found = _found(time - at, values, ahead, behind, levels, driven)
+    if window is None and _LONG * found[2].time < ahead:
+        ahead = _LONG * found[2].time
+        behind = min(behind, ahead / 2) if before is None else behind
+        found = _found(time - at, values, ahead, behind, levels, driven)
+    here, level, passed = found
+    own_time, own_values = time[here] - at, values[here]
+    step = float(np.median(np.diff(own_time)))
+    count = max(1, int(passed.time / step / _PER_TIME))
+    size = len(own_time) // count * count
+    averaged = [part[:size].reshape(-1, count).mean(axis=1) for part in (own_time, own_values)]
+    return EdgeRecord(
+        direction="rising" if level.change > 0 else "falling",
+        reference=at,
+        reference_error=step / 12**0.5 if driven else 0.0,
+        time=own_time,
+        values=own_values,
+        levels=level,
+        passages=passed,
+        fit_time=averaged[0],
+        fit_values=averaged[1],
+        fit_noise=_noise_of_averages(averaged[0], averaged[1], level, passed, driven),
+    )
+
+
+def _noise_of_averages(time: Real, values: Real, level: EdgeLevels, passed: Passages, driven: bool) -> float:
+    """Return the standard deviation before the edge of the averages, or of the samples where there are few averages."""
+    before = time < (0.0 if driven else passed.first - passed.time)
+    return float(np.std(values[before])) if np.count_nonzero(before) >= _FEWEST_AVERAGES else level.noise
+
+
+def _found(
+    since: Real, values: Real, ahead: float, behind: float, levels: tuple[float, float], driven: bool
+) -> tuple[NDArray[np.intp], EdgeLevels, Passages]:
+    """Find the levels and the passages of an edge at time 0."""
+    here = np.flatnonzero((since >= -behind) & (since <= ahead))
+    part, own = since[here], values[here]
+    # without a drive, time 0 is in the middle of the edge: the level before it ends a little earlier
+    start = 0.0
+    level = levels_of(part, own, edge=start if driven else -behind / 2, settled=0.75 * ahead)
+    for _ in range(2):
+        fractions = of_change(levels, rising=level.change > 0)
+        passed = passages(part, own, level, fractions=fractions, edge=start if driven else -behind / 2)
+        if driven:
+            break
+        start = passed.first - passed.time
+        level = levels_of(part, own, edge=max(start, -behind / 2), settled=0.75 * ahead)
+    return here, level, passed
+
+
+def of_change(levels: tuple[float, float], *, rising: bool) -> tuple[float, float]:
+    """Return the fractions of a change from its beginning on, dimensionless, of levels of the range from below."""
+    return levels if rising else (1 - levels[1], 1 - levels[0])

@@ -1,0 +1,119 @@
+"""Numbers with a 95 % interval, of one edge and as a mean over edges."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_LEVEL = 0.975
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interval:
+    """A number with its 95 % interval.
+
+    Parameters
+    ----------
+    value : float
+        Estimate, in the unit of the number.
+    lower, upper : float
+        Ends of the interval; NaN where there is none.
+    standard_error : float
+        Standard error of the estimate; NaN where there is none.
+    scatter : float
+        Standard deviation between edges; NaN with one edge.
+    count : int
+        Number of edges.
+    method : str
+        How the interval was found, or why there is none.
+    """
+
+    value: float
+    lower: float
+    upper: float
+    standard_error: float
+    scatter: float = math.nan
+    count: int = 1
+    method: str
+
+    def to_dict(self) -> dict[str, float | int | str]:
+        """Return plain numbers for tables."""
+        return asdict(self)
+
+
+def from_noise(value: float, standard_error: float, *, freedom: float = math.inf) -> Interval:
+    """Make the interval of a number of one edge from the standard error that the noise gives it.
+
+    Parameters
+    ----------
+    value, standard_error : float
+        In the unit of the number.
+    freedom : float
+        Degrees of freedom of the standard error; infinite for a normal distribution.
+
+    Returns
+    -------
+    Interval
+        Student's t; without ends if the standard error is not finite.
+    """
+    from scipy.stats import t
+
+    if not math.isfinite(standard_error):
+        return none(value, "the samples do not determine it")
+    half = float(t.ppf(_LEVEL, min(freedom, 1e9))) * standard_error
+    return Interval(
+        value=value, lower=value - half, upper=value + half, standard_error=standard_error,
+        method="noise of one edge",
+    )  # fmt: skip
+
+
+def none(value: float, why: str) -> Interval:
+    """Make a number without an interval.
+
+    Parameters
+    ----------
+    value : float
+        In the unit of the number.
+    why : str
+        Reason.
+
+    Returns
+    -------
+    Interval
+        Without ends.
+    """
+    return Interval(value=value, lower=math.nan, upper=math.nan, standard_error=math.nan, method=why)
+
+
+def over_edges(each: Sequence[Interval]) -> Interval:
+    """Compute the mean of a number over edges, with its interval by Student's t over the edges.
+
+    Parameters
+    ----------
+    each : sequence of Interval
+        Of each edge, at least one.
+
+    Returns
+    -------
+    Interval
+        Of one edge its own interval. Of more, the mean, the standard deviation between the edges and Student's t with one
+        degree of freedom less than edges, which includes the noise.
+    """
+    from scipy.stats import t
+
+    if len(each) == 1:
+        return each[0]
+    values = np.array([one.value for one in each])
+    mean, scatter = float(values.mean()), float(values.std(ddof=1))
+    error = scatter / math.sqrt(len(each))
+    half = float(t.ppf(_LEVEL, len(each) - 1)) * error
+    return Interval(
+        value=mean, lower=mean - half, upper=mean + half, standard_error=error, scatter=scatter, count=len(each),
+        method=f"Student's t over {len(each)} edges",
+    )  # fmt: skip

@@ -1,0 +1,204 @@
+"""Damped oscillations of one or two modes, or of a mode whose frequency drifts, fitted to a section of a record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.recordings.fit.least_squares import FreeParameter
+from electrovib.recordings.transitions.estimate import Interval, from_noise
+from electrovib.recordings.transitions.separable import Separable, Whitening
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from electrovib.core.arrays import Real
+    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
+
+ONE: Final = "one mode"
+DRIFTING: Final = "one drifting mode"
+TWO: Final = "two modes"
+_PARTS: Final = {ONE: ("",), DRIFTING: ("",), TWO: ("", "early_")}
+_BEST_STARTS: Final = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedModes:
+    """One form of a damped oscillation fitted to a section.
+
+    Parameters
+    ----------
+    form : str
+        ``one mode``, ``one drifting mode`` or ``two modes``.
+    estimate : LeastSquaresEstimate
+        Frequencies of the damped oscillation [Hz], rates of decay [1/s] and amplitudes.
+    model : ndarray, shape (n,)
+        Fitted signal.
+    rejected : str
+        Why the fit has not this form; else empty.
+    criterion : float
+        BIC of this form fitted to samples without the correlation of the noise, dimensionless.
+    """
+
+    form: str
+    estimate: LeastSquaresEstimate
+    model: Real
+    rejected: str
+    criterion: float
+
+    @property
+    def bic(self) -> float:
+        """Criterion of Schwarz, dimensionless; infinite if the form was rejected."""
+        return math.inf if self.rejected else self.criterion
+
+    def parameters(self) -> dict[str, Interval]:
+        """Return natural frequencies, quality factors and drift with their intervals."""
+        found: dict[str, Interval] = {}
+        for part in _PARTS[self.form]:
+            frequency, quality = self._mode(part)
+            found |= {f"{part}frequency": frequency, f"{part}quality": quality}
+        if self.form == DRIFTING:
+            found["drift"] = from_noise(
+                self.estimate.values["drift"], self.estimate.standard_deviations["drift"],
+                freedom=self.estimate.degrees_of_freedom,
+            )  # fmt: skip
+        return found
+
+    def _mode(self, part: str) -> tuple[Interval, Interval]:
+        """Natural frequency sqrt(f_d^2 + (r/2 pi)^2) and quality factor pi f/r of a mode with rate of decay r."""
+        values, names = self.estimate.values, list(self.estimate.values)
+        damped, rate = values[f"{part}damped_frequency"], values[f"{part}rate"]
+        frequency = math.hypot(damped, rate / (2 * math.pi))
+        quality = math.pi * frequency / rate
+        freedom = self.estimate.degrees_of_freedom
+        if self.estimate.covariance is None:
+            return from_noise(frequency, math.nan), from_noise(quality, math.nan)
+        at = [names.index(f"{part}damped_frequency"), names.index(f"{part}rate")]
+        alike = self.estimate.covariance[np.ix_(at, at)]
+        of_frequency = np.array([damped / frequency, rate / (4 * math.pi**2 * frequency)])
+        of_quality = math.pi * of_frequency / rate - np.array([0.0, quality / rate])
+        errors = [math.sqrt(max(float(each @ alike @ each), 0.0)) for each in (of_frequency, of_quality)]
+        return from_noise(frequency, errors[0], freedom=freedom), from_noise(
+            quality, errors[1], freedom=freedom
+        )
+
+
+def fit_modes(
+    time: Real, values: Real, names: Sequence[str] = (ONE, DRIFTING, TWO), *, noise: Real
+) -> dict[str, FittedModes]:
+    """Fit forms of a damped oscillation about a level to a section, with the correlation of the residuals.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Times after the start of the section [s], at even intervals, n >= 20.
+    values : ndarray, shape (n,)
+        Signal in any unit.
+    names : sequence of str
+        Forms, beginning with ``one mode``.
+    noise : ndarray, shape (m,)
+        Samples without oscillation, from which the correlation of the noise is determined.
+
+    Returns
+    -------
+    fitted : dict of str to FittedModes
+        By form.
+
+    Notes
+    -----
+    A sum of e^(-r t) [a cos(phase) + b sin(phase)] and a level; phase = 2 pi (f t + d t^2/2) with the drift d of a drifting
+    mode. Estimates and criterion are found as in `fit_forms`.
+    """
+    white = Whitening.of(noise)
+    found: dict[str, FittedModes] = {}
+    one: LeastSquaresEstimate | None = None
+    for name in names:
+        problem = _problem(time, values, name)
+        estimate = problem.solve(_starts(problem, name, one, time))
+        if name == TWO and estimate.values["early_rate"] < estimate.values["rate"]:
+            estimate = problem.solve([_swapped(estimate.values)])
+        one = one or estimate
+        found[name] = FittedModes(
+            form=name,
+            estimate=estimate,
+            model=problem.predicted(estimate.values),
+            rejected=_rejected(name, estimate),
+            criterion=problem.solve([estimate.values], whitening=white).bic,
+        )
+    return found
+
+
+def _rejected(name: str, estimate: LeastSquaresEstimate) -> str:
+    if estimate.on_bound:
+        return f"{next(iter(estimate.on_bound))} lies on a bound"
+    if estimate.covariance is None:
+        return estimate.why_no_covariance
+    if name == TWO:
+        for part in ("", "early_"):
+            frequency, error = (
+                of[f"{part}damped_frequency"] for of in (estimate.values, estimate.standard_deviations)
+            )
+            if not error < 0.3 * frequency:
+                return "the frequency of one of its modes is not determined"
+    return ""
+
+
+def _swapped(values: Mapping[str, float]) -> dict[str, float]:
+    """Return the same two modes with the one that lasts longer first."""
+    found = dict(values)
+    for name in ("damped_frequency", "rate"):
+        found[name], found[f"early_{name}"] = values[f"early_{name}"], values[name]
+    return found
+
+
+def _problem(time: Real, values: Real, name: str) -> Separable:
+    step, whole = float(np.median(np.diff(time))), float(time[-1] - time[0])
+    slow, fast = 0.5 / whole, 1 / (4 * step)
+    free = {}
+    for part in _PARTS[name]:
+        free[f"{part}damped_frequency"] = FreeParameter(
+            start=math.sqrt(slow * fast), lower=slow, upper=fast, logarithmic=True
+        )
+        free[f"{part}rate"] = FreeParameter(
+            start=3 / whole, lower=0.01 / whole, upper=5 * fast, logarithmic=True
+        )
+    if name == DRIFTING:
+        free["drift"] = FreeParameter(start=0.0, lower=-fast / whole, upper=fast / whole)
+
+    def columns(at: Mapping[str, float]) -> Real:
+        waves = []
+        for part in _PARTS[name]:
+            phase = 2 * np.pi * (at[f"{part}damped_frequency"] * time + at.get("drift", 0.0) * time**2 / 2)
+            decay = np.exp(-at[f"{part}rate"] * time)
+            waves += [decay * np.cos(phase), decay * np.sin(phase)]
+        return np.column_stack([*waves, np.ones_like(time)])
+
+    amplitudes = [f"{part}{kind}" for part in _PARTS[name] for kind in ("cosine", "sine")]
+    return Separable(
+        columns=columns, data=values, free=free, names=(*amplitudes, "level"), ranges={"drift": 1 / whole**2}
+    )
+
+
+def _starts(
+    problem: Separable, name: str, one: LeastSquaresEstimate | None, time: Real
+) -> list[dict[str, float]]:
+    if one is not None and name == DRIFTING:
+        return [{**one.values, "drift": 0.0}]
+    low, high = (getattr(problem.free["damped_frequency"], end) for end in ("lower", "upper"))
+    whole = float(time[-1] - time[0])
+    grid: list[dict[str, float]] = []
+    for frequency in np.geomspace(1.05 * low, high / 1.05, 48):
+        for quality in (1.5, 4.0, 12.0):
+            mode = {"damped_frequency": float(frequency), "rate": float(np.pi * frequency / quality)}
+            if name == ONE:
+                grid.append(mode)
+            elif one is not None:
+                grid.append({**one.values, **{f"early_{key}": each for key, each in mode.items()}})
+                grid.append(
+                    {**one.values, "rate": 4 / whole, **{f"early_{key}": each for key, each in mode.items()}}
+                )
+    costs = [problem.sum_of_squares(start) for start in grid]
+    return [grid[at] for at in np.argsort(costs)[:_BEST_STARTS]]

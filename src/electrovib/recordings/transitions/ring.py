@@ -1,0 +1,240 @@
+"""Resonance, quality factor and drift of the oscillation after an impact or a release."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.recordings.transitions.chosen import columns_of
+from electrovib.recordings.transitions.criterion import above_lowest, chosen_form
+from electrovib.recordings.transitions.edges import reference_times
+from electrovib.recordings.transitions.modes import DRIFTING, ONE, TWO, FittedModes, fit_modes
+from electrovib.recordings.transitions.ring_result import MeasuredRing, RingSection
+from electrovib.recordings.transitions.statements import MISFIT
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.core.arrays import Real
+    from electrovib.physics.drive.readback import Readback
+    from electrovib.recordings.transitions.estimate import Interval
+
+_ABOVE: Final = 4.0
+"""Deviation from the level, in standard deviations of the noise, that counts as oscillation."""
+_LONGER: Final = 1.25
+"""Length of the fitted section over that in which the oscillation is above the noise."""
+_FADED: Final = 1.5
+"""Rms of the signal about its last level during a period, over the noise, below which the oscillation has ended."""
+_FEWEST: Final = 20
+"""Fewest samples of a section."""
+_SECTIONS: Final = 6
+_KNOWN: Final = 0.5
+"""Relative standard error of the quality factor beyond which a section is not shown."""
+_LAST: Final = 1.5
+"""Periods of oscillation above the noise that the last section contains at least."""
+
+
+def measure_ring(
+    record: xarray.Dataset | str | Path,
+    *,
+    signal: str | None = None,
+    at: float | None = None,
+    by: str | None = None,
+    readback: Readback | None = None,
+    start: float | None = None,
+    window: float | None = None,
+) -> MeasuredRing:
+    """Measure resonance, quality factor and their drift from the oscillation after an impact or a release.
+
+    Parameters
+    ----------
+    record : xarray.Dataset, str or Path
+        Trace or its file.
+    signal : str, optional
+        Signal that oscillates; by default the only one besides `by`.
+    at : float, optional
+        Time of the impact or release [s]; by default the last switching of `by`, or else the largest deviation of the signal
+        from its last level.
+    by : str, optional
+        Signal of the drive.
+    readback : Readback, optional
+        Relation of `by` to the drive.
+    start : float, optional
+        Time after `at` from which on the oscillation is free [s]; by default its first turning point beyond the last level.
+    window : float, optional
+        Time after `at` up to which it is evaluated [s]; by default until it has fallen into the noise.
+
+    Returns
+    -------
+    ring : MeasuredRing
+        Frequency and quality factor with intervals, and their change.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or if there is no oscillation above the noise.
+
+    Notes
+    -----
+    One mode, one mode whose frequency changes linearly, and two modes are compared by BIC, after the correlation of the noise
+    has been filtered out; the simplest within 2 of the lowest is chosen. AICc would often choose a second mode for noise,
+    because its frequency is searched over a wide band. The sections fit one mode from later and later starts, half a period
+    apart: where a higher mode decays sooner, their frequency falls towards that of the mode that remains. The intervals follow
+    from the noise of this one oscillation; sections overlap and are not independent of each other.
+    """
+    chosen = columns_of(record, signal=signal, by=by, readback=readback)
+    _check(start=start, window=window)
+    time, values = chosen.time, chosen.values
+    if at is None and chosen.drive is not None:
+        at = reference_times(time, values, chosen.drive)[-1]
+    if at is not None and not time[0] <= at < time[-1]:
+        raise InputError(f"at = {at:g}: expected a time within the record, {time[0]:.6g} to {time[-1]:.6g} s")
+    origin = float(time[0]) if at is None else at
+    quarter = values[time > origin + 0.75 * (time[-1] - origin)]
+    level, noise = float(np.mean(quarter)), float(np.std(quarter))
+    if at is None:
+        at = float(time[int(np.argmax(np.abs(values - level)))])
+        start = 0.0 if start is None else start
+    since = time - at
+    begin = _turning_point(since, values - level) if start is None else start
+    end = _end(since, values - level, noise, begin) if window is None else window
+    part = (since >= begin) & (since <= end)
+    if np.count_nonzero(part) < _FEWEST:
+        raise InputError(
+            f"the oscillation after {at:.6g} s has {np.count_nonzero(part)} samples above the noise; {_FEWEST} are needed"
+        )
+    fitted = fit_modes(since[part] - begin, values[part], noise=quarter)
+    criteria = {name: each.bic for name, each in fitted.items()}
+    best = chosen_form(criteria)
+    if not math.isfinite(fitted[best].bic):
+        raise InputError(f"the record after {at:.6g} s holds no damped oscillation: {fitted[ONE].rejected}")
+    sections = _sections(since, values, begin, end, fitted[ONE], quarter)
+    misfit = float(np.std(fitted[best].model - values[part])) / noise if noise else math.inf
+    drift = fitted[DRIFTING].parameters()["drift"]
+    return MeasuredRing(
+        signal=chosen.signal,
+        unit=chosen.unit,
+        reference=at,
+        form=best,
+        criteria=above_lowest(criteria),
+        parameters=fitted[best].parameters(),
+        drift=drift,
+        sections=sections,
+        time=since[part],
+        values=values[part],
+        model=fitted[best].model,
+        misfit=misfit,
+        words=_words(best, fitted, sections, drift, misfit),
+    )
+
+
+def _turning_point(since: Real, deviation: Real) -> float:
+    """Return the time of the largest deviation beyond the last level after the change of a release."""
+    after = np.flatnonzero(since >= 0)
+    side = math.copysign(1.0, float(np.median(deviation[max(after[0] - 20, 0) : after[0] + 1])))
+    beyond = after[side * deviation[after] < 0]
+    if not beyond.size:
+        raise InputError(
+            "the signal does not pass its last level after the release, so that it does not oscillate"
+        )
+    first = int(beyond[0])
+    back = np.flatnonzero(side * deviation[first:] > 0)
+    # the deepest point before the signal returns through its level for longer than a sample or two of noise
+    reach = first + 3 * (int(back[np.searchsorted(back, 3)]) if back.size > 3 else len(deviation) - first - 1)
+    part = slice(first, min(max(reach, first + 4), len(deviation)))
+    return float(since[first + int(np.argmin(side * deviation[part]))])
+
+
+def _end(since: Real, deviation: Real, noise: float, begin: float) -> float:
+    """Return the time at which the oscillation has fallen into the noise: the first period whose rms is below 1.5 times it."""
+    after = np.flatnonzero(since >= begin)
+    clear = after[np.abs(deviation[after]) > _ABOVE * noise]
+    sides = np.sign(deviation[clear])
+    turns = np.flatnonzero(np.diff(sides))
+    if clear.size < 3:
+        raise InputError(
+            "the signal does not leave the noise around its last level, so that there is no oscillation"
+        )
+    if not turns.size:  # it returns to its level without passing it clearly
+        return begin + 2 * _LONGER * float(since[clear[-1]] - begin)
+    # from the beginning, at a turning point or earlier, to the first change of side are a quarter to half of a period
+    period = 4 * float(since[clear[turns[0] + 1]] - begin)
+    if turns.size > 1:
+        period = 2 * float(since[clear[turns[1] + 1]] - since[clear[turns[0] + 1]])
+    last = begin
+    while last + period < since[-1]:
+        block = (since >= last) & (since < last + period)
+        if np.count_nonzero(block) < 3 or math.sqrt(float(np.mean(deviation[block] ** 2))) < _FADED * noise:
+            break
+        last += period
+    return begin + _LONGER * max(last - begin, period)
+
+
+def _sections(
+    since: Real, values: Real, begin: float, end: float, one: FittedModes, noise: Real
+) -> tuple[RingSection, ...]:
+    """Fit one mode from later and later starts, half a period apart."""
+    period = 1 / one.estimate.values["damped_frequency"]
+    found = []
+    for number in range(_SECTIONS):
+        start = begin + number * period / 2
+        part = (since >= start) & (since <= end)
+        if np.count_nonzero(part) < _FEWEST or (end - start) / _LONGER < _LAST * period:
+            break
+        fitted = fit_modes(since[part] - start, values[part], (ONE,), noise=noise)[ONE]
+        if fitted.rejected:
+            break
+        of = fitted.parameters()
+        if not of["quality"].standard_error < _KNOWN * of["quality"].value:
+            break
+        found.append(RingSection(start=start, frequency=of["frequency"], quality=of["quality"]))
+    return tuple(found)
+
+
+def _check(*, start: float | None, window: float | None) -> None:
+    problems = [
+        f"{name} = {value:g}: expected a time in seconds of at least 0"
+        for name, value in (("start", start), ("window", window))
+        if value is not None and not 0 <= value < math.inf
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def _words(
+    best: str,
+    fitted: dict[str, FittedModes],
+    sections: tuple[RingSection, ...],
+    drift: Interval,
+    misfit: float,
+) -> tuple[str, ...]:
+    said = []
+    if misfit > MISFIT:
+        said.append(
+            f"Warning: the form '{best}' leaves a residual of {misfit:.2g} times the noise at the end of the record, so the"
+            " choice of the form is uncertain, and frequency and quality factor have an error beyond their intervals."
+        )
+    if best == TWO:
+        of = fitted[TWO].parameters()
+        which = "higher" if of["early_frequency"].value > of["frequency"].value else "lower"
+        said.append(
+            f"Two modes reproduce the record best: a {which} one of {of['early_frequency'].value:.4g} Hz that decays sooner, and"
+            f" {of['frequency'].value:.4g} Hz that remains."
+        )
+    elif best == DRIFTING:
+        said.append(
+            f"A mode whose frequency {'falls' if drift.value < 0 else 'rises'} reproduces the record best; no single linear"
+            " resonance does."
+        )
+    if len(sections) > 1:
+        first, last = sections[0], sections[-1]
+        said.append(
+            f"One mode fitted from {first.start * 1e3:.3g} ms on has {first.frequency.value:.4g} Hz and quality factor"
+            f" {first.quality.value:.3g}, from {last.start * 1e3:.3g} ms on {last.frequency.value:.4g} Hz and"
+            f" {last.quality.value:.3g}."
+        )
+    return tuple(said)

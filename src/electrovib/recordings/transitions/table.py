@@ -1,0 +1,166 @@
+"""The numbers of measured times and rings as rows of a table."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.units import KINDS, format_quantity
+from electrovib.recordings.transitions.estimate import none
+from electrovib.recordings.transitions.statements import MISFIT
+
+if TYPE_CHECKING:
+    from electrovib.recordings.transitions.estimate import Interval
+    from electrovib.recordings.transitions.result import DirectionTimes, MeasuredTimes
+    from electrovib.recordings.transitions.ring_result import MeasuredRing
+
+UNITS: Final = {
+    "delay": "s",
+    "time constant": "s",
+    "frequency": "Hz",
+    "early frequency": "Hz",
+    "drift": "Hz/s",
+}
+"""Units of parameters; those that are absent are dimensionless."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeRow:
+    """One number of a measurement.
+
+    Parameters
+    ----------
+    group : str
+        ``rising``, ``falling`` or ``ring``.
+    name : str
+        What it is.
+    unit : str
+        SI unit; ``1`` if dimensionless.
+    number : Interval
+        Estimate with its interval, in that unit.
+    note : str
+        Why it may be wrong; else empty.
+    """
+
+    group: str
+    name: str
+    unit: str
+    number: Interval
+    note: str = ""
+
+
+def with_interval(row: TimeRow) -> str:
+    """Write a number with its 95 % interval, the method, and what may be wrong with it.
+
+    Parameters
+    ----------
+    row : TimeRow
+        The number.
+
+    Returns
+    -------
+    text : str
+        For a terminal: one line without the group.
+    """
+    number = row.number
+    if not math.isfinite(number.value):
+        return f"{row.name}: none, {number.method}"
+    text = f"{row.name}: {_shown(number.value, row.unit)}"
+    if math.isfinite(number.upper):
+        text += f", 95 % interval {_shown(number.lower, row.unit)} to {_shown(number.upper, row.unit)} ({number.method})"
+        if math.isfinite(number.scatter):
+            text += f", scatter between edges {_shown(number.scatter, row.unit)}"
+    else:
+        text += f", no interval: {number.method}"
+    return f"{text}; {row.note}" if row.note else text
+
+
+def _shown(value: float, unit: str) -> str:
+    return format_quantity(value, unit, digits=4) if unit in KINDS else f"{value:.4g} {unit}"
+
+
+def time_rows(found: MeasuredTimes, ring: MeasuredRing | None = None) -> list[TimeRow]:
+    """List the numbers of a measurement.
+
+    Parameters
+    ----------
+    found : MeasuredTimes
+        Times.
+    ring : MeasuredRing, optional
+        Oscillation after an edge.
+
+    Returns
+    -------
+    rows : list of TimeRow
+        By direction, and of the oscillation last.
+    """
+    shown = "-".join(f"{100 * each:g}" for each in found.levels)
+    rows = [
+        row for each in found.directions for row in _of_direction(each, shown, sensor=found.sensor != "none")
+    ]
+    if ring is not None:
+        note = _misfit(ring.misfit)
+        rows += [
+            _parameter("ring", name, each, f"{ring.form}", note) for name, each in ring.parameters.items()
+        ]
+        if "drift" not in ring.parameters:
+            rows.append(
+                _parameter("ring", "drift", ring.drift, "one drifting mode", f"{ring.form} fits better")
+            )
+        for each in ring.sections:
+            start = f"one mode from {each.start * 1e3:.3g} ms on"
+            rows += [
+                _parameter("ring", "frequency", each.frequency, start, ""),
+                _parameter("ring", "quality", each.quality, start, ""),
+            ]
+    return rows
+
+
+def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[TimeRow]:
+    interpolated = any(each.record.passages.interpolated for each in found.edges)
+    few = "interpolated between two samples" if interpolated else ""
+    drifts = (
+        "the signal drifts before an edge" if any(each.record.levels.drift for each in found.edges) else ""
+    )
+    warning = "; ".join(filter(None, [_misfit(found.misfit), drifts]))
+    without = "without the sensor" if sensor else "of the fitted form"
+    rows = [
+        TimeRow(
+            group=found.direction, name=f"{levels} % time as recorded", unit="s", number=found.recorded,
+            note="; ".join(filter(None, [few, drifts])),
+        ),
+        TimeRow(
+            group=found.direction, name=f"{levels} % time {without} ({found.form})", unit="s",
+            number=found.without_sensor, note=warning,
+        ),
+    ]  # fmt: skip
+    if not math.isnan(found.sensor_limit):
+        rows.append(
+            TimeRow(
+                group=found.direction,
+                name=f"{levels} % time of an instantaneous change through the sensor",
+                unit="s",
+                number=none(found.sensor_limit, "closed form of the sensor"),
+            )
+        )
+    rows += [
+        _parameter(found.direction, name, each, found.form, warning)
+        for name, each in found.parameters.items()
+    ]
+    if found.form != "exponential":
+        rows += [
+            _parameter(found.direction, name, each, "exponential", f"{found.form} fits better")
+            for name, each in found.exponential.items()
+        ]
+    return rows
+
+
+def _parameter(group: str, name: str, number: Interval, form: str, note: str) -> TimeRow:
+    words = name.replace("_", " ")
+    unit = next((unit for key, unit in UNITS.items() if words.startswith(key)), "1")
+    return TimeRow(group=group, name=f"{words} ({form})", unit=unit, number=number, note=note)
+
+
+def _misfit(misfit: float) -> str:
+    return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""

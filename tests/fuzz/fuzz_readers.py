@@ -1,0 +1,148 @@
+"""Fuzz one reader of files of instruments with atheris, guided by coverage.
+
+    pip install atheris
+    python tests/fuzz/fuzz_readers.py text --seconds 300 --corpus /tmp/corpus
+
+Each input has to be read or refused in one sentence, within 5 s of processor time and within ten times its size plus 64 MB of
+memory. An input that is not is written to ``fuzz-crash-...`` or ``fuzz-timeout-...`` in the current folder; once mended it
+becomes a file of ``tests/fuzz/regressions``, which an ordinary test reads. Readers that run in a guarded process are called in
+this one, under the same limit of memory, because coverage is measured here; a crash or an endless loop of their native libraries
+therefore ends the fuzzing, though not the program of a user.
+"""
+
+import argparse
+import contextlib
+import importlib
+import json
+import os
+import resource
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+sys.path.insert(0, str(FOLDER.parent / "robustness"))
+
+TARGETS = {
+    "text": (".csv", ("preamble.csv", "commas.txt", "wide.tsv", "dates.csv")),
+    "spectrum": (".csv", ("spectrum.csv",)),
+    "tables": (".dta", ("tables.dta",)),
+    "touchstone": (".s1p", ("a.s1p",)),
+    "isf": (".isf", ("a.isf",)),
+    "wav": (".wav", ("a.wav",)),
+    "numpy": (".npy", ("a.npy",)),
+    "matlab": (".mat", ("packed.mat", "plain.mat")),
+    "hdf5": (".h5", ("a.h5",)),
+    "tdms": (".tdms", ("a.tdms",)),
+    "xlsx": (".xlsx", ("a.xlsx", "stored.xlsx")),
+    "lecroy": (".trc", ("a.trc",)),
+    "scope": (".bin", ("a.trc",)),
+    "zplot": (".z", ("a.z",)),
+}
+"""Name of a target to the suffix of its files and to the names of its seeds among `whole_files`."""
+FOREIGN = ("nptdms", "openpyxl", "RigolWFM", "impedance.preprocessing")
+SECONDS = 5.0
+
+
+def read_in_this_process(reader, path, *, limits=None, **arguments):
+    """Call the function of a guarded reader here, with the messages of the guarded process."""
+    from electrovib.core.errors import DataFileError
+    from electrovib.data import guarded
+    from electrovib.data.columns.faults import damaged
+
+    module, _, name = reader.function.partition(":")
+    function = getattr(importlib.import_module(module), name)
+    allowed = (limits or guarded.ReaderLimits.for_file(path)).memory
+    usual = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (pages(0) + allowed, usual[1]))
+    try:
+        return dict(function(path, **arguments))
+    except DataFileError:
+        raise
+    except Exception as error:  # noqa: BLE001  # the guarded process reports it as a crash of the reader
+        raise damaged(path, reader.format_name, ValueError(str(error))) from None
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, usual)
+
+
+def without_processes():
+    """Replace the guarded process of every reader."""
+    from electrovib.data import guarded
+
+    original = guarded.read_guarded
+    for name, module in list(sys.modules.items()):
+        if name.startswith("electrovib.") and getattr(module, "read_guarded", None) is original:
+            module.read_guarded = read_in_this_process
+
+
+def pages(which):
+    """Return the address space (0) or the resident memory (1) of this process now [bytes]."""
+    return int(Path("/proc/self/statm").read_text().split()[which]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def peak():
+    """Return the largest memory of this process so far [bytes]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def check(path, raw):
+    """Read one input, and fail if it takes too long or too much memory."""
+    from damaged_records import read_damaged
+
+    path.write_bytes(raw)
+    before, highest, begin = pages(1), peak(), time.process_time()
+    with contextlib.suppress(NotImplementedError):
+        read_damaged(path)
+    spent = time.process_time() - begin
+    if spent > SECONDS:
+        raise AssertionError(f"{spent:.1f} s of processor time for {len(raw)} bytes")
+    if peak() > highest and peak() - before > 10 * len(raw) + 64 * 1024**2:
+        raise AssertionError(f"{(peak() - before) / 1e6:.0f} MB for {len(raw)} bytes")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("target", choices=sorted(TARGETS))
+    parser.add_argument("--seconds", type=int, default=300, help="duration [s]")
+    parser.add_argument(
+        "--corpus", default="", help="folder that keeps the inputs found; a temporary one if not given"
+    )
+    parser.add_argument("--seeds", default="", help="folder of further files to begin with")
+    parser.add_argument("--longest", type=int, default=1 << 16, help="longest input [bytes]")
+    given = parser.parse_args()
+
+    import atheris
+
+    with atheris.instrument_imports(include=["electrovib.data", "electrovib.recordings", *FOREIGN]):
+        for name in ("electrovib.data.readers.registry", "electrovib.recordings.importing", *FOREIGN):
+            with contextlib.suppress(ImportError):
+                importlib.import_module(name)
+    import scipy.io  # noqa: F401  # loaded before memory is measured
+    from damaged_records import whole_files
+
+    without_processes()
+    suffix, seeds = TARGETS[given.target]
+    whole = whole_files()
+    with tempfile.TemporaryDirectory() as scratch:
+        corpus = Path(given.corpus or f"{scratch}/corpus")
+        corpus.mkdir(parents=True, exist_ok=True)
+        for name in seeds:
+            (corpus / name).write_bytes(whole[name])
+        further = Path(given.seeds).iterdir() if given.seeds else ()
+        for seed in (*(FOLDER / "regressions").glob(f"*{suffix}"), *further):
+            (corpus / seed.name).write_bytes(seed.read_bytes())
+        path = Path(scratch) / f"input{suffix}"
+        for known in corpus.iterdir():
+            check(path, known.read_bytes())  # what libraries load on first use is no memory of an input
+        print(json.dumps({"target": given.target, "seeds": len(list(corpus.iterdir()))}), flush=True)
+        options = [
+            sys.argv[0], str(corpus), f"-max_total_time={given.seconds}", f"-max_len={given.longest}", "-timeout=60",
+            "-rss_limit_mb=4096", "-artifact_prefix=fuzz-", "-print_final_stats=1", "-verbosity=1", "-close_fd_mask=0",
+        ]  # fmt: skip
+        atheris.Setup(options, lambda raw: check(path, raw), enable_python_coverage=True)
+        atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()

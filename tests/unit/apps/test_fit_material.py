@@ -1,0 +1,220 @@
+"""A dispersion fitted to files of spectra: material, both uncertainties, and the scenario with it."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import electrovib as ev
+from electrovib.apps.cli import app
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.material import ColeCole
+from electrovib.recordings.spectra.form_names import forms_of
+from electrovib.recordings.spectra.instrument import InstrumentError, error_by_resistor
+
+SHARED = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
+GRID = np.geomspace(100, 1e5, 31)
+SKIN = ColeCole(
+    permittivity_high=50.0,
+    terms=[{"strength": 1500.0, "relaxation_time": 2e-5, "broadening": 0.3}],
+    conductivity=1e-4,
+)
+ONE = {"form": "cole-cole-1"}
+
+
+def written(path, *, noise=0.01, seed=1, grid=GRID, factor=1.0):
+    """A table of permittivity and loss factor with relative noise."""
+    rng = np.random.default_rng(seed)
+    exact = SKIN.complex_permittivity(grid) * factor
+    real, loss = (part * (1 + noise * rng.normal(size=grid.size)) for part in (exact.real, -exact.imag))
+    rows = [f"{f!r},{a!r},{b!r}" for f, a, b in zip(grid.tolist(), real.tolist(), loss.tolist(), strict=True)]
+    path.write_text("\n".join(["f [Hz],permittivity,loss factor", *rows]))
+    return path
+
+
+def resistor(path, *, value=51e3, phase=0.0):
+    """A table of the impedance of a resistor, with a phase in degrees."""
+    rows = [f"{f!r},{value * (1 + 1e-4 * (-1) ** at)!r},{phase}" for at, f in enumerate(GRID.tolist())]
+    path.write_text("\n".join(["f [Hz],|Z| [ohm],phase [deg]", *rows]))
+    return path
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    return written(tmp_path_factory.mktemp("material") / "skin.csv")
+
+
+def test_the_material_is_that_of_the_file_and_runs_in_a_scenario(file, tmp_path):
+    out = tmp_path / "my_skin.toml"
+    found = ev.fit_material(file, thickness="150 um", output=out, **ONE)
+    for each, true in zip(found.parameters, (50.0, 1500.0, 2e-5, 0.3, 1e-4), strict=True):
+        assert abs(each.value - true) < 4 * (each.upper - each.lower) / 3.92
+        assert np.isnan(each.systematic)
+    layer = tomllib.loads(out.read_text())["stack"]["stratum_corneum"]
+    scenario = ev.load(
+        "vezzoli_2014/fig6", changes={f"stack.stratum_corneum.{k}": v for k, v in layer.items()}
+    )
+    skin = scenario.stack.layers["stratum_corneum"]
+    assert skin.thickness == 150e-6
+    assert skin.material == found.material
+    assert np.isfinite(ev.simulate(scenario).electrostatic_force).all()
+
+
+def test_the_scenario_with_the_material_states_its_source(file, tmp_path):
+    out = tmp_path / "with.toml"
+    found = ev.fit_material(
+        file, thickness="150 um", into="vezzoli_2014/fig6", systematic=0.02, output=out, **ONE
+    )
+    scenario = ev.load(out)
+    assert scenario.stack.layers["stratum_corneum"].material == found.material
+    assert scenario.stack.layers["stratum_corneum"].thickness == 150e-6
+    source = scenario.sources["stack.stratum_corneum.material.terms.0.strength"]
+    for words in (
+        "skin.csv",
+        "ColeCole, 1 term",
+        "statistical 95 % interval",
+        "systematic error of the instrument +- ",
+    ):
+        assert words in source
+    ev.fit_material(file, into="vezzoli_2014/fig6", output=out, **ONE)  # our own file is replaced
+    out.write_text(out.read_text().replace("150 um", "151 um") + "\n# mine")
+    with pytest.raises(InputError, match="exists already"):
+        ev.fit_material(file, into="vezzoli_2014/fig6", output=out, **ONE)
+
+
+def test_the_systematic_error_is_that_of_a_fit_to_shifted_data(tmp_path):
+    exact, shifted = (
+        ev.fit_material(
+            written(tmp_path / f"{factor}.csv", noise=1e-6, factor=factor), systematic=1e-3, **ONE
+        )
+        for factor in (1.0, 1.001)
+    )
+    for one, other in zip(exact.parameters, shifted.parameters, strict=True):
+        assert one.systematic == pytest.approx(abs(other.value - one.value), rel=0.01, abs=3e-5 * one.value)
+    assert exact.parameters[1].systematic == pytest.approx(1.5, rel=0.01)
+
+
+def test_a_phase_error_is_that_of_a_fit_to_turned_data(tmp_path):
+    angle = 1e-3
+    plain, turned = (
+        ev.fit_material(written(tmp_path / f"{at}.csv", noise=1e-6, factor=factor), **ONE)
+        for at, factor in enumerate((1.0, np.exp(1j * angle)))
+    )
+    data = SKIN.complex_permittivity(GRID)
+    found = InstrumentError(phase=angle).deviations(plain.fits[0], GRID, data, noise=None)
+    for one, other in zip(plain.parameters, turned.parameters, strict=True):
+        assert found[one.path] == pytest.approx(abs(other.value - one.value), rel=0.05)
+
+
+def test_sources_are_weighted_by_their_noise(tmp_path):
+    good = written(tmp_path / "good.csv", noise=0.002, seed=2)
+    bad = written(tmp_path / "bad.csv", noise=0.08, seed=3, grid=GRID * 1.01)
+    noise = {"good.csv": 0.002, "bad.csv": 0.08}
+    alone = ev.fit_material(good, noise={"good.csv": 0.002}, **ONE)
+    both = ev.fit_material([good, bad], noise=noise, **ONE)
+    alike = ev.fit_material([good, bad], **ONE)
+    strength = [each.parameters[1] for each in (alone, both, alike)]
+    width = strength[0].upper - strength[0].lower
+    assert abs(strength[1].value - strength[0].value) < 0.05 * width
+    assert strength[2].upper - strength[2].lower > 5 * width
+    assert strength[1].upper - strength[1].lower < width
+    assert "noise 8 % as stated" in " ".join(both.history)
+    with pytest.raises(InputError, match=r"state that of 'bad\.csv' too"):
+        ev.fit_material([good, bad], noise={"good.csv": 0.01}, **ONE)
+
+
+def test_a_resistor_gives_the_error_of_the_instrument(file, tmp_path):
+    known = resistor(tmp_path / "r.csv", value=50e3, phase=0.3)
+    found = ev.fit_material(file, reference=(known, "51 kohm"), **ONE)
+    assert f"modulus {100 * (1 - 50 / 51):.2g} %, phase 0.3 degrees" in " ".join(found.history)
+    declared = ev.fit_material(file, reference=(known, "51 kohm"), systematic=0.05, **ONE)
+    assert declared.parameters[1].systematic > 1.4 * found.parameters[1].systematic
+    error = error_by_resistor(GRID, 50e3 * np.exp(0.005j) * np.ones(31), resistance=51e3)
+    assert (error.gain, error.phase) == pytest.approx((1 / 51, 0.005), rel=1e-6)
+    with pytest.raises(InputError, match="bad calibration"):
+        ev.fit_material(file, reference=(resistor(tmp_path / "off.csv", phase=3.0), "51 kohm"), **ONE)
+
+
+def test_what_no_material_can_be_is_refused(tmp_path):
+    data = np.full(31, 100.0) * GRID / 100  # a permittivity that rises with frequency
+    rows = [f"{f},{a},{0.1 * a}" for f, a in zip(GRID, data, strict=True)]
+    (tmp_path / "odd.csv").write_text("\n".join(["f [Hz],permittivity,loss factor", *rows]))
+    with pytest.raises(InputError, match=r"Kramers-Kronig relations by .* more than 10 %"):
+        ev.fit_material(tmp_path / "odd.csv", form="debye")
+    with pytest.raises(InputError, match="misses the spectrum by"):
+        ev.fit_material(written(tmp_path / "skin.csv"), form="constant")
+
+
+def test_a_deviation_below_that_is_a_warning(tmp_path):
+    found = ev.fit_material(written(tmp_path / "noisy.csv", noise=0.08), **ONE)
+    states = {each.name: each.state for each in found.diagnostics}
+    assert states["Kramers-Kronig"] == "warning"
+    assert states["misfit"] == "warning"
+    noise = {"noisy.csv": 0.08}
+    stated = ev.fit_material(tmp_path / "noisy.csv", noise=noise, **ONE)
+    assert {each.name: each.state for each in stated.diagnostics}["Kramers-Kronig"] == "ok"
+
+
+def test_short_names_of_forms():
+    assert forms_of("gabriel") == ("ColeCole, 4 terms",)
+    assert forms_of("cole-cole")[:2] == ("ColeCole, 1 term", "ColeCole, 2 terms")
+    assert forms_of("havriliak-negami") == ("HavriliakNegami",)
+    assert len(forms_of("auto")) == 6
+    with pytest.raises(InputError, match="Did you mean 'cole-cole'"):
+        forms_of("colecole")
+
+
+def test_mistakes_are_reported_together(file, tmp_path):
+    with pytest.raises(InputError) as caught:
+        ev.fit_material(
+            [file, tmp_path / "none.csv"], form="cole", layer="skin", into="vezzoli_2014/fig6", output="a.txt"
+        )
+    words = " ".join(caught.value.problems)
+    for each in ("none.csv", "form = 'cole'", "layer = 'skin'", "a.txt"):
+        assert each in words
+    part = ev.fit_material(file, band=("1 kHz", 1e4), **ONE)
+    assert part.history[0].endswith("11 rows")  # both ends included
+    with pytest.raises(InputError, match="0 rows are within it"):
+        ev.fit_material(file, band=("1 MHz", "2 MHz"), **ONE)
+
+
+def test_the_command_writes_the_material(file, tmp_path):
+    out = tmp_path / "my_skin.toml"
+    arguments = ["fit-material", str(file), "--form", "cole-cole-1", "--band", "100 Hz..50 kHz"]
+    result = CliRunner().invoke(
+        app, [*arguments, "--noise", "skin.csv=1 %", "--systematic", "2%", "-o", str(out)]
+    )
+    assert result.exit_code == 0, result.output
+    for words in ("terms.0.strength: ", "systematic error of the instrument +- ", "written"):
+        assert words in result.output
+    assert "statistical 95 % interval" in out.read_text()
+    assert 'model = "ColeCole"' in out.read_text()
+    for option, words in {
+        "--systematic": "expected a share",
+        "--band": "LOW..HIGH",
+        "--noise": "FILE=SHARE",
+    }.items():
+        refused = CliRunner().invoke(app, [*arguments, option, "x"])
+        assert words in " ".join(refused.exception.problems)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not SHARED.exists(), reason="needs shared/data, which is not part of the repository")
+def test_skin_and_known_parts_as_measured():
+    skin = ev.fit_material(SHARED / "gabriel_measured_skin_dry.txt", band=(100.0, 1.0001e5))
+    assert skin.fits[0].permittivity_error < 0.04
+    assert skin.fits[0].conductivity_error < 0.03
+    assert "left out as outliers: 251.2 Hz" in skin.history
+    given = {"columns": {"phase": "Phase [deg]"}, "area": "1 cm2", "thickness": "1 mm", "form": "constant"}
+    known = (SHARED / "Cal10k_51k.csv", "51 kohm")
+    part = ev.fit_material(SHARED / "Cal10k_51kp33.csv", reference=known, **given)
+    capacitance = part.material.permittivity * eps0 * 1e-4 / 1e-3
+    # 33 pF and the leads, which the bare resistor shows
+    assert capacitance == pytest.approx(33e-12, rel=0.12)
+    given["columns"] = {"phase": "phase [deg]"}
+    bad = SHARED / "rcal_10k_20k_par101.csv"
+    with pytest.raises(InputError, match="bad calibration"):
+        ev.fit_material(bad, reference=(bad, "20 kohm"), **given)

@@ -1,0 +1,299 @@
+"""Names, units and times that instruments state in the preamble, in dates, and in tables of their own."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import DataFileError
+from electrovib.data.readers.date_times import seconds_from_first
+from electrovib.data.readers.registry import format_of, read_recorded
+from electrovib.data.readers.spectrum import spectrum_of
+
+T = -1e-5 + 1e-6 * np.arange(40)
+V, W = np.sin(3e5 * T), np.cos(3e5 * T)
+G = np.geomspace(1e5, 10, 40)
+Z = 100 + 5e4 / (1 + 2j * np.pi * G * 5e4 * 1e-9)
+PHASE = np.degrees(np.angle(Z))
+
+
+def rows(form, *columns):
+    return "\n".join(form.format(*row) for row in zip(*columns, strict=True)) + "\n"
+
+
+def numbered(form, *columns):
+    return rows(form, np.arange(40), *columns)
+
+
+SIDE = [
+    "Record Length,2500,Points,",
+    "Sample Interval,1e-06,s,",
+    "Source,CH2,,",
+    "Vertical Units,V,,",
+    "Horizontal Units,s,,",
+]
+LAYOUTS = {
+    "settings beside the numbers": (
+        "\n".join(f"{key}{time:.9e},{volt:.7f}," for key, time, volt in zip(SIDE + [",,,"] * 35, T, V, strict=True)),
+        ["time", "CH2"], ["s", "V"],
+    ),
+    "a row of vertical units": (
+        "Model,MSO4034B\n\nPoint Format,Y,,\nHorizontal Units,s,,\nSample Interval,1e-06,,\nVertical Units,V,A,\n,,\n"
+        "Label,Drive,Load,\nTIME,CH1,CH2\n" + rows("{:.9e},{:.7f},{:.7f}", T, V, W),
+        ["TIME", "CH1", "CH2"], ["s", "V", "A"],
+    ),
+    "units with their channel": (
+        "Record Length,Analog:40\nVertical Units,CH1:V,CH3:A\nHorizontal Units,s\nSource,CH1,CH3\nSecond,Value,Value\n"
+        + rows("{:.9e},{:.7f},{:.7f}", T, V, W),
+        ["Source", "CH1", "CH3"], ["s", "V", "A"],
+    ),
+    "a setting above the units": (
+        "Record Length,Analog:40\nVertical Scale,CH1: 0.05\nHorizontal Scale, 0.000010000\nSecond,Volt\n"
+        + rows("{:.9e},{:.7f}", T, V),
+        ["time", "Volt"], ["s", "V"],
+    ),
+    "numbers as headings": ("x-axis,1,2\nsecond,Volt,Volt\n" + rows("{:.9e},{:.7f},{:.7f}", T, V, W),
+        ["x-axis", "1", "2"], ["s", "V", "V"]),
+    "an empty heading of the time": (",CH1\nSecond,Volt\n" + rows("{:.9e},{:.7f}, ", T, V), ["time", "CH1"], ["s", "V"]),
+    "start and increment of one channel": (
+        "X,CH2,Start,Increment,\nSequence,Volt,-1.0e-05,1.0e-06,\n" + numbered("{},{:.7f},", V), ["CH2"], ["V"],
+    ),
+    "settings with colons": (
+        "Points:,40\nXInc:,1e-06\nXOrg:,-1E-05\nXUnits:,second\nYUnits:,Volt\nTime:,11:53:15\nData:\n" + rows("{:.7f}", V),
+        ["column 0"], ["V"],
+    ),
+    "settings with one number each": (
+        "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\n***End_of_Header***\t\nChannels\t1\t\nY_Unit_Label\tVolts\t\n"
+        "X_Dimension\tTime\t\nX0\t-1E-5\t\nDelta_X\t0.000001\t\n***End_of_Header***\t\t\nX_Value\tVoltage\tComment\n"
+        + rows("\t{:.7f}\t", V),
+        ["Voltage"], ["V"],
+    ),
+    "settings of each trace": (
+        '"Model Name","DL850E"\n"BlockNumber",1\n"TraceName","CH1","CH2"\n"BlockSize",40,40\n"VUnit","V","A"\n'
+        '"HResolution",1.0E-06,1.0E-06\n"HOffset",-1.0E-05,-1.0E-05\n"Date","2012/10/10","2012/10/10"\n'
+        '"Time","10:10:10.1","10:10:10.1"\n' + rows(",{:.7f},{:.7f}", V, W),
+        ["CH1", "CH2"], ["V", "A"],
+    ),
+    "titles of channels": (
+        "Interval=\t1E-06 s\nDateFormat=\t\nChannelTitle=\tForce\tVolt\nRange=\t10.00 V\t5 V\n"
+        + rows("{:.9e}\t{:.7f}\t{:.7f}", T, V, W),
+        ["column 0", "Force", "Volt"], ["", "", ""],
+    ),
+    "an index and a time interval": (
+        "Channel :,CH1,CH2\nTime interval :,1.00000uS,1.00000uS\nStart :,-10us\nindex,CH1_Voltage(mV),CH2_Voltage(mV)\n"
+        + numbered("{},{:.7f},{:.7f}", V, W),
+        ["CH1_Voltage", "CH2_Voltage"], ["mV", "mV"],
+    ),
+    "a sign of number as heading": (
+        "Save Time,2020-01-01 10:00:00\n#,Time(ms),CH1(mV)\n" + numbered("{},{:.9f},{:.7f}", 1e3 * T, V),
+        ["column 0", "Time", "CH1"], ["", "ms", "mV"],
+    ),
+    "a clock in a comment": ("#CHANNEL:CH1\n#CLOCK=1.0uS\n#Start=-10us\n" + rows("{:.7f}", V), None, None),
+    "a time that is not the first column": (
+        "mode\tNs\ttime/s\tEwe/V\n" + rows("2\t0\t{:.9e}\t{:.7f}", T + 1e-5, V),
+        ["mode", "Ns", "time", "Ewe"], ["", "", "s", "V"],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_names_units_and_times_are_those_of_the_preamble(tmp_path, name):
+    text, names, units = LAYOUTS[name]
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    found = read_recorded(tmp_path / "a.csv")
+    if names is not None:
+        assert [each.name for each in found.channels] == names
+        assert [each.unit for each in found.channels] == units
+    times = found.times()
+    scale = {"ms": 1e-3}.get(next((each.unit for each in found.channels if each.name == found.time), ""), 1)
+    np.testing.assert_allclose(times * scale - times[0] * scale, T - T[0], atol=2e-12)
+    if "not the first" not in name:
+        assert times[0] * scale == pytest.approx(-1e-5)
+    values = [each.values for each in found.channels]
+    assert any(each.size == 40 and np.abs(each - V).max() < 1e-6 for each in values)
+
+
+SPECTRA = {
+    "nova.txt": "Index;Frequency (Hz);Z' (Ω);-Z'' (Ω);Z (Ω);-Phase (°)\n"
+    + numbered("{};{:.8g};{:.8g};{:.8g};{:.8g};{:.8g}", G, Z.real, -Z.imag, abs(Z), -PHASE),
+    "autolab.txt": "Freq(Hz),t,s,idx,Z',Z''\n" + rows("{:.8g},0,0,1,{:.8g},{:.8g}", G, Z.real, Z.imag),
+    "z60w.txt": '"Z60W Data File: Version 1.1"\n""\n""\n0,2,0,1,0.1,10000\n41\n'
+    "\"  Freq (Hz)    Ampl     Bias   Time(Sec)   Z'(a)    Z''(b)    GD   Err   Range\"\n"
+    + rows("{:.8g},0,0,0,{:.9g},{:.9g},0,0,0", G, Z.real, Z.imag),
+    "powersuite.txt": "Frequency\t Zre\t Zimg\n" + rows("{:.8g}\t {:.8g}\t {:.8g}", G, Z.real, Z.imag),
+    "parstat_samples.txt": "Potential (V)\tElapsed Time (s)\tFrequency (Hz)\tZre (ohms)\tZim (ohms)\t\n"
+    + rows("3.4\t{}\t0\t0\t0\t", range(30)) + rows("3.4\t{}\t{:.8g}\t{:.8g}\t{:.8g}\t", range(40), G, Z.real, Z.imag),
+    "parstat.txt": "Segment\tPoint\tE(V)\tFrequency(Hz)\tZre(ohms)\tZim(ohms)\n"
+    + numbered("0\t{}\t0.1\t{:.8g}\t{:.8g}\t{:.8g}", G, Z.real, Z.imag),
+    "versa.par": "<Application>\nName=VersaStudio\n</Application>\n<Experiment>\nSegments=1\n</Experiment>\n<Segment1>\nType=2\n"
+    "Definition=Segment #, Point #, E(V), I(A), Elapsed Time(s), Frequency(Hz), Z Real, Z Imag, ActionId, 0\n"
+    + numbered("0,{},0.1,1e-6,1,{:.8g},{:.8g},{:.8g},4", G, Z.real, Z.imag)
+    + "</Segment1>\n\n" + "".join(f"<Graph{at}>\nHeight=291\nWidth={at}\n</Graph{at}>\n" for at in range(80)),
+    "chi.txt": "Feb. 2, 2021   10:10:10\nA.C. Impedance\nHeader: \n\nInit E (V) = 0\nLow Frequency (Hz) = 1\n\n"
+    "Freq/Hz, Z'/ohm, Z\"/ohm, Z/ohm, Phase/deg\n\n"
+    + rows("{:.8e}, {:.8e}, {:.8e}, {:.8e}, {:.6f}", G, Z.real, Z.imag, abs(Z), PHASE),
+    "comma.mpt": "EC-Lab ASCII FILE\nNb header lines : 5\n\nPEIS\nfreq/Hz\tRe(Z)/Ohm\t-Im(Z)/Ohm\t|Z|/Ohm\n"
+    + rows("{:.7E}\t{:.7E}\t{:.7E}\t{:.7E}", G, Z.real, -Z.imag, abs(Z)).replace(".", ","),
+    "a.dta": "EXPLAIN\nTAG\tEISPOT\nAREA\tQUANT\t2.5\tArea (cm^2)\nOCVCURVE\tTABLE\t3\n\tPt\tT\tVf\n\t#\ts\tV vs. Ref.\n"
+    + rows("\t{}\t{}\t0.1", range(60), range(60))
+    + "EOC\tQUANT\t0.1\tOpen Circuit (V)\nZCURVE\tTABLE\n\tPt\tTime\tFreq\tZreal\tZimag\tZphz\n\t#\ts\tHz\tohm\tohm\t°\n"
+    + numbered("\t{}\t1\t{:.8g}\t{:.8g}\t{:.8g}\t{:.8g}", G, Z.real, Z.imag, PHASE),
+    "e4990.csv": "!CSV A.01.01\n!Agilent Technologies,E4990A\nBEGIN CH1_DATA\n"
+    "Frequency(Hz), Trace 1 |Z|(Ohm), Trace 2 Theta-z(deg)\n"
+    + rows("{:.8E}, {:.8E}, {:.8E}", G, abs(Z), PHASE) + "END\n",
+    "solartron.csv": "Frequency (Hz),Impedance Magnitude (Ohms),Impedance Phase Degrees (')\n"
+    + rows("{:.8g},{:.8g},{:.8g}", G, abs(Z), PHASE),
+    "discovery.csv": "#Digilent WaveForms Impedance Analyzer\n\nFrequency (Hz),Trace θ (deg),Trace |Z| (Ohm)\n"
+    + rows("{:.8g},{:.8g},{:.8g}", G, PHASE, abs(Z)),
+    "z.s1p": "! VNA\n# kHz Z MA R 50\n" + rows("{:.8g} {:.8g} {:.8g}", G / 1e3, abs(Z) / 50, PHASE),
+    "y.s1p": "# hz y ri r 2\n" + rows("{:.8g} {:.8g} {:.8g}", G, (2 / Z).real, (2 / Z).imag),
+    "s.s1p": "!\n# Hz S DB R 1000 ! comment\n" + rows(
+        "{:.8g} {:.12g} {:.12g}", G, 20 * np.log10(abs((Z - 1e3) / (Z + 1e3))), np.degrees(np.angle((Z - 1e3) / (Z + 1e3)))
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SPECTRA)
+def test_spectra_of_instruments_are_read_without_an_option(tmp_path, name):
+    (tmp_path / name).write_text(SPECTRA[name], encoding="utf-8")
+    found = spectrum_of(read_recorded(tmp_path / name))
+    np.testing.assert_allclose(found.frequency, G[::-1], rtol=1e-6)
+    np.testing.assert_allclose(found.impedance, Z[::-1], rtol=1e-5)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("impedance") is None, reason="needs the package impedance")
+@pytest.mark.parametrize("name", ["a.dta", "chi.txt"])
+def test_the_reader_of_text_agrees_with_the_package_impedance(tmp_path, name):
+    (tmp_path / name).write_text(SPECTRA[name], encoding="utf-8")
+    one, two = (spectrum_of(read_recorded(tmp_path / name, reader=reader)) for reader in ("", "impedance"))
+    assert format_of(tmp_path / name).name == "text"
+    np.testing.assert_allclose(one.impedance, two.impedance, rtol=1e-7)
+
+
+def test_a_table_of_a_file_of_several_is_chosen(tmp_path):
+    (tmp_path / "a.dta").write_text(SPECTRA["a.dta"], encoding="utf-8")
+    found = read_recorded(tmp_path / "a.dta", part="OCVCURVE")
+    assert [(each.name, each.unit) for each in found.channels] == [("Pt", ""), ("T", "s"), ("Vf", "V")]
+    assert (found.size, found.time) == (60, "T")
+    assert (found.attributes["table"], found.attributes["omitted"], found.attributes["AREA"]) == (
+        "OCVCURVE",
+        "ZCURVE",
+        "2.5",
+    )
+    with pytest.raises(
+        DataFileError, match=r"no such table. Did you mean 'ZCURVE'\? It has OCVCURVE, ZCURVE"
+    ):
+        read_recorded(tmp_path / "a.dta", part="ZCURV")
+    (tmp_path / "a.csv").write_text("t,u\n0,1\n1,2\n", encoding="utf-8")
+    with pytest.raises(DataFileError, match="does not consist of parts with names"):
+        read_recorded(tmp_path / "a.csv", part="ZCURVE")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("# Hz S RI R 50\n1 2 3 4 5\n1 2 3 4 5\n", "rows do not have three numbers"),
+        ("# Hz H RI R 50\n1 2 3\n2 2 3\n", "states the parameters H"),
+        ("# Hz S RI R x\n1 2 3\n2 2 3\n", "with the reference 0 ohm"),
+        ("# Hz S RI R 50\n1 2 a\n2 2 3\n", "not made of numbers"),
+    ],
+)
+def test_other_touchstone_files_are_refused(tmp_path, text, words):
+    (tmp_path / "a.s1p").write_text(text, encoding="utf-8")
+    with pytest.raises(DataFileError, match=words):
+        read_recorded(tmp_path / "a.s1p")
+
+
+STAMPS = {
+    "iso": ["2024-02-28T23:59:59.500Z", "2024-02-29T00:00:01.000Z", "2024-03-01T00:00:00.500Z"],
+    "half days": ["1/31/2024 11:59:59.5 AM", "1/31/2024 12:00:01 PM", "2/1/2024 12:00:00.5 PM"],
+    "day first": ["31.01.2024 23:59:59,5", "01.02.2024 00:00:01,0", "02.02.2024 00:00:00,5"],
+    "midnight": ["23:59:59.5", "0:00:01", "23:59:59.75"],
+}
+EXPECTED = {"midnight": [0, 1.5, 86400.25]}
+
+
+@pytest.mark.parametrize("name", STAMPS)
+def test_dates_and_times_of_day_become_seconds(name):
+    time, order = seconds_from_first("\n".join(STAMPS[name]) + "\n")
+    assert time == pytest.approx(EXPECTED.get(name, [0, 1.5, 86401.0]))
+    assert order == ""
+
+
+def test_an_open_order_of_day_and_month_is_stated(tmp_path):
+    text = "Moment,F (N)\n03/01/2024 10:00:00,1\n03/02/2024 10:00:00,2\n03/03/2024 10:00:00,3\n"
+    (tmp_path / "a.csv").write_text(text, encoding="utf-8")
+    found = read_recorded(tmp_path / "a.csv")
+    assert found.attributes["date_order"] == "month/day"
+    assert found.attributes["first_time"] == "03/01/2024 10:00:00"
+    np.testing.assert_allclose(found.times(), [0, 86400, 2 * 86400])
+    assert [each.name for each in found.channels] == ["time", "F"]
+    assert seconds_from_first("03.01.2024 10:00:00\n04.01.2024 10:00:00\n")[1] == "day.month"
+
+
+def test_a_column_of_dates_and_one_of_times_are_one_time(tmp_path):
+    lines = [f"03/01/2024,10:00:{second:02d}.500,{second}" for second in range(20)]
+    (tmp_path / "a.csv").write_text("\n".join(["Date,Time,Force (N)", *lines]), encoding="utf-8")
+    np.testing.assert_allclose(read_recorded(tmp_path / "a.csv").times(), np.arange(20))
+
+
+def test_readings_out_of_range_are_missing(tmp_path):
+    (tmp_path / "a.csv").write_text(
+        "Time,Channel A\n(ms),(V)\n\n0,1\n1,∞\n2,-∞\n3,OL\n4,2\n", encoding="utf-8"
+    )
+    found = read_recorded(tmp_path / "a.csv").channels[1].values
+    np.testing.assert_array_equal(found, [1, np.nan, np.nan, np.nan, 2])
+
+
+def test_digits_of_other_scripts_are_no_numbers(tmp_path):
+    (tmp_path / "a.csv").write_text("t,u\n0,1\n1,٢\n2,3\n3,4\n", encoding="utf-8")
+    with pytest.raises(DataFileError, match="'٢' is not a number"):
+        read_recorded(tmp_path / "a.csv")
+
+
+@pytest.mark.skipif(importlib.util.find_spec("openpyxl") is None, reason="needs openpyxl")
+def test_a_sheet_is_chosen(tmp_path):
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    for name, factor in (("first", 1), ("second", 2)):
+        sheet = book.create_sheet(name)
+        for row in (["t [s]", "F [N]"], *([at, factor * at] for at in range(5))):
+            sheet.append(row)
+    book.save(tmp_path / "a.xlsx")
+    assert read_recorded(tmp_path / "a.xlsx").attributes["sheet"] == "first"
+    assert read_recorded(tmp_path / "a.xlsx").attributes["omitted"] == "second"
+    np.testing.assert_array_equal(
+        read_recorded(tmp_path / "a.xlsx", part="second").channels[1].values, 2 * np.arange(5)
+    )
+    with pytest.raises(
+        DataFileError, match=r"no such sheet with content. Did you mean 'second'\? It has first, second"
+    ):
+        read_recorded(tmp_path / "a.xlsx", part="secnd")
+
+
+def test_arrays_of_another_length_are_chosen(tmp_path):
+    import scipy.io
+
+    scipy.io.savemat(
+        tmp_path / "a.mat",
+        {"long": np.arange(50.0), "trial": {"force": np.arange(7.0), "time": np.arange(7.0)}},
+    )
+    assert [each.name for each in read_recorded(tmp_path / "a.mat").channels] == ["long"]
+    found = read_recorded(tmp_path / "a.mat", part="trial.force")
+    assert [each.name for each in found.channels] == ["trial.force", "trial.time"]
+    with pytest.raises(DataFileError, match=r"no such array. .*It has long \(50\), trial.force \(7\)"):
+        read_recorded(tmp_path / "a.mat", part="trial")
+
+
+REGRESSIONS = sorted((Path(__file__).parents[2] / "fuzz" / "regressions").glob("*"))
+
+
+@pytest.mark.parametrize("path", REGRESSIONS, ids=lambda path: path.name)
+def test_what_fuzzing_found_stays_mended(path, tmp_path):
+    from damaged_records import read_damaged
+
+    copy = tmp_path / path.name
+    copy.write_bytes(path.read_bytes())
+    assert read_damaged(copy) in ("read", "refused")

@@ -1,0 +1,172 @@
+"""Signals at many points with the same output times: those of the validated path, in closed form where there is one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.discovery import find_members, papers
+from electrovib.core.errors import ElectrovibError
+from electrovib.core.paths import value_at
+from electrovib.physics.force import ForceLaw
+from electrovib.solve.closed_form import chain as closed_form
+from electrovib.solve.closed_form.repeated import Repeated
+from electrovib.solve.expanded import Expanded
+from electrovib.solve.prepare import Prepared
+
+ELECTRICS, MECHANICS = 1e-9, 1e-6
+"""Largest difference over the largest value: of the closed form, and of the validated mechanics, which states it."""
+BEHIND = closed_form.SKIN | {closed_form.READING}
+find_members(ForceLaw)  # imports all physics and papers
+SHIPPED = [
+    (paper, name) for paper, module in papers().items() for name in getattr(module, "scenarios", dict)()
+]
+ROOTS = {"drive", "stack", "contact", "friction", "circuit", "load", "motion", "finger", "rig", "force"}
+RIG = {
+    "model": "Tribometer",
+    "lateral": {"model": "LateralSensor", "natural_frequency": "400 Hz", "damping_ratio": 0.1},
+    "normal": {
+        "model": "PiezoSensor",
+        "natural_frequency": "2 kHz",
+        "damping_ratio": 0.02,
+        "time_constant": "10 s",
+    },
+}
+FINGER = {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping": 0.1}
+PULSE = {"model": "Trapezium", "high": "100 V", "rise": "100 us", "hold": "4 ms", "fall": "100 us"}
+DEBYE = {
+    "model": "Debye",
+    "permittivity_high": 100.0,
+    "strength": 2000.0,
+    "relaxation_time": "50 us",
+    "conductivity": "1 uS/m",
+}
+CREEP = {
+    "model": "Creep",
+    "steady": {"model": "Coulomb", "coefficient": 0.5},
+    "relaxations": [{"share": 0.2, "time": "4 ms"}, {"share": 0.1, "time": "70 ms"}],
+}
+FREE = (
+    "friction.coefficient",
+    "contact.area",
+    "stack.stratum_corneum.thickness",
+    "rig.lateral.natural_frequency",
+    "finger.mass",
+)
+NAMES = (
+    "electrostatic_force",
+    "current",
+    "stack_voltage",
+    "lateral_force",
+    "skin_speed",
+    closed_form.READING,
+)
+
+
+def chain(**changes):
+    """Return a pulse on three layers, with friction, a fingertip and a sensor behind the attraction."""
+    given = {
+        "drive": PULSE,
+        "time": {"model": "TimeGrid", "duration": "10 ms"},
+        "stack.gap.material.conductivity": "2e-9 S/m",
+        "rig": RIG,
+        "finger": FINGER,
+    }
+    return ev.load("bau_2010/sine").replace(given | changes)
+
+
+def validated(scenario, point, names, times):
+    """Return signals of a scenario that is built and validated from the beginning, or the kind of error."""
+    try:
+        return Prepared(scenario, free=list(point)).signals(point, names=names, time=times)
+    except ElectrovibError as error:
+        return type(error)
+
+
+def differences(scenario, points, names, times):
+    """Return the largest difference of both paths over the largest value of each signal."""
+    repeated = Repeated(Prepared(scenario, free=list(points[0])), names, times)
+    largest = dict.fromkeys(names, 0.0)
+    for point in points:
+        expected = validated(scenario, point, names, times)
+        if isinstance(expected, type):
+            with pytest.raises(expected):
+                repeated.signals(point)
+            continue
+        found = repeated.signals(point)
+        for name in names:
+            np.testing.assert_array_equal(np.isnan(found[name]), np.isnan(expected[name]))
+            scale = np.nanmax(np.abs(expected[name]), initial=0.0) or 1.0
+            off = np.nanmax(np.abs(found[name] - expected[name]), initial=0.0) / scale
+            largest[name] = max(largest[name], float(off))
+    return largest
+
+
+def points_of(scenario, paths, *, seed, count=3):
+    """Return points at random, and after each the same with one parameter as in the scenario."""
+    rng = np.random.default_rng(seed)
+    begin = {path: value_at(scenario, path) for path in paths}
+    found = []
+    for _ in range(count):
+        point = {path: begin[path] * float(rng.uniform(0.8, 1.25)) for path in paths}
+        kept = str(rng.choice(list(paths)))
+        found += [point, point | {kept: begin[kept]}]
+    return found
+
+
+def agree(off):
+    """Check the differences of electrical signals and of those behind a sensor or a skin."""
+    for name, each in off.items():
+        assert each <= (MECHANICS if name in BEHIND else ELECTRICS), (name, each)
+
+
+@pytest.mark.parametrize(
+    ("paper", "name"),
+    [pytest.param(*each, marks=pytest.mark.slow if each[1] == "fig2_tremor" else ()) for each in SHIPPED],
+)
+def test_a_shipped_scenario_gives_the_signals_of_the_validated_path(paper, name):
+    scenario = papers()[paper].scenarios()[name]
+    rng = np.random.default_rng(len(name))
+    offered = [
+        path for path, value, _ in scenario.parameters() if value and path.split(".", maxsplit=1)[0] in ROOTS
+    ]
+    paths = sorted(rng.choice(offered, min(4, len(offered)), replace=False).tolist())
+    end = scenario.time.duration or scenario.drive.duration
+    times = np.unique(np.append(0.0, rng.uniform(0, end, 12)))
+    known = Expanded(scenario, times).at(times).signals
+    names = sorted(closed_form.OFFERED & known.keys())
+    agree(differences(scenario, points_of(scenario, paths, seed=1, count=1)[:1], names, times))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"drive": {"model": "Step", "level": "80 V"}},
+        {"drive": {"model": "Square", "low": "-50 V", "high": "70 V", "frequency": "300 Hz"}},
+        {"drive": PULSE | {"rise": "0 s", "delay": "1 ms"}},
+        {"circuit.return_path.resistance": "0 ohm"},
+        {"circuit.return_path": {"model": "SecondElectrode", "area": "2 cm2"}},
+        {"rig.lateral.damping_ratio": 3.0},
+        {"rig.lateral.damping_ratio": 1.0},
+        {"rig.lateral.bandwidth": "1 kHz"},
+        {"rig.lateral.creep": {"share": -0.02, "time": "5 ms"}},
+        {"force": {"model": "MaxwellStressInInsulator"}},
+        {"force": {"model": "MaxwellStressInStratumCorneum"}},
+        {"force": {"model": "EffectiveMedium"}},
+        {"friction": CREEP},
+        {"stack.stratum_corneum.material": DEBYE},
+    ],
+    ids=str,
+)
+def test_the_closed_form_gives_the_signals_of_the_validated_path(changes, monkeypatch):
+    scenario = chain(**changes)
+    assert closed_form.offers(scenario, NAMES)
+    times = np.unique(np.append(np.linspace(0, 10e-3, 31), [100e-6, 4.1e-3, 4.2e-3]))
+    free = [path for path in FREE if path in {name for name, *_ in scenario.parameters()}]
+    points = points_of(scenario, free, seed=2)
+    expected = differences(scenario, points, NAMES, times)
+    monkeypatch.setattr(Expanded, "at", None)  # nothing else is called
+    Repeated(Prepared(scenario, free=free), NAMES, times).signals(points[0])
+    agree(expected)
