@@ -46,6 +46,8 @@ if TYPE_CHECKING:
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
+    from electrovib.study.population import open_study as open_study
+    from electrovib.study.population import study as study
     from electrovib.study.surfaces import compare_surfaces as compare_surfaces
     from electrovib.study.sweep import sweep as sweep
     from electrovib.view import plots as plot
@@ -79,6 +81,7 @@ _PLACES = {
     "measure_ring": "electrovib.recordings.transitions",
     "measure_times": "electrovib.recordings.transitions",
     "models": "electrovib.study.catalogue",
+    "open_study": "electrovib.study.population",
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
     "prepare": "electrovib.solve.prepare",
@@ -107,13 +110,15 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("electrovib")
+    if name == "study":  # a package that can be called
+        return importlib.import_module("electrovib.study")
     if name in _PLACES:
         return getattr(importlib.import_module(_PLACES[name]), name)
     raise AttributeError(f"module 'electrovib' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:
-    return sorted([*_PLACES, "plot", "__version__"])
+    return sorted([*_PLACES, "plot", "study", "__version__"])
 
 
 if "IPython" in sys.modules:  # a notebook or an IPython terminal: results show themselves there

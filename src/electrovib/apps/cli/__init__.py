@@ -25,6 +25,7 @@ from electrovib.apps.cli import (
     sensitivity,
     settings,
     spaces,
+    study,
     times,
 )
 from electrovib.apps.cli.completion import complete_arguments
@@ -49,6 +50,7 @@ for _command in (
     compare,
     equilibrium,
     perceive,
+    study,
     fit,
     fit_material,
     fit_power_law,

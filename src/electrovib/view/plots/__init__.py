@@ -2,6 +2,7 @@
 
 from electrovib.view.plots.indices import indices
 from electrovib.view.plots.layers import stack
+from electrovib.view.plots.over_fingers import bands, exceedance
 from electrovib.view.plots.over_frequency import (
     frequency_response,
     gain,
@@ -23,9 +24,11 @@ from electrovib.view.plots.over_time import (
 from electrovib.view.plots.reproduced import panel
 
 __all__ = [
+    "bands",
     "current",
     "drive",
     "effective_voltage",
+    "exceedance",
     "field",
     "force",
     "frequency_response",
