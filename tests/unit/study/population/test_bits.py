@@ -106,9 +106,10 @@ def test_the_result_in_memory_is_that_of_the_store(quick, tmp_path):
     assert found["electrostatic_force_variance"].attrs["units"] == "N^2"
 
 
-def test_a_finger_that_is_not_known_makes_its_samples_unknown(quick, monkeypatch):
+@pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
+def test_a_finger_that_is_not_known_makes_its_samples_unknown(quick, monkeypatch, memory):
     monkeypatch.setattr(StandInPopulation, "unknown", True)
-    found = quick(n=2000)
+    found = quick(n=5000, budget_memory=memory)
     assert found["electrostatic_force_unknown"].values[3] > 0
     assert found["electrostatic_force_unknown"].values[[0, 1, 2, 4, 5, 6]].sum() == 0
     for name in ("percentile", "mean", "variance"):
