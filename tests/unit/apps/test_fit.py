@@ -64,6 +64,7 @@ def test_the_folder_holds_what_can_be_used_again(folder, tmp_path):
     assert space.distributions[GAP].deviation == found.best.estimate.standard_deviations[GAP]
     correlation = tomllib.loads((out / "space.toml").read_text())["correlation"]
     assert correlation == {f"{GAP} ~ {LEAK}": found.best.correlation[0][1]}
+    assert space.correlations == {(GAP, LEAK): found.best.correlation[0][1]}
     covariance = found.best.estimate.covariance
     assert correlation[f"{GAP} ~ {LEAK}"] == pytest.approx(
         covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])

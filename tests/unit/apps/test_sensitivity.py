@@ -59,6 +59,13 @@ def test_the_figure_shows_both_indices_of_every_input_with_their_intervals():
     assert ends == [e.total_interval for e in found.indices] + [e.first_interval for e in found.indices]
 
 
+def test_the_result_shows_itself_as_the_command_prints_it(folder):
+    found = ev.sensitivity(SCENARIO, "fingers", quantity=QUANTITY, n=4, seed=1)
+    assert folder[1].startswith(found.answer)
+    assert all(line in folder[1] for line in repr(found).splitlines())
+    assert found._repr_html_().count("<table") == 2
+
+
 def test_files_of_somebody_else_are_not_replaced(tmp_path):
     (tmp_path / "indices.csv").write_text("mine")
     with pytest.raises(InputError, match=r"indices\.csv"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.status import STATUSES
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.study.catalogue.populations import entries_of
-from electrovib.view.populations import as_markdown
+from electrovib.view.populations import EXAMPLE, as_markdown
 
 PAGE = Path(__file__).parents[3] / "docs" / "populations.md"
 CONDUCTIVITY = "stack.stratum_corneum.material.conductivity"
@@ -95,6 +96,15 @@ def test_the_command_and_the_function_show_every_distribution():
 
 
 def test_the_page_is_as_the_populations_are():
-    # to renew it: python -c "from electrovib.view.populations import as_markdown as page; print(page(), end='')"
+    # to renew it: python -c "from electrovib.view.populations import EXAMPLE, as_markdown as page; print(page(), end='')"
     assert PAGE.read_text(encoding="utf-8") == as_markdown()
     assert "| unverified, cited from memory | low |" in as_markdown()
+
+
+def test_the_example_of_the_page_is_read():
+    found = ev.read_space("vezzoli_2014/fig6", tomllib.loads(EXAMPLE))
+    draws = found.draw(1, 0, 4000)
+    assert (draws["stack.insulator.thickness"] < draws["stack.stratum_corneum.thickness"]).all()
+    assert np.corrcoef(draws["friction.coefficient"], draws["load.normal_force"])[0, 1] < -0.25
+    assert np.mean(draws[CONDUCTIVITY] < 1e-5) == pytest.approx(0.7, abs=0.03)
+    assert f"```toml\n{EXAMPLE}```" in as_markdown()

@@ -102,6 +102,18 @@ def test_a_positive_parameter_of_a_fit_is_read():
     assert found.distributions[SKIN].low == 1e-10
 
 
+def test_a_space_shows_itself_in_few_lines():
+    values = {"model": "Empirical", "values": [1e-6 * i for i in range(1, 9)], "source": "a table"}
+    shown = repr(
+        space(table={GAP: values}, groups=GROUPS, correlation={f"{FILM} ~ {SKIN}": 0.5})
+    ).splitlines()
+    assert shown[0] == "Space: without a title"
+    assert f"  {SKIN}: LogNormal, median 200 um, factor 1.3" in shown
+    assert f"  {GAP}: Empirical, values (8 of them)" in shown
+    assert f"  {FILM} ~ {SKIN} = 0.5" in shown
+    assert shown[-2:] == ["  moisture: moist, 0.75 of all", f"    {MU}: Uniform, low 0.6, high 0.9"]
+
+
 def test_optional_entries_that_the_scenario_cannot_take_are_omitted_and_reported():
     table = {"finger.stiffness": {"model": "Uniform", "low": 1.0, "high": 2.0, "optional": True}}
     found = space(

@@ -15,7 +15,7 @@ from electrovib.scenario.space.consistency import wrong_groups, wrong_pairs
 from electrovib.scenario.space.correlation import Copula
 from electrovib.scenario.space.counter import checked_seed, uniform_shares
 from electrovib.scenario.space.relations import fulfil
-from electrovib.scenario.space.writing import space_table, space_toml
+from electrovib.scenario.space.writing import space_lines, space_table, space_toml
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -32,7 +32,7 @@ _BLOCK: Final = 16384
 """Draws that are computed together."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Space:
     """Parameters of a scenario, each with a probability distribution.
 
@@ -78,6 +78,10 @@ class Space:
         if problems:
             raise InputError(problems)
         self._copula  # noqa: B018  # refuses correlations that contradict each other
+
+    def __repr__(self) -> str:
+        """Write title, distributions, correlations, relations and groups, a line each."""
+        return "\n  ".join([f"Space: {self.title or 'without a title'}", *space_lines(self)])
 
     @functools.cached_property
     def paths(self) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.units import exact_text
 from electrovib.scenario.distributions import Distribution, Truncated
+from electrovib.scenario.space.origin import KEYS
 
 if TYPE_CHECKING:
     from electrovib.scenario.space.groups import Grouping
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 SCHEMA: Final = 1
 """Version of the space files that this package reads and writes."""
+_FEW: Final = 5
+"""Measured values that are written out in one line."""
 WITHOUT_UNIT: Final = frozenset({"factor"})
 """Numbers of a distribution that are dimensionless, whatever the unit of the parameter."""
 
@@ -55,6 +58,31 @@ def space_toml(space: Space) -> str:
     import tomlkit
 
     return tomlkit.dumps(space_table(space, texts=True))
+
+
+def space_lines(space: Space) -> list[str]:
+    """Write distributions, correlations, relations and groups, a line each."""
+    table = space_table(space, texts=True)
+    lines = _entry_lines(table.get("space", {}))
+    lines += [f"{pair} = {value:g}" for pair, value in table.get("correlation", {}).items()]
+    lines += table.get("relations", [])
+    for name, groups in table.get("groups", {}).items():
+        for label, group in groups.items():
+            lines.append(f"{name}: {label}, {group['share']:g} of all")
+            lines += [f"  {line}" for line in _entry_lines(group["space"])]
+    return lines
+
+
+def _entry_lines(entries: dict[str, Any]) -> list[str]:
+    shown = {path: {k: v for k, v in table.items() if k not in KEYS} for path, table in entries.items()}
+    return [
+        f"{path}: {', '.join(str(value) if key == 'model' else f'{key} {_short(value)}' for key, value in table.items())}"
+        for path, table in shown.items()
+    ]
+
+
+def _short(value: Any) -> str:
+    return f"({len(value)} of them)" if isinstance(value, list) and len(value) > _FEW else str(value)
 
 
 def _grouping(space: Space, name: str, grouping: Grouping, units: Any) -> dict[str, Any]:

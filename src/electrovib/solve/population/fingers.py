@@ -182,13 +182,15 @@ class Population:
             return self._alone.signals(columns, out=out)
         return self._together.signals(columns, out=out, threads=threads)
 
-    def squares(self, draws: Mapping[str, ArrayLike]) -> Squares | None:
+    def squares(self, draws: Mapping[str, ArrayLike], *, threads: int | None = None) -> Squares | None:
         """Return the attraction of fingers in the form from which means and variances are computed without storing it.
 
         Parameters
         ----------
         draws : mapping of str to array_like, shape (fingers,)
             As for `signals`, in SI units.
+        threads : int, optional
+            Threads of a compiled kernel; by default one for each available processor.
 
         Returns
         -------
@@ -202,7 +204,11 @@ class Population:
         InputError
             As for `signals`.
         """
-        return self._together.squares(self.columns(draws)) if isinstance(self._together, OverTime) else None
+        return (
+            self._together.squares(self.columns(draws), threads=threads)
+            if isinstance(self._together, OverTime)
+            else None
+        )
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger.

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import html
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.units import format_quantity
+from electrovib.study.catalogue.columns import as_html, laid_out
 from electrovib.study.reproduction import Table
 
 if TYPE_CHECKING:
@@ -77,7 +79,7 @@ class Elasticity:
     value: float
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Sensitivity:
     """Sensitivity of a quantity to the parameters of a space.
 
@@ -108,6 +110,13 @@ class Sensitivity:
     indices: tuple[InputIndices, ...]
     elasticities: tuple[Elasticity, ...]
     sample: Real
+
+    def __repr__(self) -> str:
+        """Write what the command line prints: the answer, then the tables."""
+        return "\n".join([self.answer, "", *(laid_out(table) for table in self.tables)]).rstrip("\n")
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(self.answer)}</p>" + "".join(as_html(table) for table in self.tables)
 
     @property
     def mean(self) -> float:

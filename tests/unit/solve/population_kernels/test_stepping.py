@@ -206,3 +206,15 @@ def test_what_disagrees_is_refused(changed, message):
     given |= {"voltage": [0.0, 1.0, 2.0], "time": [0.0, 1.0, 2.0]}
     with pytest.raises(InputError, match=message):
         first_order_hold_many(**given | changed)
+
+
+def test_memory_for_the_result_is_used_and_checked(kernel):
+    given, times = some_fingers(8, 20, 3), some_times("even")
+    given |= {"voltage": drive(times), "time": times}
+    memory = np.full((20, times.size), np.nan)
+    assert first_order_hold_many(**given, out=memory) is memory
+    assert np.array_equal(memory, first_order_hold_many(**given))
+    with pytest.raises(InputError, match="out has shape"):
+        first_order_hold_many(**given, out=memory, dtype=np.float32)
+    with pytest.raises(InputError, match="out has shape"):
+        first_order_hold_many(**given, out=memory[:, ::2])

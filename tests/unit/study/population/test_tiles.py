@@ -37,6 +37,12 @@ def test_the_first_tile_is_small_unless_fingers_are_computed_in_arrays():
     assert TileSizes(10**6, 256, seconds=1.0, in_arrays=True).stop(0) == 256
 
 
+def test_a_tile_of_arrays_is_a_block_at_least_however_slow_the_machine_is():
+    sizes = TileSizes(10**6, 4096, seconds=1.0, in_arrays=True)
+    sizes.measured(100, 1e3)
+    assert sizes.wanted == 1024
+
+
 def test_the_signals_of_a_tile_stay_small():
     assert largest_tile(2001) * 2001 * 8 <= 64e6
     assert largest_tile(10**9) == 1

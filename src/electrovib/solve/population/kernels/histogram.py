@@ -69,20 +69,14 @@ class Histogram:
         given = np.ascontiguousarray(values, np.float32)
         if given.ndim != 2 or given.shape[1] != len(self.pages):
             raise InputError(f"values has shape {given.shape}: expected (fingers, {len(self.pages)}).")
-        keys = sorted_keys(given)
-        if (kernel := compiled()) is not None:
-            found, valid = kernel.octaves(keys, threads)
-        else:
-            found, valid = _octaves(keys)
+        kernel = compiled()
+        found, valid = (_octaves if kernel is None else kernel.octaves)(given, threads)
         if not valid:
             raise InputError(
                 "values has a value that is not a number: a histogram counts finite values and infinities."
             )
         self._allocate(found)
-        if kernel is not None:
-            kernel.count(keys, self.pages, self.counts, threads)
-        else:
-            _count(keys, self.pages, self.counts)
+        (_count if kernel is None else kernel.count)(given, self.pages, self.counts, threads)
         self.count += len(given)
 
     def __add__(self, other: Histogram) -> Histogram:
@@ -196,20 +190,21 @@ def _middles(keys: NDArray[np.int64]) -> Real:
     return np.asarray(np.where(tiny, 0.0, found))
 
 
-def _octaves(keys: NDArray[np.uint32]) -> tuple[NDArray[np.bool_], bool]:
+def _octaves(values: NDArray[np.float32], _threads: int | None) -> tuple[NDArray[np.bool_], bool]:
     """Return which octaves have values at each time, (times, octaves), and whether no value is nan."""
-    octave = keys >> np.uint32(23)
+    keys = sorted_keys(values)
     found = np.zeros((keys.shape[1], _OCTAVES), bool)
-    found[np.broadcast_to(np.arange(keys.shape[1]), keys.shape), octave] = True
-    largest, smallest = np.uint32(0xFF800000), np.uint32(0x007FFFFF)  # of infinity and minus infinity
-    return found, not bool(((keys > largest) | (keys < smallest)).any())
+    found[np.broadcast_to(np.arange(keys.shape[1]), keys.shape), keys >> np.uint32(23)] = True
+    return found, not bool(np.isnan(values).any())
 
 
-def _count(keys: NDArray[np.uint32], pages: NDArray[np.int32], counts: Counts) -> None:
+def _count(
+    values: NDArray[np.float32], pages: NDArray[np.int32], counts: Counts, _threads: int | None
+) -> None:
     """Add the values of some fingers to the counts."""
     flat = counts.reshape(-1)
-    for begin in range(0, len(keys), 1024):
-        some = keys[begin : begin + 1024]
+    for begin in range(0, len(values), 1024):
+        some = sorted_keys(values[begin : begin + 1024])
         page = np.take_along_axis(pages, (some >> np.uint32(23)).astype(np.intp).T, axis=1).T.astype(np.int64)
         place = page * _BINS + ((some >> np.uint32(_DROPPED)) & np.uint32(_BINS - 1))
         where, many = np.unique(place, return_counts=True)

@@ -64,6 +64,7 @@ def mean_square_over_frequency(
     frequency: ArrayLike,
     *,
     factor: ArrayLike = 1.0,
+    out: Real | None = None,
     threads: int | None = None,
 ) -> Real:
     """Compute factor times the squared magnitude of sums of relaxing modes, over 2, for many fingers at frequencies.
@@ -74,6 +75,8 @@ def mean_square_over_frequency(
         As for `transfer_over_frequency`.
     factor : array_like, shape (fingers,)
         Factor of the square, for instance force over squared voltage times the square of the amplitude of the drive.
+    out : ndarray, shape (fingers, n), optional
+        Contiguous memory for the result, float64: new memory costs as much time as the sums.
     threads : int, optional
         Threads of the compiled kernel; by default one for each available processor.
 
@@ -89,7 +92,12 @@ def mean_square_over_frequency(
     """
     rate, residue, level, angular = _gather(rates, residues, direct, frequency)
     half = np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64) / 2, level.shape))
-    result = np.empty((len(rate), angular.size))
+    shape = len(rate), angular.size
+    result = np.empty(shape) if out is None else out
+    if result.shape != shape or result.dtype != np.float64 or not result.flags.c_contiguous:
+        raise InputError(
+            f"out has shape {result.shape} and type {result.dtype}: expected {shape} and float64."
+        )
     if (kernel := compiled()) is not None:
         kernel.mean_square(rate, residue, level, angular, half, result, threads)
         return result

@@ -97,7 +97,7 @@ def first_order_hold_many(
     dtype : dtype
         float64, or float32, to which the results are rounded.
     out : ndarray, shape (fingers, n), optional
-        Rows that follow each other without gaps in memory, into which the response is written.
+        Contiguous memory of that type for the result: new memory costs more time than the stepping.
     threads : int, optional
         Threads of the compiled kernel; by default one for each available processor.
 
@@ -120,7 +120,12 @@ def first_order_hold_many(
     """
     fingers = gather(rates, residues, direct, state, voltage, time)
     squared = None if factor is None else factors(factor, fingers)
-    result = np.empty((len(fingers.direct), fingers.voltage.size), dtype) if out is None else out
+    shape = len(fingers.direct), fingers.voltage.size
+    result = np.empty(shape, dtype) if out is None else out
+    if result.shape != shape or result.dtype != np.dtype(dtype) or not result.flags.c_contiguous:
+        raise InputError(
+            f"out has shape {result.shape} and type {result.dtype}: expected {shape} and {np.dtype(dtype)}."
+        )
     if (kernel := compiled()) is not None:
         kernel.step(fingers, squared, result, threads)
         return result

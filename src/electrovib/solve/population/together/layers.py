@@ -66,7 +66,7 @@ class Poles:
     regular: Any
 
 
-def poles_of(slab: ManySlab, fingers: int) -> Poles:
+def poles_of(slab: ManySlab, fingers: int, threads: int | None) -> Poles:
     """Return the poles of a layer.
 
     Parameters
@@ -75,13 +75,15 @@ def poles_of(slab: ManySlab, fingers: int) -> Poles:
         The layer.
     fingers : int
         Number of fingers.
+    threads : int, optional
+        Threads of the kernel.
 
     Returns
     -------
     Poles
         One more than the relaxations of the layer.
     """
-    rates, shares, regular = _relaxations(slab, fingers)
+    rates, shares, regular = _relaxations(slab, fingers, threads)
     residues = tuple(slab.thickness / eps0 / share for share in shares)
     if slab.conducts:
         bound = tuple(
@@ -93,7 +95,9 @@ def poles_of(slab: ManySlab, fingers: int) -> Poles:
     return Poles(rates=rates, residues=residues, bound=bound, regular=regular)
 
 
-def _relaxations(slab: ManySlab, fingers: int) -> tuple[tuple[Any, ...], tuple[Any, ...], Any]:
+def _relaxations(
+    slab: ManySlab, fingers: int, threads: int | None
+) -> tuple[tuple[Any, ...], tuple[Any, ...], Any]:
     """Return rates, thickness/eps0 over each residue, and which fingers have this form."""
     debye, sigma = slab.debye, slab.conductivity
     regular = np.ones(fingers, bool)
@@ -111,11 +115,11 @@ def _relaxations(slab: ManySlab, fingers: int) -> tuple[tuple[Any, ...], tuple[A
         return tuple(rates.tolist()), tuple(shares.tolist()), regular
     if not strengths:
         return ((sigma / eps0 / high) if slab.conducts else 0.0,), (high,), regular
-    return _of_relaxing(slab, high, strengths, times, regular)
+    return _of_relaxing(slab, high, strengths, times, regular, threads)
 
 
 def _of_relaxing(
-    slab: ManySlab, high: Any, strengths: list[Any], times: list[Any], regular: Any
+    slab: ManySlab, high: Any, strengths: list[Any], times: list[Any], regular: Any, threads: int | None
 ) -> tuple[tuple[Any, ...], tuple[Any, ...], Any]:
     """Return the same for relaxations of which some number differs between fingers."""
     if not any(isinstance(each, np.ndarray) for each in times):
@@ -125,16 +129,14 @@ def _of_relaxing(
         else:
             strengths, times = _merged(strengths, times)
     count = len(regular)
-    nodes = [np.broadcast_to(1 / time, count) for time in times]
-    weights = [
-        np.broadcast_to(strength / time, count) for strength, time in zip(strengths, times, strict=True)
-    ]
-    for weight in weights:
-        regular = regular & (weight > 0)
+    begin = int(slab.conducts)
+    nodes, weights = np.empty((2, begin + len(times), count))
+    for row, heavy, strength, time in zip(nodes[begin:], weights[begin:], strengths, times, strict=True):
+        row[:], heavy[:] = 1 / time, strength / time
+    regular = regular & np.all(weights[begin:] > 0, axis=0)
     if slab.conducts:
-        nodes.insert(0, np.zeros(count))
-        weights.insert(0, np.broadcast_to(slab.conductivity / eps0, count))
-    found, apart = roots_of(np.array(nodes), np.array(weights), np.broadcast_to(high, count), regular)
+        nodes[0], weights[0] = 0.0, slab.conductivity / eps0
+    found, apart = roots_of(nodes, weights, np.broadcast_to(high, count), regular, threads)
     rates, shares = list(found.values), list(found.values * found.slope)
     if not slab.conducts:
         rates.insert(0, 0.0)

@@ -35,15 +35,24 @@ class ManyModes:
         Source, return path and contact area.
     fingers : int
         Number of fingers.
+    threads : int, optional
+        Threads of the kernel.
 
     Notes
     -----
     The formulas are those of `stack.modes`, with one slot for each pole in the place of sorted nodes.
     """
 
-    def __init__(self, slabs: Sequence[ManySlab], circuit: ManyCircuits, fingers: int) -> None:
+    def __init__(
+        self,
+        slabs: Sequence[ManySlab],
+        circuit: ManyCircuits,
+        fingers: int,
+        *,
+        threads: int | None = None,
+    ) -> None:
         self.slabs, self.circuit, self.fingers = tuple(slabs), circuit, fingers
-        self.series = SeriesParts(slabs, circuit, fingers)
+        self.series = SeriesParts(slabs, circuit, fingers, threads)
         self._fields: dict[int, Transfers] = {}
 
     @property

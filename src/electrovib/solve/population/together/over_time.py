@@ -115,13 +115,15 @@ class OverTime:
             self._write({name: found[name][part] for name in self.names}, some, threads)
         return {name: found[name] for name in self.names}
 
-    def squares(self, draws: Mapping[str, Real]) -> Squares | None:
+    def squares(self, draws: Mapping[str, Real], *, threads: int | None = None) -> Squares | None:
         """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics.
 
         Parameters
         ----------
         draws : mapping of str to ndarray, shape (fingers,)
             Dotted path to the value of each finger, in SI units.
+        threads : int, optional
+            Threads of the kernel.
 
         Returns
         -------
@@ -137,22 +139,24 @@ class OverTime:
         check_ranges(self._quantities, draws)
         if not self.is_quadratic or self.names != ("electrostatic_force",):
             return None
-        return squares_of(self.tile(draws))
+        return squares_of(self.tile(draws, threads=threads))
 
-    def tile(self, draws: Mapping[str, Real]) -> FingerTile:
+    def tile(self, draws: Mapping[str, Real], *, threads: int | None = None) -> FingerTile:
         """Return fingers in arrays.
 
         Parameters
         ----------
         draws : mapping of str to ndarray, shape (fingers,)
             Dotted path to the value of each finger, in SI units.
+        threads : int, optional
+            Threads of the kernel.
 
         Returns
         -------
         FingerTile
             With their stacks as relaxation modes.
         """
-        return FingerTile.of(self.scenario, draws, self.reduced, self.drive)
+        return FingerTile.of(self.scenario, draws, self.reduced, self.drive, threads=threads)
 
     def _shape(self, name: str, fingers: int) -> tuple[int, ...]:
         if name in {"field", "displacement"}:
@@ -161,7 +165,7 @@ class OverTime:
 
     def _write(self, found: Mapping[str, Any], draws: Mapping[str, Real], threads: int | None) -> None:
         """Write the signals of some fingers, those of another form one by one."""
-        tile = self.tile(draws)
+        tile = self.tile(draws, threads=threads)
         regular = tile.section.modes.regular[: tile.fingers]
         if np.all(regular):
             for name, rows in found.items():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.solve.population.kernels import secular_roots_many
+from electrovib.solve.population.together.pairs import slopes_and_inverses
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class ManyRootsOf:
 
 
 def roots_of(
-    nodes: Real, weights: Real, constant: Any, regular: NDArray[np.bool_]
+    nodes: Real, weights: Real, constant: Any, regular: NDArray[np.bool_], threads: int | None
 ) -> tuple[ManyRootsOf, NDArray[np.bool_]]:
     """Solve sum weight/(x - node) = constant for many fingers.
 
@@ -48,6 +49,8 @@ def roots_of(
         0 for all fingers, or above 0.
     regular : ndarray of bool, shape (fingers,)
         Fingers whose nodes, weights and constant are in range; the others get meaningless roots.
+    threads : int, optional
+        Threads of the kernel.
 
     Returns
     -------
@@ -70,16 +73,13 @@ def roots_of(
         ordered = np.where(usable, ordered, np.arange(count, dtype=float)[:, None])
         heavy, level = np.where(usable, heavy, 1.0), np.where(usable, level, 1.0 if above else 0.0)
     found = secular_roots_many(
-        np.ascontiguousarray(ordered.T), np.ascontiguousarray(heavy.T), np.ascontiguousarray(level)
+        np.ascontiguousarray(ordered.T),
+        np.ascontiguousarray(heavy.T),
+        np.ascontiguousarray(level),
+        threads=threads,
     )
     roots = count if above else count - 1
     offsets = np.ascontiguousarray(found.offsets.T[:roots])
     begins = np.take_along_axis(ordered, np.ascontiguousarray(found.origins.T[:roots]), axis=0)
-    inverses, slope = np.empty((roots, count, fingers)), np.empty((roots, fingers))
-    for root in range(roots):
-        apart_by = (begins[root] - nodes) + offsets[root]
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            np.divide(1.0, apart_by, out=inverses[root])
-            shares = weights * inverses[root] * inverses[root]
-        np.add.reduce(shares, axis=0, out=slope[root])
+    slope, inverses = slopes_and_inverses(nodes, weights, begins, offsets)
     return ManyRootsOf(begins + offsets, slope, inverses), apart

@@ -76,6 +76,8 @@ class ManySection:
         Bound permittivity of the layers whose materials are no finite sums of Debye terms.
     fingers : int
         Number of fingers.
+    threads : int, optional
+        Threads of the kernel.
 
     Attributes
     ----------
@@ -84,7 +86,13 @@ class ManySection:
     """
 
     def __init__(
-        self, scenario: Scenario, free: tuple[str, ...], reduced: Mapping[str, SharedReduction], fingers: int
+        self,
+        scenario: Scenario,
+        free: tuple[str, ...],
+        reduced: Mapping[str, SharedReduction],
+        fingers: int,
+        *,
+        threads: int | None = None,
     ) -> None:
         layers = scenario.stack.layers
         self.roles: Mapping[str, Role] = scenario.stack.roles
@@ -102,7 +110,7 @@ class ManySection:
         ]
         around = Surroundings.of(scenario)
         circuit = ManyCircuits.around(area=around.area, element=around.element, second=around.second)
-        self.modes = ManyModes(slabs, circuit, fingers)
+        self.modes = ManyModes(slabs, circuit, fingers, threads=threads)
         self._debye = debye
         self._layers = {
             name: ManyLayer(

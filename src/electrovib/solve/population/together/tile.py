@@ -70,6 +70,8 @@ class FingerTile(NamedTuple):
         Number of fingers; further rows repeat the last one.
     drive : SharedDrive
         Drive as a function of its free parameters.
+    settled : dict of (int, int) to ndarray
+        States in the periodic state that are known, by the identities of rates and pieces.
     """
 
     base: Scenario
@@ -78,6 +80,7 @@ class FingerTile(NamedTuple):
     columns: dict[str, Real]
     fingers: int
     drive: SharedDrive
+    settled: dict[tuple[int, int], Real]
 
     @classmethod
     def of(
@@ -86,6 +89,8 @@ class FingerTile(NamedTuple):
         draws: Mapping[str, Real],
         reduced: Mapping[str, SharedReduction],
         drive: SharedDrive,
+        *,
+        threads: int | None = None,
     ) -> FingerTile:
         """Expand the stacks of fingers in relaxation modes.
 
@@ -99,6 +104,8 @@ class FingerTile(NamedTuple):
             Reduced bound permittivities by layer.
         drive : SharedDrive
             Drive as a function of its free parameters.
+        threads : int, optional
+            Threads of the kernel.
 
         Returns
         -------
@@ -109,8 +116,8 @@ class FingerTile(NamedTuple):
         inner = of_scenario(columns)
         scenario = with_columns(base, inner)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # fingers of another form
-            section = ManySection(scenario, tuple(inner), reduced, max(fingers, FEWEST))
-        return cls(base, scenario, section, columns, fingers, drive)
+            section = ManySection(scenario, tuple(inner), reduced, max(fingers, FEWEST), threads=threads)
+        return cls(base, scenario, section, columns, fingers, drive, {})
 
     @property
     def rows(self) -> int:
@@ -142,7 +149,7 @@ class FingerTile(NamedTuple):
         """
         found = []
         for factor, drive in self.drive.terms(self.columns):
-            found.append(Response(transfers.under(factor), drive))
+            found.append(Response(transfers.under(factor), drive, self.settled))
             transfers = transfers.without_charge()  # charge acts once
         return found
 
@@ -181,7 +188,7 @@ def write_sum(
     threads : int, optional
         Threads of the kernel.
     """
-    if len(responses) == 1 and (factor is None or responses[0].is_alone_stepped):
+    if len(responses) == 1:
         responses[0].write(out, some, factor=factor, threads=threads)
         return
     total, more = np.empty((2, *out.shape))

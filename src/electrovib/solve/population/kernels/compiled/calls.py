@@ -8,9 +8,9 @@ import numpy as np
 
 from electrovib.solve.population.kernels.compiled import roots, tiles
 from electrovib.solve.population.kernels.compiled.stepping import TIMES
-from electrovib.solve.population.kernels.compiled.width import WIDTH
 from electrovib.solve.population.kernels.threads import in_threads, ranges
 from electrovib.solve.population.kernels.time_steps import BLOCK
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from electrovib.solve.population.kernels.compiled.jit import inlined, inner, outer
-from electrovib.solve.population.kernels.compiled.lanes import fma, inverse, load, splat, store
 from electrovib.solve.population.kernels.compiled.vector_math import exponential
-from electrovib.solve.population.kernels.compiled.width import WIDTH
+from electrovib.solve.recursion.vectors.jit import inlined, inner, outer
+from electrovib.solve.recursion.vectors.lanes import fma, inverse, load, splat, store
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 # Two modes have one denominator: A/(a + x) + B/(b + x) = ((A + B) x + A b + B a)/((a + x)(b + x)), x = w^2; of three
 # divisions one is left for four sums. `pairs`, (pairs, 6), are: a + b, a b, and both coefficients for each part.

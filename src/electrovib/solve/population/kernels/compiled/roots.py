@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from electrovib.solve.population.kernels.compiled.jit import inlined, inner, outer
-from electrovib.solve.population.kernels.compiled.lanes import (
+from electrovib.solve.recursion.vectors.jit import inlined, inner, outer
+from electrovib.solve.recursion.vectors.lanes import (
     both,
     either,
     fma,
@@ -19,7 +19,7 @@ from electrovib.solve.population.kernels.compiled.lanes import (
     store,
     where,
 )
-from electrovib.solve.population.kernels.compiled.width import WIDTH
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 _ROUNDING: Final = 2.220446049250313e-16
 _REACHED: Final = 1e-8  # last step over the distance; the error is of the order of its square

@@ -1,4 +1,4 @@
-"""Order statistics and histograms of the columns of a table, a cache line of columns at a time."""
+"""Order statistics and histograms of the columns of a table, some lines of the cache at a time."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ from typing import Any, Final
 
 import numpy as np
 
-from electrovib.solve.population.kernels.compiled.jit import inner, outer
+from electrovib.solve.recursion.vectors.jit import inner, outer
+from electrovib.solve.recursion.vectors.lanes import prefetch
 
-COLUMNS: Final = 16
-"""Columns of float32 in a line of the cache."""
+COLUMNS: Final = 32
+"""Columns that are taken together: two lines of the cache."""
 BUCKETS: Final = 2048
 """Buckets of one pass of the selection."""
+_LINE: Final = 16  # numbers in a line of the cache
+_AHEAD: Final = 24  # rows
 _FEW: Final = 24  # numbers that are sorted by insertion
-_AT_ONCE: Final = 32  # numbers that are compared with the limits of a bucket together
+_AT_ONCE: Final = 64  # numbers that are compared with the limits of a bucket together
 _LARGEST: Final = 0x7F800000  # pattern of infinity: those above it, and below that of its negative, are nan
 
 
@@ -27,6 +30,9 @@ def _ordered(bits: Any) -> Any:
 def _take(patterns: Any, first: Any, last: Any, keys: Any) -> Any:
     """Write some columns of a table, each into a row of `keys`."""
     for finger in range(patterns.shape[0]):
+        # a row is far from the one before: the processor does not request it by itself
+        for column in range(first, last, _LINE):
+            prefetch(patterns, min(finger + _AHEAD, patterns.shape[0] - 1), column)
         for column in range(first, last):
             keys[column - first, finger] = _ordered(patterns[finger, column])
 
@@ -101,9 +107,9 @@ def _keep(column: Any, count: Any, low: Any, high: Any, some: Any) -> Any:
     least, most, kept = np.int32(low), np.int32(min(high, 0x7FFFFFFF)), 0
     whole = count // _AT_ONCE * _AT_ONCE
     for start in range(0, whole, _AT_ONCE):
-        inside = 0
-        for at in range(start, start + _AT_ONCE):
-            inside |= (column[at] >= least) & (column[at] <= most)
+        inside = np.int32(0)  # a sum of 32 bits over unsigned places is vectorised; most sums are 0
+        for at in range(np.uint64(start), np.uint64(start + _AT_ONCE)):
+            inside = np.int32(inside + np.int32((column[at] >= least) & (column[at] <= most)))
         if inside:
             for at in range(start, start + _AT_ONCE):
                 some[kept] = column[at]
@@ -145,21 +151,34 @@ def _select(numbers: Any, count: Any, place: Any) -> Any:
     return numbers[place]
 
 
+@inner
+def _key(bits: Any) -> Any:
+    """Return the pattern of a float32 as an unsigned integer in the order of the numbers; -0 counts as 0."""
+    unsigned = np.int64(bits) & 0xFFFFFFFF
+    if unsigned == 0x80000000:
+        unsigned = np.int64(0)
+    return unsigned ^ (0xFFFFFFFF if unsigned >> 31 else 0x80000000)
+
+
 @outer
-def octaves_of(keys: Any, first: Any, last: Any, found: Any, valid: Any) -> Any:
+def octaves_of(patterns: Any, first: Any, last: Any, found: Any, valid: Any) -> Any:
     """Write which octaves have numbers in some columns, and whether none of these is nan."""
-    for finger in range(keys.shape[0]):
+    for finger in range(patterns.shape[0]):
+        for column in range(first, last, _LINE):
+            prefetch(patterns, min(finger + _AHEAD, patterns.shape[0] - 1), column)
         for column in range(first, last):
-            key = keys[finger, column]
-            found[column, key >> np.uint32(23)] = True
-            if key > np.uint32(0xFF800000) or key < np.uint32(0x007FFFFF):
+            key = _key(patterns[finger, column])
+            found[column, key >> 23] = True
+            if (patterns[finger, column] & 0x7FFFFFFF) > _LARGEST:
                 valid[0] = False
 
 
 @outer
-def count_bins(keys: Any, pages: Any, first: Any, last: Any, counts: Any) -> Any:
+def count_bins(patterns: Any, pages: Any, first: Any, last: Any, counts: Any) -> Any:
     """Add the numbers of some columns to the counts of their bins."""
-    for finger in range(keys.shape[0]):
+    for finger in range(patterns.shape[0]):
+        for column in range(first, last, _LINE):
+            prefetch(patterns, min(finger + _AHEAD, patterns.shape[0] - 1), column)
         for column in range(first, last):
-            key = keys[finger, column]
-            counts[pages[column, key >> np.uint32(23)], (key >> np.uint32(15)) & np.uint32(255)] += 1
+            key = _key(patterns[finger, column])
+            counts[pages[column, key >> 23], (key >> 15) & 255] += 1

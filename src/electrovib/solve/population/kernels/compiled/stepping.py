@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from electrovib.solve.population.kernels.compiled.jit import inlined, inner
-from electrovib.solve.population.kernels.compiled.lanes import fma, load, splat, store
 from electrovib.solve.population.kernels.compiled.vector_math import write_weights
-from electrovib.solve.population.kernels.compiled.width import WIDTH
 from electrovib.solve.population.kernels.time_steps import COMPENSATED
+from electrovib.solve.recursion.vectors.jit import inlined, inner
+from electrovib.solve.recursion.vectors.lanes import fma, load, splat, store
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 TIMES: Final = 128
 """Times whose responses are in the cache together."""

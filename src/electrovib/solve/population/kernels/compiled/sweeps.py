@@ -8,15 +8,15 @@ import numpy as np
 
 from electrovib.solve.population.kernels.compiled import frequencies, selection
 from electrovib.solve.population.kernels.compiled.calls import aligned
-from electrovib.solve.population.kernels.compiled.width import WIDTH
 from electrovib.solve.population.kernels.threads import in_threads, ranges
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Complex, Indices, Real
 
-_COLUMNS: Final = 4 * selection.COLUMNS  # columns of one call
+_COLUMNS: Final = selection.COLUMNS  # columns of one call
 _FINGERS: Final = 512  # fingers of one call
 
 
@@ -41,7 +41,9 @@ def order_statistics(values: NDArray[np.float32], places: Indices, threads: int 
     patterns, found = values.view(np.int32), np.empty((places.size, columns), np.int32)
 
     def work(part: tuple[int, int]) -> None:
-        keys, some = np.empty((selection.COLUMNS, count), np.int32), np.empty((2, count + 1), np.int32)
+        # rows begin at different lines of a page, or they would displace each other from the cache
+        length = count + -count % 1024 + 16
+        keys, some = np.empty((selection.COLUMNS, length), np.int32), np.empty((2, count + 1), np.int32)
         counts = np.empty(selection.BUCKETS, np.int32)
         selection.order_statistics(patterns, places, *part, keys, some[0], some[1], counts, found)
 
@@ -50,13 +52,13 @@ def order_statistics(values: NDArray[np.float32], places: Indices, threads: int 
     return bits.view(np.float32).astype(np.float64) + 0.0  # -0 becomes 0
 
 
-def octaves(keys: NDArray[np.uint32], threads: int | None) -> tuple[NDArray[np.bool_], bool]:
+def octaves(values: NDArray[np.float32], threads: int | None) -> tuple[NDArray[np.bool_], bool]:
     """Return which octaves have values at each time, and whether no value is nan.
 
     Parameters
     ----------
-    keys : ndarray of uint32, shape (fingers, n)
-        From `sorted_keys`.
+    values : ndarray of float32, shape (fingers, n)
+        Contiguous.
     threads : int, optional
         Number of threads.
 
@@ -67,35 +69,36 @@ def octaves(keys: NDArray[np.uint32], threads: int | None) -> tuple[NDArray[np.b
     valid : bool
         False with a nan.
     """
-    parts = ranges(keys.shape[1], _COLUMNS)
-    found, valid = np.zeros((keys.shape[1], 512), bool), np.ones((len(parts), 1), bool)
-    in_threads(
-        lambda place: selection.octaves_of(keys, *parts[place], found, valid[place]),
-        range(len(parts)),
-        threads,
-    )
+    parts, patterns = ranges(values.shape[1], _COLUMNS), values.view(np.int32)
+    found, valid = np.zeros((values.shape[1], 512), bool), np.ones((len(parts), 1), bool)
+
+    def work(place: int) -> None:
+        selection.octaves_of(patterns, *parts[place], found, valid[place])
+
+    in_threads(work, range(len(parts)), threads)
     return found, bool(valid.all())
 
 
 def count(
-    keys: NDArray[np.uint32], pages: NDArray[np.int32], counts: NDArray[np.int64], threads: int | None
+    values: NDArray[np.float32], pages: NDArray[np.int32], counts: NDArray[np.int64], threads: int | None
 ) -> None:
     """Add values to the counts of a histogram.
 
     Parameters
     ----------
-    keys : ndarray of uint32, shape (fingers, n)
-        From `sorted_keys`.
+    values : ndarray of float32, shape (fingers, n)
+        Contiguous.
     pages, counts : ndarray
         Of the histogram; the counts are written into.
     threads : int, optional
         Number of threads.
     """
-    in_threads(
-        lambda part: selection.count_bins(keys, pages, *part, counts),
-        ranges(keys.shape[1], _COLUMNS),
-        threads,
-    )
+    patterns = values.view(np.int32)
+
+    def work(part: tuple[int, int]) -> None:
+        selection.count_bins(patterns, pages, *part, counts)
+
+    in_threads(work, ranges(values.shape[1], _COLUMNS), threads)
 
 
 def _filled_up(angular: Real) -> Real:

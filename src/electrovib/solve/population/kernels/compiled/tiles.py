@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from electrovib.solve.population.kernels.compiled.jit import inlined, inner, outer
-from electrovib.solve.population.kernels.compiled.lanes import fma, load, splat, store, store_rows
 from electrovib.solve.population.kernels.compiled.stepping import (
     TIMES,
     advance,
@@ -13,7 +11,9 @@ from electrovib.solve.population.kernels.compiled.stepping import (
     factor_at,
     found_at,
 )
-from electrovib.solve.population.kernels.compiled.width import WIDTH
+from electrovib.solve.recursion.vectors.jit import inlined, inner, outer
+from electrovib.solve.recursion.vectors.lanes import fma, load, splat, store, store_rows
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 FOUR: Final = 4
 """Tiles whose values are added to the moments together."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import factorial
 from typing import Any, Final
 
-from electrovib.solve.population.kernels.compiled.jit import inlined, inner
-from electrovib.solve.population.kernels.compiled.lanes import fma, load, shift_exponent, splat, store, where
-from electrovib.solve.population.kernels.compiled.width import WIDTH
 from electrovib.solve.population.kernels.time_steps import COMPENSATED, SMALLEST
+from electrovib.solve.recursion.vectors.jit import inlined, inner
+from electrovib.solve.recursion.vectors.lanes import fma, load, shift_exponent, splat, store, where
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 _SHIFT: Final = 6755399441055744.0  # 1.5 * 2^52: a sum with it is rounded to a whole number in its last bits
 _PER_OCTAVE: Final = 1.4426950408889634  # 1/log(2)

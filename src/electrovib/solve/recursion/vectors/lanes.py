@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from electrovib.solve.population.kernels.compiled.jit import inlined
-from electrovib.solve.population.kernels.compiled.width import WIDTH
+from electrovib.solve.recursion.vectors.jit import inlined
+from electrovib.solve.recursion.vectors.width import WIDTH
 
 
 def _put(array: Any, place: Any, number: Any) -> Any:
@@ -28,26 +28,30 @@ def _shift(number: Any, power: Any) -> Any:
 if WIDTH == 1:
     load = inlined(lambda array, place: array[place] + 0.0)
     store, store_rows, shift_exponent = inlined(_put), inlined(_put_rows), inlined(_shift)
+    spread = inlined(lambda array, place: array[place] + 0.0)
     splat = inlined(lambda number: number + 0.0)
     fma = inlined(lambda one, other, third: one * other + third)
     root, size = inlined(lambda number: math.sqrt(number + 0.0)), inlined(lambda number: abs(number + 0.0))
     where = inlined(lambda condition, one, other: one if condition else other)
     either, both = inlined(lambda one, other: one or other), inlined(lambda one, other: one and other)
     other_than, some = inlined(lambda condition: not condition), inlined(lambda condition: condition)
+    prefetch = inlined(lambda _table, _row, _column: None)
     inverse = inlined(lambda number: 1.0 / number)
 else:
-    from electrovib.solve.population.kernels.compiled.vectors import (
+    from electrovib.solve.recursion.vectors.operations import (
         both,
         either,
         fma,
         inverse,
         load,
         other_than,
+        prefetch,
         root,
         shift_exponent,
         size,
         some,
         splat,
+        spread,
         store,
         store_rows,
         where,
@@ -60,11 +64,13 @@ __all__ = [
     "inverse",
     "load",
     "other_than",
+    "prefetch",
     "root",
     "shift_exponent",
     "size",
     "some",
     "splat",
+    "spread",
     "store",
     "store_rows",
     "where",

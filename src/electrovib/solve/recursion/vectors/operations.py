@@ -10,8 +10,8 @@ from __future__ import annotations
 import operator
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.solve.population.kernels.compiled.vector_type import Kinds, vector_kinds
-from electrovib.solve.population.kernels.compiled.width import ESTIMATES, WIDTH
+from electrovib.solve.recursion.vectors.vector_type import Kinds, vector_kinds
+from electrovib.solve.recursion.vectors.width import ESTIMATES, WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -149,6 +149,48 @@ def _loader() -> Any:
     return intrinsic(typed)
 
 
+def _spreader() -> Any:
+    """Return the function that reads one number of an array into a vector; its place is not counted from the end."""
+    from numba import types
+    from numba.extending import intrinsic
+    from numba.np.arrayobj import make_array
+
+    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
+        data = make_array(sign.args[0])(context, builder, given[0]).data
+        return _spread(builder, builder.load(builder.gep(data, [given[1]])))
+
+    def typed(context: Any, array: Any, place: Any) -> Any:
+        return _KINDS.numbers(array, types.intp), write
+
+    return intrinsic(typed)
+
+
+def _prefetcher() -> Any:
+    """Return the function that requests the line of the cache with a number of a table, which is read soon."""
+    from llvmlite import ir
+    from numba import types
+    from numba.core import cgutils
+    from numba.extending import intrinsic
+    from numba.np.arrayobj import make_array
+
+    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
+        table, number = make_array(sign.args[0])(context, builder, given[0]), ir.IntType(32)
+        width = cgutils.unpack_tuple(builder, table.shape)[1]
+        place = builder.gep(table.data, [builder.add(builder.mul(given[1], width), given[2])])
+        byte = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0i8")
+        builder.call(
+            function, [builder.bitcast(place, byte), *[ir.Constant(number, each) for each in (0, 2, 1)]]
+        )
+        return context.get_dummy_value()
+
+    def typed(context: Any, table: Any, row: Any, column: Any) -> Any:
+        return types.void(table, types.intp, types.intp), write
+
+    return intrinsic(typed)
+
+
 def _storer() -> Any:
     from numba import types
     from numba.extending import intrinsic
@@ -161,6 +203,24 @@ def _storer() -> Any:
 
     def typed(context: Any, array: Any, place: Any, number: Any) -> Any:
         return types.void(array, types.intp, _KINDS.numbers), write
+
+    return intrinsic(typed)
+
+
+def _address_storer() -> Any:
+    """Return the function that writes a vector of float64 to a place after an address."""
+    from llvmlite import ir
+    from numba import types
+    from numba.extending import intrinsic
+
+    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
+        begin = builder.inttoptr(given[0], ir.DoubleType().as_pointer())
+        where_ = builder.bitcast(builder.gep(begin, [given[1]]), _KINDS.wide.as_pointer())
+        builder.store(given[2], where_, align=8)
+        return context.get_dummy_value()
+
+    def typed(context: Any, address: Any, place: Any, number: Any) -> Any:
+        return types.void(types.int64, types.intp, _KINDS.numbers), write
 
     return intrinsic(typed)
 
@@ -213,7 +273,14 @@ def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
 
 _make_operators()
 _N, _C = _KINDS.numbers, _KINDS.conditions
-load, store, store_rows = _loader(), _storer(), _row_storer()
+load, spread, store, store_at, store_rows = (
+    _loader(),
+    _spreader(),
+    _storer(),
+    _address_storer(),
+    _row_storer(),
+)
+prefetch = _prefetcher()
 splat = _made(_spread, _KINDS.single, result=_N)
 fma = _made(lambda b, x, y, z: _called(b, "fma", x, y, z), _N, _N, _N, result=_N)
 root = _made(lambda b, x: _called(b, "sqrt", x), _N, result=_N)

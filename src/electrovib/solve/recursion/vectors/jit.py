@@ -7,6 +7,8 @@ import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from electrovib.solve.recursion.vectors.width import WIDTH
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -14,10 +16,10 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "f
 
 
 @functools.cache
-def _stamp() -> tuple[tuple[str, int, int], ...]:
-    """Return name, time and size of every file from which kernels are compiled."""
-    files = [*Path(__file__).parent.glob("*.py"), Path(__file__).parent.parent / "time_steps.py"]
-    return tuple(sorted((each.name, each.stat().st_mtime_ns, each.stat().st_size) for each in files))
+def _stamp(folder: Path) -> tuple[Any, ...]:
+    """Return the width of vectors, and name, time and size of every file from which the kernels of a folder are compiled."""
+    files = {*Path(__file__).parent.glob("*.py"), *folder.glob("*.py"), *folder.parent.glob("*.py")}
+    return WIDTH, *sorted((each.name, each.stat().st_mtime_ns, each.stat().st_size) for each in files)
 
 
 def inner(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -58,7 +60,7 @@ def outer(function: Callable[..., Any]) -> Callable[..., Any]:
     except RuntimeError:
         return njit(function, nogil=True, **_OPTIONS)
     # numba compiles anew when the file of the function changes; the files of the functions that it calls count as well
-    made._cache._cache_file._source_stamp = _stamp()
+    made._cache._cache_file._source_stamp = _stamp(Path(function.__code__.co_filename).parent)  # noqa: SLF001
     return made
 
 
