@@ -158,3 +158,33 @@ def test_a_worker_with_another_kernel_is_refused():
     here = type("Evaluator", (), {"kernel": "numba, width 8"})
     with pytest.raises(InputError, match="one computes with kernel 'numba, width 4'"):
         _refuse_other_kernel(TileResult(0, 4, kernel="numba, width 4"), here)
+
+
+@pytest.mark.slow
+def test_the_models_of_a_user_are_imported_from_their_file_by_a_worker(tmp_path):
+    from electrovib.core.own_models import use_models
+    from electrovib.study.population.worker import computing_versions
+
+    file = tmp_path / "law_of_a_study.py"
+    file.write_text(
+        "from electrovib.core.constants import VACUUM_PERMITTIVITY\n"
+        "from electrovib.physics.force import ForceLaw\n\n\n"
+        "class HalvedByUser(ForceLaw):\n"
+        '    """Half the Maxwell stress."""\n\n'
+        "    def pressure(self, E):\n"
+        "        return VACUUM_PERMITTIVITY * E**2 / 4\n"
+    )
+    use_models(file)
+    scenario = ev.load("vezzoli_2014/fig6_gap", changes={"force.model": "HalvedByUser", "time.samples": 10})
+    (tmp_path / "study.json").write_text(declared(scenario, n=40).to_text())
+    script = (
+        "import json, pathlib, sys\n"
+        "from electrovib.study.population.worker import tile_on_worker\n"
+        "text, versions = pathlib.Path(sys.argv[1]).read_text(), json.loads(sys.argv[2])\n"
+        "print(repr(tile_on_worker(text, 0, 40, versions).reduced['electrostatic_force'].blocks[0].mean[-1]))"
+    )
+    command = [sys.executable, "-c", script, str(tmp_path / "study.json"), json.dumps(computing_versions())]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    here = ev.study(scenario, SPACE, n=40, seed=1)["electrostatic_force_mean"].values[-1]
+    assert float(done.stdout.removeprefix("np.float64(").strip(")\n")) == here
