@@ -107,6 +107,7 @@ def test_the_table_has_every_input_under_both_laws_and_for_dry_fingers():
     lines = {line[0]: line[1:] for line in found.rows}
     assert lines["thickness of the gap"][:2] == ("", "")
     assert all(lines["thickness of the stratum corneum"])
+    assert "-0.00" not in str(found.rows)
     assert lines["eight subjects [mN]"][0].startswith("0.0027 to 1")
 
 

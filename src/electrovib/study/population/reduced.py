@@ -86,6 +86,7 @@ def count_in(histogram: Histogram, part: ReducedSignal, threads: int | None) -> 
 
 
 def binned(part: ReducedSignal, threads: int | None) -> None:
+    """Replace the kept values of a signal, if there are any, by their histogram."""
     from electrovib.solve.population.kernels import Histogram
 
     if part.values is not None:

@@ -157,9 +157,9 @@ class Sensitivity:
             (
                 each.name,
                 ", ".join(path for path in each.paths if path != each.name),
-                f"{each.first:.3f}",
+                f"{each.first:z.3f}",
                 _interval(each.first_interval),
-                f"{each.total:.3f}",
+                f"{each.total:z.3f}",
                 _interval(each.total_interval),
             )
             for each in self.indices
@@ -212,7 +212,7 @@ def _narrowing(first: float) -> float:
 
 
 def _interval(ends: tuple[float, float]) -> str:
-    return f"{ends[0]:.3f} to {ends[1]:.3f}"
+    return f"{ends[0]:z.3f} to {ends[1]:z.3f}"
 
 
 def _number(value: float) -> str:

@@ -70,7 +70,7 @@ def _words(each: Predicted) -> str:
 def _indices(each: Predicted) -> str:
     """Write the first-order indices of all inputs, largest first."""
     ordered = sorted(((first, name) for name, (first, _) in each.shares.items()), reverse=True)
-    return ", ".join(f"{_SHORT[name]} {abs(first):.2f}" for first, name in ordered)
+    return ", ".join(f"{_SHORT[name]} {first:z.2f}" for first, name in ordered)
 
 
 def table() -> Table:
@@ -101,7 +101,7 @@ def table() -> Table:
 
 def _pair(each: Predicted, name: str) -> tuple[str, str]:
     found = each.shares.get(name)
-    return ("", "") if found is None else (f"{found[0]:.2f}", f"{found[1]:.2f}")
+    return ("", "") if found is None else (f"{found[0]:z.2f}", f"{found[1]:z.2f}")
 
 
 @functools.cache

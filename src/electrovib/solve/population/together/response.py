@@ -121,6 +121,7 @@ class Response:
             drive.voltage,
             drive.steps,
             factor=None if factor is None else factor[some],
+            dtype=found.dtype,
             out=found,
             threads=threads,
         )
