@@ -79,3 +79,14 @@ def test_what_cannot_be_resolved_is_refused(kernel):
         secular_roots_many([[0.0, 1.0]], [[0.0, 1.0]], [0.0])
     with pytest.raises(InputError, match="shapes"):
         secular_roots_many([[0.0, 1.0]], [[1.0, 1.0]], [[0.0]])
+
+
+def test_a_root_that_rounding_would_move_is_computed_with_more_digits(kernel):
+    """Strong distant poles and the constant cancel between two weak poles: rounding moves the root by a part in 1e10."""
+    nodes, weights = np.array([0.0, 1e6, 1e6 + 1, 3e6]), np.array([1.0, 1e-15, 1e-15, 1.0])
+    constants = 1 / 1000000.3 - 1 / 1999999.7 + np.array([0.0, 1e-13, -3e-13])
+    offsets, origins = secular_roots_many(np.tile(nodes, (3, 1)), np.tile(weights, (3, 1)), constants)
+    for finger, constant in enumerate(constants.tolist()):
+        expected = secular_roots(nodes, weights, constant=constant)
+        assert np.array_equal(origins[finger], expected.origin)
+        assert np.max(np.abs(offsets[finger] / expected.offset - 1)) < TOLERANCE

@@ -103,3 +103,12 @@ def test_a_histogram_counts_numbers_only(kernel):
         counted.quantiles([0.5])
     counted.add([[np.inf, -np.inf]])
     assert counted.quantiles([0.5]).tolist() == [[np.inf, -np.inf]]
+
+
+def test_each_place_in_the_order_is_found(kernel):
+    """Consecutive numbers of float32: every limit of every bucket is one of them."""
+    ordered = (np.int32(0x3F7FF000) + np.arange(9001, dtype=np.int32)).view(np.float32)
+    values = np.random.default_rng(3).permutation(ordered)[:, np.newaxis]
+    places = np.concatenate([np.arange(0, 200), np.arange(4000, 4300), np.arange(8801, 9001)])
+    found = quantiles(values, places / 9000.0)[:, 0]
+    assert np.allclose(found, ordered[places], rtol=1e-12, atol=0)
