@@ -37,7 +37,7 @@ def test_the_command_prints_bands_and_writes_them(command, tmp_path):
     asked = ["-n", "200", "--seed", "1", "-o", "study.zarr", "--exceed", "1 mN", "--percentiles", "10,50"]
     done = command(*asked, "--csv", "a.csv", "--report", "a.html")
     assert done.exit_code == 0, done.output
-    assert "where its median is largest: 10th percentile" in done.output
+    assert "electrostatic force at 50 ms, where its median is largest: 10th percentile" in done.output
     assert "above 1 mN at some time" in done.output
     assert "200 fingers, seed 1; in closed form; kernel: stand-in" in done.output
     assert "validity of the scenario with its own values" in done.output

@@ -101,6 +101,7 @@ def test_the_bands_as_csv(found, tmp_path):
     remarks = [line for line in lines if line.startswith("#")]
     assert any("1100 fingers, seed 1" in line for line in remarks)
     assert any("unverified, cited from memory" in line for line in remarks)
+    assert any("single fingers are not judged" in line for line in remarks)
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     assert len(rows) == found.sizes["time"]
     assert (

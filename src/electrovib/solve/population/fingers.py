@@ -123,7 +123,7 @@ class Population:
         self.time: Real | None = None
         self.frequency: Real | None = None
         if over_which(self.names) == "time":
-            self.time = scenario.time.times(scenario.drive) if time is None else np.array(time, dtype=float)
+            self.time = scenario.time.times(scenario.drive) if time is None else _checked(time)
         elif time is None:
             self.frequency = scenario.frequency.frequencies()
         else:
@@ -234,12 +234,24 @@ class Population:
             raise InputError(f"{foreign[0]}: not a free parameter; the free parameters are {listed}")
         given = {path: np.atleast_1d(np.asarray(values, dtype=float)) for path, values in draws.items()}
         shapes = {values.shape for values in given.values()}
-        if len(shapes) != 1 or any(len(shape) != 1 for shape in shapes):
+        if len(shapes) != 1 or any(len(shape) != 1 or not shape[0] for shape in shapes):
             counts = ", ".join(f"{path} has {values.shape}" for path, values in given.items())
-            raise InputError(f"draws: one value for each finger is needed in every array; {counts or 'none'}")
+            raise InputError(
+                f"draws: one value for each finger is needed in every array, and at least one finger; {counts or 'none given'}"
+            )
         count = shapes.pop()
         begin = self._alone.prepared.begin
         return {path: given[path] if path in given else np.full(count, begin[path]) for path in self.free}
+
+
+def _checked(time: ArrayLike) -> Real:
+    """Return output times as an array; refuse times that are not increasing from 0 or later."""
+    times = np.array(time, dtype=float)
+    if times.ndim != 1 or not times.size or not (times[0] >= 0 and np.all(np.diff(times) > 0)):
+        raise InputError("time: expected increasing output times from 0 s or later, at least one")
+    if not np.isfinite(times[-1]):
+        raise InputError("time: expected finite output times")
+    return times
 
 
 def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -19,6 +19,11 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
+
+
+_NOT_JUDGED: Final = (
+    "single fingers are not judged; the report of the study judges the scenario with its own values"
+)
 
 
 def check_bands(path: Path, *, force: bool = False) -> None:
@@ -60,7 +65,7 @@ def save_bands(found: xarray.Dataset, path: Path, *, force: bool = False) -> lis
     columns = _columns(found)
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n")
-    remarks = [found.attrs["title"], *method_words(found), *found.attrs["space_remarks"]]
+    remarks = [found.attrs["title"], *method_words(found), *found.attrs["space_remarks"], _NOT_JUDGED]
     text.writelines(f"# {printable(line)}\n" for line in remarks if line)
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)

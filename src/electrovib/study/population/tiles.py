@@ -40,7 +40,7 @@ class TileSizes:
     seconds : float
         Computing time of a tile, about [s].
     in_arrays : bool
-        Whether fingers are computed in arrays, so fast that the first tile can be a block.
+        Whether fingers are computed in arrays, so fast that every tile is a block at least.
 
     Notes
     -----
@@ -50,7 +50,8 @@ class TileSizes:
 
     def __init__(self, fingers: int, most: int, *, seconds: float, in_arrays: bool = False) -> None:
         self.fingers, self.most, self.seconds = fingers, most, seconds
-        self.wanted = min(BLOCK if in_arrays else _FIRST, most)
+        self.least = min(BLOCK, most) if in_arrays else 1
+        self.wanted = max(self.least, min(_FIRST, most))
 
     def stop(self, start: int) -> int:
         """Return the index after the last finger of the tile that begins at a finger."""
@@ -68,7 +69,7 @@ class TileSizes:
             Computing time [s].
         """
         each = max(seconds, 1e-6) / fingers
-        self.wanted = _power_below(min(float(self.most), max(1.0, self.seconds / each)))
+        self.wanted = _power_below(min(float(self.most), max(float(self.least), self.seconds / each)))
 
 
 def _power_below(number: float) -> int:

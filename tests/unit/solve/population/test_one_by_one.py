@@ -101,7 +101,17 @@ def test_what_does_not_exist_is_refused(free, names, words):
         population(SCENARIO, free, names)
 
 
+@pytest.mark.parametrize(
+    "time", [[], [0.0, 0.0], [1e-3, 0.0], [-1e-3, 0.0], [0.0, np.nan], [0.0, np.inf], [[0.0, 1.0]]]
+)
+def test_wrong_times_are_refused(time):
+    with pytest.raises(InputError, match="time: expected"):
+        population(SCENARIO, FREE, time=time)
+
+
 def test_wrong_draws_are_refused():
+    with pytest.raises(InputError, match="at least one finger"):
+        population(SCENARIO, FREE).signals({FREE[0]: [], FREE[1]: []})
     found = population(SCENARIO, FREE)
     with pytest.raises(InputError, match="not a free parameter"):
         found.signals({"contact.area": [1e-4]})

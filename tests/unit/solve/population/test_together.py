@@ -13,6 +13,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
 from electrovib.solve.population import population
 from electrovib.solve.population.kernels import merged, moments, secular_many, square_moments_many, stepping
+from electrovib.solve.population.together import pairs, steady_sines
 from electrovib.solve.population.together.quadratic import is_quadratic
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
@@ -276,11 +277,11 @@ def test_outputs_at_and_beside_corners_agree():
     assert difference(member, ["stack.gap.thickness"], time=np.array([0.3]))[0] < EQUAL
 
 
-@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "strong_1970/display_gap"])
+@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "strong_1970/display_gap", "vardar_2017/square"])
 def test_a_finger_does_not_depend_on_the_others(scenario):
     """Bit for bit, for every signal, in calls of 1, 7 and 1024 fingers."""
     member = ev.load(scenario)
-    free, names = CASES[scenario], fingers_of.OVER_TIME
+    free, names = (CASES | SKIN)[scenario], fingers_of.OVER_TIME
     many = population(member, free, names, times_of(member, 100))
     given = draw(member, free, 1031)
     whole = many.signals(given)
@@ -424,7 +425,7 @@ def test_a_law_that_is_quadratic_up_to_a_limit_is_not_quadratic():
     assert difference(member, ["stack.gap.thickness"])[0] < EQUAL
 
 
-@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "vardar_2017/square"])
+@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kang_2017/offset", "vardar_2017/square"])
 def test_numpy_and_compiled_kernels_agree(scenario, monkeypatch):
     if secular_many.compiled() is None:
         pytest.skip("no compiled kernel in this process")
@@ -433,11 +434,39 @@ def test_numpy_and_compiled_kernels_agree(scenario, monkeypatch):
     given = draw(member, free, 40)
     many = population(member, free, time=time)
     compiled = many.signals(given)["electrostatic_force"]
-    for module in (secular_many, stepping):
+    for module in (secular_many, stepping, pairs, steady_sines):
         monkeypatch.setattr(module, "compiled", lambda: None)
     plain = many.signals(given)["electrostatic_force"]
     peaks = np.max(np.abs(plain), axis=1, keepdims=True)
     assert np.max(np.abs(plain - compiled) / peaks) < EQUAL
+
+
+def test_the_compiled_sums_of_pairs_and_sines_have_the_bits_of_numpy(monkeypatch):
+    rng = np.random.default_rng(4)
+    nodes, begins = rng.uniform(0, 10, (5, 13)), rng.uniform(0, 10, (4, 13))
+    given = nodes, rng.uniform(0.1, 1, (5, 13)), begins, rng.uniform(0.1, 1, (4, 13))
+    waves = {"cosines": rng.normal(size=(3, 37)), "sines": rng.normal(size=(3, 37))}
+    options = waves | {"in_phase": rng.normal(size=(3, 13)), "behind": rng.normal(size=(3, 13))}
+    kinds = [
+        {"start": start, "level": level, "factor": factor}
+        for start in (None, rng.normal(size=(13, 37)))
+        for level in (None, rng.normal(size=13))
+        for factor in (None, rng.normal(size=13))
+    ]
+
+    def both():
+        written = []
+        for kind in kinds:
+            for dtype in (np.float64, np.float32):
+                written.append(np.empty((13, 37), dtype))
+                steady_sines.write_sines(written[-1], **options, **kind)
+        return [*pairs.slopes_and_inverses(*given), *written]
+
+    compiled = both()
+    for module in (pairs, steady_sines):
+        monkeypatch.setattr(module, "compiled", lambda: None)
+    for one, other in zip(compiled, both(), strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kaczmarek_2006/biphasic", "kim_2015/current"])

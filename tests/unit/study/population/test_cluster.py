@@ -70,7 +70,8 @@ def wait_for_workers(address, count):
 @pytest.mark.slow
 def test_a_worker_that_is_killed_costs_its_tasks_alone(tmp_path):
     asked = {"n": 500, "seed": 5, "exceed": "1 mN", "draws": True}
-    scenario = ev.load(SCENARIO).replace({"time.samples": 100})
+    amplifier = {"source_current": "20 uA", "stray_capacitance": "100 pF"}  # fingers are solved one by one
+    scenario = ev.load(SCENARIO).replace({"time.samples": 100, "circuit.amplifier": amplifier})
     killed = []
     with cluster(tmp_path, 2) as (address, workers):
         wait_for_workers(address, 2)
@@ -93,7 +94,7 @@ def test_a_worker_that_is_killed_costs_its_tasks_alone(tmp_path):
 @pytest.mark.slow
 def test_workers_of_this_machine_give_the_same_bits():
     scenario = ev.load(SCENARIO).replace({"time.samples": 50})
-    asked = {"n": 1200, "seed": 5}
+    asked = {"n": 5000, "seed": 5}
     same(ev.study(scenario, SPACE, **asked, workers=2), ev.study(scenario, SPACE, **asked))
 
 
@@ -157,3 +158,33 @@ def test_a_worker_with_another_kernel_is_refused():
     here = type("Evaluator", (), {"kernel": "numba, width 8"})
     with pytest.raises(InputError, match="one computes with kernel 'numba, width 4'"):
         _refuse_other_kernel(TileResult(0, 4, kernel="numba, width 4"), here)
+
+
+@pytest.mark.slow
+def test_the_models_of_a_user_are_imported_from_their_file_by_a_worker(tmp_path):
+    from electrovib.core.own_models import use_models
+    from electrovib.study.population.worker import computing_versions
+
+    file = tmp_path / "law_of_a_study.py"
+    file.write_text(
+        "from electrovib.core.constants import VACUUM_PERMITTIVITY\n"
+        "from electrovib.physics.force import ForceLaw\n\n\n"
+        "class HalvedByUser(ForceLaw):\n"
+        '    """Half the Maxwell stress."""\n\n'
+        "    def pressure(self, E):\n"
+        "        return VACUUM_PERMITTIVITY * E**2 / 4\n"
+    )
+    use_models(file)
+    scenario = ev.load("vezzoli_2014/fig6_gap", changes={"force.model": "HalvedByUser", "time.samples": 10})
+    (tmp_path / "study.json").write_text(declared(scenario, n=40).to_text())
+    script = (
+        "import json, pathlib, sys\n"
+        "from electrovib.study.population.worker import tile_on_worker\n"
+        "text, versions = pathlib.Path(sys.argv[1]).read_text(), json.loads(sys.argv[2])\n"
+        "print(repr(tile_on_worker(text, 0, 40, versions).reduced['electrostatic_force'].blocks[0].mean[-1]))"
+    )
+    command = [sys.executable, "-c", script, str(tmp_path / "study.json"), json.dumps(computing_versions())]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    here = ev.study(scenario, SPACE, n=40, seed=1)["electrostatic_force_mean"].values[-1]
+    assert float(done.stdout.removeprefix("np.float64(").strip(")\n")) == here

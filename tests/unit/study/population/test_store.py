@@ -14,6 +14,7 @@ from zarr.storage import LocalStore
 from electrovib.core.errors import InputError
 from electrovib.study.population import StudyCancelledError, open_study
 from electrovib.study.population.lock import locked
+from electrovib.study.population.writer import CheckpointWriter
 
 
 def content(folder):
@@ -147,7 +148,14 @@ def faulty(monkeypatch, at, error):
 @pytest.mark.slow
 @pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
 def test_a_full_disk_at_any_write_loses_nothing(quick, tiles, tmp_path, monkeypatch, memory):
-    tiles(2048)
+    tiles(1024)
+    original = CheckpointWriter.after
+
+    def after(self, rows):  # a checkpoint after every tile
+        original(self, rows)
+        self._drain()
+
+    monkeypatch.setattr(CheckpointWriter, "after", after)
     monkeypatch.setattr("electrovib.study.population.writer.PAUSE", 0.0)
     monkeypatch.setattr("electrovib.study.population.writer._SHARE", 0.0)
     asked = {"n": 4500, "draws": True, "budget_memory": memory}
@@ -173,7 +181,7 @@ def test_a_full_disk_at_any_write_loses_nothing(quick, tiles, tmp_path, monkeypa
             each.rmdir() if each.is_dir() else each.unlink()
         path.rmdir()
         at += 1 if at < 12 else 7
-    assert at > 20
+    assert at > 60
 
 
 def test_files_that_a_kill_left_are_removed(quick, tmp_path):
@@ -234,6 +242,7 @@ HOLD = """
 import sys, time
 from pathlib import Path
 from electrovib.study.population.lock import locked
+from electrovib.study.population.writer import CheckpointWriter
 with locked(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)

@@ -133,6 +133,7 @@ class ManyMaterial:
 
     def __init__(self, material: Material, debye: ManyDebye | None, free: tuple[str, ...] = ()) -> None:
         self._material, self._debye, self._free = material, debye, free
+        self._known: dict[str, tuple[Real, Complex]] = {}
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the material with columns."""
@@ -151,24 +152,31 @@ class ManyMaterial:
         return self._over(frequency, "complex_permittivity")
 
     def _over(self, frequency: Real, name: str) -> Complex:
+        """Return a permittivity, computed once for the same array of frequencies."""
+        known = self._known.get(name)
+        if known is None or known[0] is not frequency:
+            known = self._known[name] = frequency, self._rows(frequency, name)
+        return known[1]
+
+    def _rows(self, frequency: Real, name: str) -> Complex:
         formula: Any = getattr(self._material, name)
         if not self._free:
             return np.asarray(formula(frequency))
         rows = [value_of(self._material, path) for path in self._free]
         shape = len(rows[0]), len(frequency)
-        try:
-            found = np.asarray(formula(np.broadcast_to(frequency, shape)))
-        except (TypeError, ValueError):  # a formula of numbers, not of arrays
-            single = (
-                {path: float(row[finger, 0]) for path, row in zip(self._free, rows, strict=True)}
-                for finger in range(shape[0])
-            )
-            found = np.array(
-                [getattr(with_columns(self._material, point), name)(frequency) for point in single]
-            )
-        if found.shape != shape:
-            raise NotTogetherError(f"{name} of {type(self._material).__name__} has no row for each finger")
-        return found
+        for axis in (frequency, np.broadcast_to(frequency, shape)):
+            try:
+                found = np.asarray(formula(axis))
+            except (TypeError, ValueError):
+                continue
+            if found.shape == shape:
+                return found
+        # a formula of numbers, not of arrays
+        single = (
+            {path: float(row[finger, 0]) for path, row in zip(self._free, rows, strict=True)}
+            for finger in range(shape[0])
+        )
+        return np.array([getattr(with_columns(self._material, point), name)(frequency) for point in single])
 
 
 def value_of(model: Any, path: str) -> Any:

@@ -110,14 +110,19 @@ class Excitation:
         )
 
     @functools.cached_property
-    def waves(self) -> tuple[tuple[Real, Real], ...]:
-        """Cosine and sine of each tone at the outputs."""
-        return tuple(circling(tone.frequency, self.outputs) for tone in self.tones)
+    def waves(self) -> tuple[Real, Real]:
+        """Cosine and sine of each tone at the outputs, shape (tones, n)."""
+        shape = len(self.tones), len(self.outputs)
+        found = [circling(tone.frequency, self.outputs) for tone in self.tones]
+        return (
+            np.array([cosine for cosine, _ in found]).reshape(shape),
+            np.array([sine for _, sine in found]).reshape(shape),
+        )
 
     def values(self) -> Real:
         """Return the drive at its output times [V], shape (n,)."""
         total = self.voltage[self.places] + self.level
-        for tone, (cosine, sine) in zip(self.tones, self.waves, strict=True):
+        for tone, cosine, sine in zip(self.tones, *self.waves, strict=True):
             total = total + tone.cosine * cosine + tone.sine * sine
         return np.asarray(total)
 

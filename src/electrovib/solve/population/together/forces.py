@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Indices, Real
+    from electrovib.scenario import Scenario
     from electrovib.solve.population.together.tile import FingerTile
     from electrovib.solve.population.together.transfers import Transfers
 
@@ -62,13 +63,15 @@ class QuadraticForce(NamedTuple):
     factor: Real
 
 
-def quadratic_force(tile: FingerTile, asked: Mapping[str, Transfers]) -> QuadraticForce | None:
+def quadratic_force(scenario: Scenario, rows: int, asked: Mapping[str, Transfers]) -> QuadraticForce | None:
     """Return the attraction of a quadratic law as a factor times the square of one linear quantity.
 
     Parameters
     ----------
-    tile : FingerTile
-        Fingers under a law for which `is_quadratic` holds.
+    scenario : Scenario
+        With columns, and a law for which `is_quadratic` holds.
+    rows : int
+        Number of rows of the columns.
     asked : mapping of str to Transfers
         Amplitudes of the law.
 
@@ -82,11 +85,11 @@ def quadratic_force(tile: FingerTile, asked: Mapping[str, Transfers]) -> Quadrat
         return None
     (base,) = bases.values()
     shares = {
-        name: np.broadcast_to(1.0 if each.base is None else each.share, tile.rows)[:, None]
+        name: np.broadcast_to(1.0 if each.base is None else each.share, rows)[:, None]
         for name, each in asked.items()
     }
-    factor = attraction(tile.scenario, total_pull(tile.scenario, shares))
-    return QuadraticForce(base, np.ascontiguousarray(np.broadcast_to(factor, (tile.rows, 1))[:, 0]))
+    factor = attraction(scenario, total_pull(scenario, shares))
+    return QuadraticForce(base, np.ascontiguousarray(np.broadcast_to(factor, (rows, 1))[:, 0]))
 
 
 def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, threads: int | None) -> None:
@@ -106,7 +109,7 @@ def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, t
         Threads of the kernel.
     """
     asked = tile.scenario.force.amplitudes(tile.section)
-    square = quadratic_force(tile, asked) if quadratic else None
+    square = quadratic_force(tile.scenario, tile.rows, asked) if quadratic else None
     if square is not None:
         responses = tile.responses(square.base)
         for some in tile.parts():
@@ -154,7 +157,7 @@ def squares_of(tile: FingerTile) -> Squares | None:
     squares : Squares or None
         None where the drive is not one sum of straight pieces for all fingers, or a finger has another form.
     """
-    square = quadratic_force(tile, tile.scenario.force.amplitudes(tile.section))
+    square = quadratic_force(tile.scenario, tile.rows, tile.scenario.force.amplitudes(tile.section))
     some = slice(0, tile.fingers)
     if square is None or not np.all(tile.section.modes.regular[some]):
         return None

@@ -129,18 +129,14 @@ def _of_relaxing(
         else:
             strengths, times = _merged(strengths, times)
     count = len(regular)
-    nodes = [np.broadcast_to(1 / time, count) for time in times]
-    weights = [
-        np.broadcast_to(strength / time, count) for strength, time in zip(strengths, times, strict=True)
-    ]
-    for weight in weights:
-        regular = regular & (weight > 0)
+    begin = int(slab.conducts)
+    nodes, weights = np.empty((2, begin + len(times), count))
+    for row, heavy, strength, time in zip(nodes[begin:], weights[begin:], strengths, times, strict=True):
+        row[:], heavy[:] = 1 / time, strength / time
+    regular = regular & np.all(weights[begin:] > 0, axis=0)
     if slab.conducts:
-        nodes.insert(0, np.zeros(count))
-        weights.insert(0, np.broadcast_to(slab.conductivity / eps0, count))
-    found, apart = roots_of(
-        np.array(nodes), np.array(weights), np.broadcast_to(high, count), regular, threads
-    )
+        nodes[0], weights[0] = 0.0, slab.conductivity / eps0
+    found, apart = roots_of(nodes, weights, np.broadcast_to(high, count), regular, threads)
     rates, shares = list(found.values), list(found.values * found.slope)
     if not slab.conducts:
         rates.insert(0, 0.0)

@@ -16,6 +16,7 @@ from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.together.accepted import refuse_columns
 from electrovib.solve.population.together.amplitude import shared_drive
 from electrovib.solve.population.together.arrays import check_ranges, with_columns
+from electrovib.solve.population.together.mean_force import has_modal_mean_force, modal_mean_force
 from electrovib.solve.population.together.phasors import ManyPhasors
 from electrovib.solve.population.together.quadratic import is_quadratic
 from electrovib.solve.population.together.refusal import NotTogetherError
@@ -29,8 +30,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.scenario import Scenario
 
-AT_ONCE: Final = 64
-"""Fingers whose phasors are in memory together."""
+AT_ONCE: Final = (64, 1024)
+"""Fingers in memory together: whose phasors, and whose modes are."""
 OVER_FREQUENCY: Final = frozenset(
     {"mean_force", "impedance", "field_gain", "effective_voltage_gain", "permittivity"}
 )
@@ -66,6 +67,12 @@ class OverFrequency:
         self._quantities = {path: quantity_at(scenario, path) for path in free}
         self.kernel = kernel_name()
         self._per_drive = _largest_per_parameter(scenario, free)
+        self._is_modal = names == ("mean_force",) and self.is_quadratic and has_modal_mean_force(scenario)
+        if self._is_modal:
+            try:
+                self._of_modes({path: np.full(1, float(value_at(scenario, path))) for path in free}, None)
+            except (NotTogetherError, TypeError, ValueError):
+                self._is_modal = False
 
     def signals(
         self,
@@ -83,7 +90,7 @@ class OverFrequency:
         out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
             Arrays that receive signals.
         threads : int, optional
-            Not used: the arrays are formed on one thread.
+            Threads of the kernel; arrays of phasors are formed on one thread.
 
         Returns
         -------
@@ -95,19 +102,37 @@ class OverFrequency:
         InputError
             If a value is outside its range; names the first such finger.
         """
-        del threads
         check_ranges(self._quantities, draws)
         fingers = len(next(iter(draws.values())))
-        tiles = []
-        for begin in range(0, fingers, AT_ONCE):
-            some = {path: values[begin : begin + AT_ONCE] for path, values in draws.items()}
-            tiles.append(self._of(some))
+        tiles, at_once = [], AT_ONCE[self._is_modal]
+        for begin in range(0, fingers, at_once):
+            some = {path: values[begin : begin + at_once] for path, values in draws.items()}
+            tiles.append(self._of_modes(some, threads) if self._is_modal else self._of(some))
         return {
             name: np.concatenate(
                 [tile[name] for tile in tiles], out=(out or {}).get(name), casting="same_kind"
             )
             for name in self.names
         }
+
+    def _of_modes(self, draws: Mapping[str, Real], threads: int | None) -> dict[str, Any]:
+        """Return the mean force of some fingers from modes, that of fingers of another form from phasors."""
+        columns, count = padded(self.scenario, draws)
+        inner = of_scenario(columns)
+        found, regular = modal_mean_force(
+            with_columns(self.scenario, inner),
+            inner,
+            self.frequency,
+            rows=max(count, FEWEST),
+            amplitude=self._amplitude(columns),
+            threads=threads,
+        )
+        other = ~regular[:count]
+        if np.any(other):
+            found[:count][other] = self._of({path: values[other] for path, values in draws.items()})[
+                "mean_force"
+            ]
+        return {"mean_force": found[:count]}
 
     def _of(self, draws: Mapping[str, Real]) -> dict[str, Any]:
         """Return the signals of some fingers."""

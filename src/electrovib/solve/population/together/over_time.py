@@ -169,7 +169,10 @@ class OverTime:
         regular = tile.section.modes.regular[: tile.fingers]
         if np.all(regular):
             for name, rows in found.items():
-                self._fill(rows, name, tile, threads)
+                if name != "lateral_force":
+                    self._fill(rows, name, tile, threads)
+            if "lateral_force" in found:
+                self._rub(found, tile, threads)
             return
         for kept, engine in ((~regular, self.alone), (regular, self)):
             if np.any(kept):
@@ -188,15 +191,19 @@ class OverTime:
             rows[:] = total
         elif name in {"normal_force", "sliding_speed"}:
             rows[:] = self._given(name, tile)[: len(rows)]
-        elif name == "lateral_force":
-            force = np.empty((len(rows), len(self.time)))
-            write_forces(force, tile, self.time, quadratic=self.is_quadratic, threads=threads)
-            write_friction(rows, force, tile, self.time)
         elif name in {"field", "displacement"}:
             for place, layer in enumerate(tile.section.names):
                 tile.write(rows[:, place], getattr(tile.section[layer], name), threads)
         else:
             tile.write(rows, _quantity(name, tile), threads)
+
+    def _rub(self, found: Mapping[str, Any], tile: FingerTile, threads: int | None) -> None:
+        """Write the friction of fingers, under the attraction that has been written if it is not rounded."""
+        rows, force = found["lateral_force"], found.get("electrostatic_force")
+        if force is None or force.dtype != np.float64:
+            force = np.empty((len(rows), len(self.time)))
+            write_forces(force, tile, self.time, quadratic=self.is_quadratic, threads=threads)
+        write_friction(rows, force, tile, self.time)
 
     def _given(self, name: str, tile: FingerTile) -> Real:
         """Return the load or the speed, shape (rows, n)."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from electrovib.solve.population.kernels import first_order_hold_many
 from electrovib.solve.population.together.refusal import NotTogetherError
+from electrovib.solve.population.together.steady_sines import write_sines
 from electrovib.solve.recursion.hold import hold_weights
 from electrovib.solve.stack.integrator import INTEGRATING
 
@@ -62,14 +63,16 @@ class Response:
         self.state = np.ascontiguousarray(state.T)
         fades = bool(drive.tones) and not drive.settled and len(state) > 0
         self.is_stepped = drive.is_straight or fades or transfers.free is not None
-        self._phases = [_in_phase_and_behind(transfers, tone) for tone in drive.tones]
+        phases = [_in_phase_and_behind(transfers, tone) for tone in drive.tones]
+        self._in_phase = np.array([each for each, _ in phases]).reshape(len(phases), fingers)
+        self._behind = np.array([each for _, each in phases]).reshape(len(phases), fingers)
         self._points: Real | None = None
         self._level = transfers.at(0.0).real * drive.level if drive.level else None
 
     @property
     def is_alone_stepped(self) -> bool:
         """Whether the response is one call of the kernel, without sines or a constant."""
-        return self.is_stepped and not self._phases and self._level is None
+        return self.is_stepped and not self.drive.tones and self._level is None
 
     def write(
         self, out: Real, some: slice, *, factor: Real | None = None, threads: int | None = None
@@ -79,27 +82,32 @@ class Response:
         Parameters
         ----------
         out : ndarray, shape (fingers, n)
-            Written into, in the unit of the quantity; float64, or float32 where one call of the kernel is all.
+            Written into, in the unit of the quantity; float64, or float32 to which the response is rounded.
         some : slice
             Range of the fingers.
         factor : ndarray, shape (rows,), optional
-            Then factor times the square of the response is written, where one call of the kernel is all.
+            Then factor times the square of the response is written.
         threads : int, optional
             Threads of the kernel.
         """
-        if self.is_stepped:
+        if self.is_alone_stepped:
             self._step(out, some, factor, threads)
-        for place, (in_phase, behind) in enumerate(self._phases):
-            cosine, sine = self.drive.waves[place]
-            if place or self.is_stepped:
-                out += in_phase[some, None] * cosine
-            else:
-                np.multiply(in_phase[some, None], cosine, out=out)
-            out += behind[some, None] * sine
-        if not self.is_stepped and not self._phases:
-            out[:] = 0.0
-        if self._level is not None:
-            out += self._level[some, None]
+            return
+        start = None
+        if self.is_stepped:
+            start = np.empty(out.shape)
+            self._step(start, some, None, threads)
+        cosines, sines = self.drive.waves
+        write_sines(
+            out,
+            start=start,
+            in_phase=self._in_phase[:, some],
+            behind=self._behind[:, some],
+            cosines=cosines,
+            sines=sines,
+            level=None if self._level is None else self._level[some],
+            factor=None if factor is None else factor[some],
+        )
 
     def _step(self, out: Real, some: slice, factor: Real | None, threads: int | None) -> None:
         drive = self.drive
@@ -113,6 +121,7 @@ class Response:
             drive.voltage,
             drive.steps,
             factor=None if factor is None else factor[some],
+            dtype=found.dtype,
             out=found,
             threads=threads,
         )

@@ -188,7 +188,7 @@ def write_sum(
     threads : int, optional
         Threads of the kernel.
     """
-    if len(responses) == 1 and (factor is None or responses[0].is_alone_stepped):
+    if len(responses) == 1:
         responses[0].write(out, some, factor=factor, threads=threads)
         return
     total, more = np.empty((2, *out.shape))
