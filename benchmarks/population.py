@@ -209,6 +209,7 @@ def sweeps() -> list[object]:
     )
     layer = np.full(DRAWS, 4.0), terms, times, alpha, np.full(DRAWS, 1e5), FREQUENCIES
     memory = np.empty((DRAWS, FREQUENCIES.size))
+    wide = np.empty(memory.shape, complex)
     found = [
         measure("mean force, numba", lambda: mean_square_over_frequency(*given, out=memory), 7),
         measure(
@@ -216,10 +217,14 @@ def sweeps() -> list[object]:
             numpy_kernel(lambda: mean_square_over_frequency(*given, out=memory)),
             1,
         ),
-        measure("permittivity of two Cole-Cole terms, numba", lambda: cole_cole_over_frequency(*layer), 5),
+        measure(
+            "permittivity of two Cole-Cole terms, numba",
+            lambda: cole_cole_over_frequency(*layer, out=wide),
+            5,
+        ),
         measure(
             "permittivity of two Cole-Cole terms, numpy in blocks",
-            numpy_kernel(lambda: cole_cole_over_frequency(*layer)),
+            numpy_kernel(lambda: cole_cole_over_frequency(*layer, out=wide)),
             1,
         ),
         measure(

@@ -76,3 +76,17 @@ def test_what_disagrees_is_refused():
         cole_cole_over_frequency([1.0, 2.0], [[1.0]], [[1.0]], [[0.0]], [0.0], [1.0])
     with pytest.raises(InputError, match="terms"):
         cole_cole_over_frequency([1.0], [[1.0]], [[1.0, 2.0]], [[0.0]], [0.0], [1.0])
+
+
+def test_memory_for_the_result_is_used_and_checked(kernel):
+    rates, residues, direct = given()
+    for function, kind in ((transfer_over_frequency, complex), (mean_square_over_frequency, float)):
+        memory = np.full((len(direct), FREQUENCIES.size), np.nan, kind)
+        assert function(rates, residues, direct, FREQUENCIES, out=memory) is memory
+        assert np.array_equal(memory, function(rates, residues, direct, FREQUENCIES))
+        with pytest.raises(InputError, match="out has shape"):
+            function(rates, residues, direct, FREQUENCIES, out=memory[1:])
+    layer = np.ones(3), np.ones((3, 1)), np.ones((3, 1)), np.zeros((3, 1)), np.zeros(3), [1.0]
+    memory = np.zeros((3, 1), complex)
+    assert cole_cole_over_frequency(*layer, out=memory) is memory
+    assert np.allclose(memory, 1 + 1 / (1 + 2j * np.pi), rtol=1e-14)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels.choice import compiled
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Complex, Real
 
@@ -23,6 +23,7 @@ def transfer_over_frequency(
     direct: ArrayLike,
     frequency: ArrayLike,
     *,
+    out: Complex | None = None,
     threads: int | None = None,
 ) -> Complex:
     """Evaluate sums of relaxing modes of many fingers at frequencies.
@@ -33,6 +34,8 @@ def transfer_over_frequency(
         H(s) = direct + sum residue/(s + rate), rates >= 0 [1/s].
     frequency : array_like, shape (n,)
         Frequencies [Hz]; above 0 where a rate is 0.
+    out : ndarray of complex, shape (fingers, n), optional
+        Contiguous memory for the result: new memory costs as much time as the sums.
     threads : int, optional
         Threads of the compiled kernel; by default one for each available processor.
 
@@ -47,7 +50,7 @@ def transfer_over_frequency(
         If shapes disagree.
     """
     rate, residue, level, angular = _gather(rates, residues, direct, frequency)
-    result = np.empty((len(rate), angular.size), np.complex128)
+    result = _memory(out, (len(rate), angular.size), np.complex128)
     if (kernel := compiled()) is not None:
         kernel.transfer(rate, residue, level, angular, result, threads)
         return result
@@ -92,12 +95,7 @@ def mean_square_over_frequency(
     """
     rate, residue, level, angular = _gather(rates, residues, direct, frequency)
     half = np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64) / 2, level.shape))
-    shape = len(rate), angular.size
-    result = np.empty(shape) if out is None else out
-    if result.shape != shape or result.dtype != np.float64 or not result.flags.c_contiguous:
-        raise InputError(
-            f"out has shape {result.shape} and type {result.dtype}: expected {shape} and float64."
-        )
+    result = _memory(out, (len(rate), angular.size), np.float64)
     if (kernel := compiled()) is not None:
         kernel.mean_square(rate, residue, level, angular, half, result, threads)
         return result
@@ -115,6 +113,7 @@ def cole_cole_over_frequency(
     loss: ArrayLike,
     frequency: ArrayLike,
     *,
+    out: Complex | None = None,
     threads: int | None = None,
 ) -> Complex:
     """Evaluate the permittivities of Cole-Cole materials of many fingers at frequencies.
@@ -129,6 +128,8 @@ def cole_cole_over_frequency(
         Conductivity over the permittivity of vacuum [1/s].
     frequency : array_like, shape (n,)
         Frequencies, > 0 [Hz].
+    out : ndarray of complex, shape (fingers, n), optional
+        Contiguous memory for the result: new memory costs as much time as the sums.
     threads : int, optional
         Threads of the compiled kernel; by default one for each available processor.
 
@@ -154,7 +155,7 @@ def cole_cole_over_frequency(
         raise InputError("high, loss or frequency has the wrong shape: expected (fingers,) twice, and (n,).")
     if not ((time > 0).all() and (angular > 0).all()):
         raise InputError("times or frequency has a value of 0 or below: expected positive numbers.")
-    result = np.empty((len(level), angular.size), np.complex128)
+    result = _memory(out, (len(level), angular.size), np.complex128)
     if (kernel := compiled()) is not None:
         kernel.cole_cole(level, strength, time, alpha, leak, angular, result, threads)
         return result
@@ -191,6 +192,17 @@ def _sums(rate: Real, residue: Real, level: Real, angular: Real) -> tuple[Real, 
         real += of_rate * share
         imaginary += share
     return real + level[:, np.newaxis], -angular * imaginary
+
+
+def _memory(out: NDArray[Any] | None, shape: tuple[int, int], dtype: Any) -> NDArray[Any]:
+    """Return the memory given for a result, or new memory; refuse memory of another shape or type."""
+    if out is None:
+        return np.empty(shape, dtype)
+    if out.shape != shape or out.dtype != dtype or not out.flags.c_contiguous:
+        raise InputError(
+            f"out has shape {out.shape} and type {out.dtype}: expected {shape}, {np.dtype(dtype)} and contiguous."
+        )
+    return out
 
 
 def _parts(count: int) -> list[slice]:
