@@ -143,7 +143,8 @@ def check(path, raw):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("target", choices=sorted(TARGETS))
+    parser.add_argument("target", choices=sorted(TARGETS), nargs="?")
+    parser.add_argument("--list", action="store_true", help="print the names of the targets, and stop")
     parser.add_argument("--seconds", type=int, default=300, help="duration [s]")
     parser.add_argument(
         "--corpus", default="", help="folder that keeps the inputs found; a temporary one if not given"
@@ -151,6 +152,9 @@ def main():
     parser.add_argument("--seeds", default="", help="folder of further files to begin with")
     parser.add_argument("--longest", type=int, default=1 << 16, help="longest input [bytes]")
     given = parser.parse_args()
+    if given.list or given.target is None:
+        print(*TARGETS, sep="\n")
+        return
 
     import atheris
 
