@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.export.waveform import export_waveform as export_waveform
     from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
     from electrovib.recordings.fit.sampling import Sampling as Sampling
     from electrovib.recordings.importing import calibrate as calibrate
@@ -62,6 +63,7 @@ _PLACES = {
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
+    "export_waveform": "electrovib.export.waveform",
     "fit": "electrovib.apps.fit",
     "fit_material": "electrovib.apps.fit_material",
     "fit_power_law": "electrovib.recordings.fit.power_law",

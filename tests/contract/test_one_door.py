@@ -58,6 +58,9 @@ USES = {
     "compare_materials": lambda scenario: [each.force for each in ev.compare_materials(scenario, materials=["silica"]).entries],
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
+    "export_waveform": lambda scenario: ev.export_waveform(
+        scenario, "out.csv", limits={"voltage": 1e3, "current": 1}, force=True
+    ).waveform.voltages,
     "fit": lambda scenario: [*ev.fit(scenario, record(), free=["stack.insulator.thickness"]).best.estimate.values.values()],
     "fit_separately": lambda scenario: [
         row.value for row in ev.fit_separately(scenario, record(), free=["stack.insulator.thickness"]).fits[0].rows
