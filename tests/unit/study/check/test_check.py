@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,15 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.physics.limits import Limits
-from electrovib.study.check import LimitsFrom, cleared_for_output, limits_from, sampled, strictest
+from electrovib.study.check import (
+    CheckResult,
+    CheckRow,
+    LimitsFrom,
+    cleared_for_output,
+    limits_from,
+    sampled,
+    strictest,
+)
 from electrovib.study.check.declared import LINES_TO_ADD
 from electrovib.study.check.values import rms_of_lines, slew_of
 
@@ -186,6 +195,23 @@ def test_a_discontinuity_without_resistance_has_no_bound():
     assert result.value("peak current") == math.inf
     assert result.value("slew rate of the drive") == math.inf
     assert json.dumps(result.to_dict(), allow_nan=False)
+
+
+def test_a_declared_limit_that_could_not_be_compared_is_refused():
+    unknown = CheckRow(
+        quantity="charge",
+        value=None,
+        limit=1.0,
+        unit="C",
+        source="",
+        state="unknown",
+        text="the charge is not known",
+    )
+    rows = {"title": "", "duration": 1.0, "comparisons": (), "numbers": (), "notes": ()}
+    with pytest.raises(InputError, match=r"the charge is not known\. Nothing was played"):
+        CheckResult(rows=(unknown,), **rows).refuse("Nothing was played")
+    CheckResult(rows=(replace(unknown, limit=None),), **rows).refuse()
+    CheckResult(rows=(replace(unknown, value=1.0),), **rows).refuse()
 
 
 def test_switching_on_counts():
