@@ -29,7 +29,7 @@ ZERO: Final = 1e-9
 _ROUNDED: Final = 1e-9
 """Difference of a product of time and rate from a whole number that counts as rounding."""
 _STEPS: Final = (1, 2, 5)
-_FINER: Final = 0.1
+_FINER: Final = 0.25
 """Share of the allowed error at which the search for a rate ends."""
 
 
@@ -123,8 +123,9 @@ def waveform(
     held: bool = False,
     largest_error: float = LARGEST_ERROR,
     most_points: int = MOST_POINTS,
+    continued: bool = False,
 ) -> Waveform:
-    """Sample a drive evenly, at a given rate or at the lowest one whose error is a tenth of that allowed.
+    """Sample a drive evenly, at a given rate or at the lowest one whose error is a quarter of that allowed.
 
     Parameters
     ----------
@@ -143,11 +144,13 @@ def waveform(
         Error over the largest voltage at which a rate suffices [1]; a larger one is not refused here.
     most_points : int
         Most samples.
+    continued : bool
+        Whether a sample after the end, where the rate has none at the end, is that of the drive rather than 0 V.
 
     Returns
     -------
     Waveform
-        With its error, by the closed form of the drive and between the samples too. A sample after the end is 0 V.
+        With its error, by the closed form of the drive and between the samples too.
 
     Raises
     ------
@@ -161,7 +164,7 @@ def waveform(
     if not held:
         _refuse_discontinuities(drive, last, peak)
     if rate is not None:
-        return _at(drive, rate, last, held=held, peak=peak)
+        return _at(drive, rate, last, held=held, peak=peak, continued=continued)
     found = None
     for each in rates if rates is not None else _rates(drive, last, most_points):
         if _count(each, last) > most_points and found is not None:
@@ -169,7 +172,7 @@ def waveform(
         if _count(each, last) > most_points:
             why = f"{_count(each, last)} samples at {each:g} Hz for {last:g} s are more than {most_points}; take a shorter time"
             raise InputError(why, path="rate")
-        found = _at(drive, each, last, held=held, peak=peak)
+        found = _at(drive, each, last, held=held, peak=peak, continued=continued)
         if found.share <= _FINER * largest_error:
             break
     assert found is not None
@@ -236,8 +239,8 @@ def refuse_unless_zero_at_both_ends(drive: Drive, end: float) -> None:
         if abs(value) > small:
             problems.append(
                 f"the {when} sample, at {format_quantity(time, 's', digits=6)}, is {format_quantity(value, 'V', digits=4)}:"
-                " what an instrument plays begins and ends at 0 V. Nothing was written. Give the drive edges from and to 0 V, or"
-                " end it after whole periods with time.duration"
+                " what an instrument plays begins and ends at 0 V. Nothing was written. Give the drive edges from and to 0 V,"
+                " end it after whole periods with time.duration, or add ramps with --ramp"
             )
     if problems:
         raise InputError(problems)
@@ -291,10 +294,12 @@ def _rates(drive: Drive, end: float, most_points: int) -> list[float]:
     return [rate for rate in close if _count(rate, end) <= most_points] + [highest]
 
 
-def _at(drive: Drive, rate: float, end: float, *, held: bool, peak: float) -> Waveform:
+def _at(drive: Drive, rate: float, end: float, *, held: bool, peak: float, continued: bool) -> Waveform:
     times = np.arange(_count(rate, end)) / rate
     if abs(times[-1] - end) <= _ROUNDED / rate:
         times[-1] = end
+    if continued:
+        end = float(times[-1])
     voltages = np.where(times <= end, drive.voltage(np.minimum(times, end)), 0.0)
     for place in (0, -1):
         if abs(voltages[place]) <= ZERO * peak:

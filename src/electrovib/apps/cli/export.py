@@ -52,6 +52,14 @@ def command(
         str,
         typer.Option(metavar="FREQUENCY", help="Samples per second; chosen if absent.", show_default=False),
     ] = "",
+    ramp: Annotated[
+        str,
+        typer.Option(
+            metavar="TIME",
+            help="Multiply the drive by ramps from and to 0 V of this duration.",
+            show_default=False,
+        ),
+    ] = "",
     largest_error: Annotated[
         float,
         typer.Option(metavar="SHARE", help="Error over the largest voltage above which nothing is written."),
@@ -77,7 +85,13 @@ def command(
     if bool(place) == bool(output):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
     target, wanted = place or output, read_changes(changes or [])
-    given = {"--limits": limits, "--as": instrument, "--rate": rate, "--full-scale": full_scale}
+    given = {
+        "--limits": limits,
+        "--as": instrument,
+        "--rate": rate,
+        "--ramp": ramp,
+        "--full-scale": full_scale,
+    }
     used = [name for name, value in given.items() if value]
     if not instrument and not target.lower().endswith(tuple(FORMATS)):
         if used and target.lower().endswith(tuple(WRITERS)):
@@ -95,6 +109,7 @@ def command(
             limits=list(limits or []),
             instrument=instrument,
             rate=_number(rate, "Hz", "--rate"),
+            ramp=_number(ramp, "s", "--ramp"),
             largest_error=largest_error,
             full_scale=_number(full_scale, "V", "--full-scale"),
             gain=gain,

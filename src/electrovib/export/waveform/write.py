@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, writing
-from electrovib.export.waveform.encoded import Scaling
+from electrovib.export.waveform.encoded import Encoded, Scaling
 from electrovib.export.waveform.formats import FORMATS, INSTRUMENTS, WaveformFormat
 from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
 from electrovib.study.check import (
@@ -23,6 +25,7 @@ from electrovib.study.check import (
     sampled,
     with_drive,
 )
+from electrovib.study.ramp import ramped
 from electrovib.study.waveform import (
     LARGEST_ERROR,
     MOST_POINTS,
@@ -65,6 +68,7 @@ def export_waveform(
     limits: LimitsSource | Sequence[LimitsSource] = None,
     instrument: str = "",
     rate: float | None = None,
+    ramp: float | None = None,
     largest_error: float = LARGEST_ERROR,
     full_scale: float | None = None,
     gain: float = 1.0,
@@ -86,6 +90,9 @@ def export_waveform(
         ``"hp_33120a"`` for a table of the codes of that generator.
     rate : float, optional
         Samples per second [Hz]; chosen if absent.
+    ramp : float, optional
+        Duration of a linear ramp from 0 V and to 0 V by which the drive is multiplied at either end [s]; none if absent, and
+        then the drive itself has to begin and end at 0 V.
     largest_error : float
         Error over the largest voltage [1] above which nothing is written.
     full_scale : float, optional
@@ -113,26 +120,37 @@ def export_waveform(
         declared = declared_limits(found, limits)
     check_writable({place: form.form}, inputs=inputs, force=force)
     refuse_unlimited(declared, what=f"{form.name} of a drive")
-    wave = sampled_drive(found, form, rate=rate, largest_error=largest_error)
+    wave = sampled_drive(found, form, rate=rate, largest_error=largest_error, ramp=ramp)
     encoded = form.encode(wave, Scaling(full_scale=full_scale, gain=gain))
-    end = float(found.time.times(found.drive)[-1])
-    wave = wave.with_voltages(encoded.voltages, found.drive, end)
+    wave = _rounded(found, wave, encoded, ramp)
     wave.refuse_above(largest_error)
-    cleared_for_output(_from_rest(found, end), limits=limits, what=form.name)
+    if ramp is None:
+        end = float(found.time.times(found.drive)[-1])
+        cleared_for_output(_from_rest(found, end), limits=limits, what=form.name)
     check = cleared_for_output(
         with_drive(found, sampled(wave.times, wave.voltages)),
         limits=limits,
         what=form.name,
         name="the samples as written",
     )
-    notes = (*about(found, wave, form), *encoded.notes)
+    ramps = (
+        ()
+        if ramp is None
+        else (f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end",)
+    )
+    notes = (*about(found, wave, form), *ramps, *encoded.notes)
     with writing({place: form.form}, force=force) as temporaries:
         temporaries[place].write_bytes(form.content(encoded, notes))
     return WrittenWaveform(path=place, waveform=wave, full_scale=encoded.full_scale, notes=notes, check=check)
 
 
 def sampled_drive(
-    scenario: Scenario, form: WaveformFormat, *, rate: float | None, largest_error: float
+    scenario: Scenario,
+    form: WaveformFormat,
+    *,
+    rate: float | None,
+    largest_error: float,
+    ramp: float | None = None,
 ) -> Waveform:
     """Sample the drive of a scenario for a format.
 
@@ -146,6 +164,8 @@ def sampled_drive(
         Samples per second [Hz]; chosen if None.
     largest_error : float
         Error over the largest voltage that will be allowed [1].
+    ramp : float or None
+        Duration of a ramp at either end [s].
 
     Returns
     -------
@@ -158,7 +178,7 @@ def sampled_drive(
         If the drive cannot be played, or the rate does not suit the format.
     """
     drive, end = scenario.drive, float(scenario.time.times(scenario.drive)[-1])
-    if drive.quantity == "voltage" and form.played:
+    if drive.quantity == "voltage" and form.played and ramp is None:
         refuse_unless_zero_at_both_ends(drive, end)
     if rate is not None and form.whole_rate and rate != round(rate):
         raise InputError(
@@ -172,11 +192,12 @@ def sampled_drive(
         held=form.held,
         largest_error=largest_error,
         most_points=form.most_points or MOST_POINTS,
+        continued=ramp is not None,
     )
     if len(wave.times) < form.fewest_points:
         why = f"{len(wave.times)} samples are fewer than the {form.fewest_points} of {form.name}; take a higher rate"
         raise InputError(why, path="rate", value=f"{wave.rate:g}")
-    return wave
+    return wave if ramp is None else ramped(wave, ramp)
 
 
 def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str, ...]:
@@ -206,6 +227,16 @@ def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str
         f"largest difference from the drive {format_quantity(wave.error, 'V', digits=3)}, {100 * wave.share:.3g} % of its largest"
         f" voltage {format_quantity(wave.peak, 'V', digits=6)}",
     )
+
+
+def _rounded(scenario: Scenario, wave: Waveform, encoded: Encoded, ramp: float | None) -> Waveform:
+    """Return the waveform with the voltages that the file holds, and their error."""
+    if ramp is None:
+        return wave.with_voltages(
+            encoded.voltages, scenario.drive, float(scenario.time.times(scenario.drive)[-1])
+        )
+    off = float(np.max(np.abs(encoded.voltages - wave.voltages)))
+    return replace(wave, voltages=encoded.voltages, error=wave.error + off)
 
 
 def _from_rest(scenario: Scenario, end: float) -> Scenario:

@@ -240,3 +240,36 @@ def test_the_command_line(folder):
     ):
         assert isinstance(run(*words).exception, InputError), words
     assert ev.export(FIG6, "again.csv", limits="limits.toml") == (folder / "again.csv").relative_to(folder)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "options"), [(".csv", {}), (".wav", {}), (".csv", {"instrument": "hp_33120a", "gain": 10})]
+)
+def test_a_ramp_lets_a_drive_begin_and_end_at_zero(folder, suffix, options):
+    """A cosine times an envelope of 2 ms; the bound of the error holds and is not far from the error itself."""
+    cosine = {"model": "Sine", "amplitude": "50 V", "frequency": "500 Hz", "phase": 1.5}
+    scenario = ev.load(FIG6, changes={"drive": cosine, "limits": LIMITS, "time.duration": "10.01 ms"})
+    with pytest.raises(InputError, match="--ramp"):
+        ev.export_waveform(scenario, f"drive{suffix}", **options)
+    found = ev.export_waveform(scenario, f"drive{suffix}", ramp=2e-3, **options)
+    times, voltages = read_back(found.path, found.full_scale)
+    assert (voltages[0], voltages[-1]) == (0, 0)
+    dense = np.linspace(0, times[-1], 300_007)
+    end, length = times[-1], round(2e-3 * found.waveform.rate) / found.waveform.rate
+    wanted = scenario.drive.voltage(dense) * np.clip(np.minimum(dense, end - dense) / length, 0, 1)
+    places = np.clip(np.searchsorted(times, dense, side="right") - 1, 0, len(times) - 1)
+    played = voltages[places] if found.waveform.held else np.interp(dense, times, voltages)
+    off = np.max(np.abs(played - wanted))
+    assert 0.3 * found.waveform.error < off <= found.waveform.error * (1 + 1e-6)
+    assert any("ramps of 2 ms" in note for note in found.notes)
+    for wrong in (0.0, -1.0, np.nan, 6e-3):
+        with pytest.raises(InputError, match="ramp"):
+            ev.export_waveform(scenario, "other.csv", ramp=wrong)
+
+
+def test_a_ramp_bounds_the_switching_current(folder):
+    """Without it 100 V would be switched onto 1 kohm, 100 mA; a ramp of 5 ms leaves that of the carrier."""
+    carrier = {"model": "Sine", "amplitude": "100 V", "frequency": "100 Hz", "phase": 1.5707963267948966}
+    scenario = ev.load(FIG6, changes={"drive": carrier, "limits": LIMITS, "time.duration": "50 ms"})
+    assert ev.check(scenario).value("peak current") > 0.09
+    assert ev.export_waveform(scenario, "drive.csv", ramp=5e-3).check.value("peak current") < 5e-6
