@@ -35,23 +35,29 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
     from electrovib.scenario import scenario_of as scenario_of
+    from electrovib.scenario.space import Space as Space
+    from electrovib.scenario.space import read_space as read_space
     from electrovib.solve.equilibrium import equilibrium as equilibrium
     from electrovib.solve.equilibrium import hysteresis as hysteresis
     from electrovib.solve.prepare import prepare as prepare
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.catalogue import scenarios as scenarios
+    from electrovib.study.catalogue import spaces as spaces
     from electrovib.study.check import check as check
     from electrovib.study.check.series import series_resistor as series_resistor
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
+    from electrovib.study.population import open_study as open_study
+    from electrovib.study.population import study as study
     from electrovib.study.surfaces import compare_surfaces as compare_surfaces
     from electrovib.study.sweep import sweep as sweep
     from electrovib.view import plots as plot
     from electrovib.view.compare import compare as compare
     from electrovib.view.report import report as report
     from electrovib.view.reproduce import reproduce as reproduce
+    from electrovib.view.sensitivity import sensitivity as sensitivity
 
 _PLACES = {
     "Sampling": "electrovib.recordings.fit.sampling",
@@ -80,9 +86,12 @@ _PLACES = {
     "measure_ring": "electrovib.recordings.transitions",
     "measure_times": "electrovib.recordings.transitions",
     "models": "electrovib.study.catalogue",
+    "open_study": "electrovib.study.population",
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
     "prepare": "electrovib.solve.prepare",
+    "Space": "electrovib.scenario.space",
+    "read_space": "electrovib.scenario.space",
     "read_recording": "electrovib.recordings.recording",
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
@@ -91,6 +100,8 @@ _PLACES = {
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",
+    "spaces": "electrovib.study.catalogue",
+    "sensitivity": "electrovib.view.sensitivity",
     "simulate": "electrovib.solve.simulate",
     "series_resistor": "electrovib.study.check.series",
     "sweep": "electrovib.study.sweep",
@@ -105,13 +116,15 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("electrovib")
+    if name == "study":  # a package that can be called
+        return importlib.import_module("electrovib.study")
     if name in _PLACES:
         return getattr(importlib.import_module(_PLACES[name]), name)
     raise AttributeError(f"module 'electrovib' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:
-    return sorted([*_PLACES, "plot", "__version__"])
+    return sorted([*_PLACES, "plot", "study", "__version__"])
 
 
 if "IPython" in sys.modules:  # a notebook or an IPython terminal: results show themselves there

@@ -32,6 +32,10 @@ CHANGES = {
 SCENARIO = ev.load("vezzoli_2014/fig6_gap", changes=CHANGES)
 MEAN = "mean electrostatic_force"
 RISE = {"load.normal_force": [0.5, 1.0]}
+LOADS = {
+    "load.normal_force": {"model": "Uniform", "low": 0.5, "high": 1.0},
+    "stack.gap.thickness": {"model": "Uniform", "low": "2 um", "high": "6 um"},
+}
 
 
 def exported(scenario):
@@ -72,9 +76,14 @@ USES = {
     "prepare": lambda scenario: [
         *ev.prepare(scenario, free=["load.normal_force"], quantities=[MEAN])({"load.normal_force": 1.0}).values()
     ],
+    "read_space": lambda scenario: ev.read_space(scenario, LOADS).draw(1, 0, 4)["load.normal_force"],
     "run": lambda scenario: ev.run(scenario)[FORCE].values,
     "series_resistor": lambda scenario: ev.series_resistor(scenario, limits={"body_current": 1e-3}).resistance,
+    "sensitivity": lambda scenario: [
+        each.total for each in ev.sensitivity(scenario, LOADS, quantity=MEAN, n=4, seed=1).indices
+    ],
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
+    "study": lambda scenario: ev.study(scenario, LOADS, n=4, seed=1)["electrostatic_force_mean"].values,
     "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,
 }  # fmt: skip
 """Public function to what it makes of a scenario."""
