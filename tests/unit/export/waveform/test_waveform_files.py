@@ -201,6 +201,13 @@ class TestRefused:
             "what electrovib wrote is replaced"
         )
 
+    def test_what_electrovib_wrote_is_replaced_where_the_format_has_a_mark(self):
+        for suffix in (".mat", ".wav", ".pwl"):
+            for _ in range(2):
+                assert ev.export_waveform(FIG6, f"drive{suffix}", limits=LIMITS).path.exists()
+        assert ev.export_waveform(FIG6, "drive.npy", limits=LIMITS).path.exists()
+        self.refused("exists already", path="drive.npy")
+
     def test_the_limits_file_is_never_replaced(self, folder):
         (folder / "limits.csv").write_text('voltage = "1 kV"\ncurrent = "1 mA"\n', encoding="utf-8")
         self.refused("is an input", path="limits.csv", limits="limits.csv", force=True)
