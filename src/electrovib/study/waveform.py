@@ -13,6 +13,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.drive.extremes import extremes
 from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS
 from electrovib.physics.drive.pieces import Linear
+from electrovib.study.ramp import ramped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -123,7 +124,7 @@ def waveform(
     held: bool = False,
     largest_error: float = LARGEST_ERROR,
     most_points: int = MOST_POINTS,
-    continued: bool = False,
+    ramp: float | None = None,
 ) -> Waveform:
     """Sample a drive evenly, at a given rate or at the lowest one whose error is a quarter of that allowed.
 
@@ -144,8 +145,9 @@ def waveform(
         Error over the largest voltage at which a rate suffices [1]; a larger one is not refused here.
     most_points : int
         Most samples.
-    continued : bool
-        Whether a sample after the end, where the rate has none at the end, is that of the drive rather than 0 V.
+    ramp : float, optional
+        Duration of a ramp from and to 0 V at either end [s]; a sample after the end, where the rate has none at the end, is
+        then that of the drive, otherwise 0 V.
 
     Returns
     -------
@@ -164,7 +166,7 @@ def waveform(
     if not held:
         _refuse_discontinuities(drive, last, peak)
     if rate is not None:
-        return _at(drive, rate, last, held=held, peak=peak, continued=continued)
+        return _at(drive, rate, last, held=held, peak=peak, ramp=ramp)
     found = None
     for each in rates if rates is not None else _rates(drive, last, most_points):
         if _count(each, last) > most_points and found is not None:
@@ -172,7 +174,7 @@ def waveform(
         if _count(each, last) > most_points:
             why = f"{_count(each, last)} samples at {each:g} Hz for {last:g} s are more than {most_points}; take a shorter time"
             raise InputError(why, path="rate")
-        found = _at(drive, each, last, held=held, peak=peak, continued=continued)
+        found = _at(drive, each, last, held=held, peak=peak, ramp=ramp)
         if found.share <= _FINER * largest_error:
             break
     assert found is not None
@@ -294,15 +296,16 @@ def _rates(drive: Drive, end: float, most_points: int) -> list[float]:
     return [rate for rate in close if _count(rate, end) <= most_points] + [highest]
 
 
-def _at(drive: Drive, rate: float, end: float, *, held: bool, peak: float, continued: bool) -> Waveform:
+def _at(drive: Drive, rate: float, end: float, *, held: bool, peak: float, ramp: float | None) -> Waveform:
     times = np.arange(_count(rate, end)) / rate
     if abs(times[-1] - end) <= _ROUNDED / rate:
         times[-1] = end
-    if continued:
+    if ramp is not None:
         end = float(times[-1])
     voltages = np.where(times <= end, drive.voltage(np.minimum(times, end)), 0.0)
     for place in (0, -1):
         if abs(voltages[place]) <= ZERO * peak:
             voltages[place] = 0.0
     error = sampling_error(drive, times, voltages, held=held, end=end)
-    return Waveform(times=times, voltages=voltages, rate=rate, held=held, peak=peak, error=error)
+    found = Waveform(times=times, voltages=voltages, rate=rate, held=held, peak=peak, error=error)
+    return found if ramp is None else ramped(found, ramp)

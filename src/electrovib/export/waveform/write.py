@@ -25,7 +25,6 @@ from electrovib.study.check import (
     sampled,
     with_drive,
 )
-from electrovib.study.ramp import ramped
 from electrovib.study.waveform import (
     LARGEST_ERROR,
     MOST_POINTS,
@@ -192,12 +191,12 @@ def sampled_drive(
         held=form.held,
         largest_error=largest_error,
         most_points=form.most_points or MOST_POINTS,
-        continued=ramp is not None,
+        ramp=ramp,
     )
     if len(wave.times) < form.fewest_points:
         why = f"{len(wave.times)} samples are fewer than the {form.fewest_points} of {form.name}; take a higher rate"
         raise InputError(why, path="rate", value=f"{wave.rate:g}")
-    return wave if ramp is None else ramped(wave, ramp)
+    return wave
 
 
 def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str, ...]:
