@@ -36,6 +36,11 @@ def statements(found: DirectionTimes, *, sensor: Sensor | None, estimated: bool)
     """
     which = found.direction.capitalize()
     said = []
+    if not found.recorded.lower > 0:
+        said.append(
+            f"Warning: {which} edges: the record does not determine a time between the levels: its interval reaches 0. Choose the"
+            " window after an edge so that the signal reaches both levels, or measure the other edges alone."
+        )
     if found.misfit > MISFIT:
         said.append(
             f"Warning: {which} edges: the best form ({found.form}) leaves a residual of {found.misfit:.2g} times the noise before"
