@@ -385,3 +385,16 @@ def test_a_time_that_the_record_does_not_determine_is_warned_of_first():
     assert found.rising is not None
     assert found.rising.recorded.lower <= 0
     assert found.rising.words[0].startswith("Warning: Rising edges: the record does not determine a time")
+
+
+def test_a_record_without_noise_states_that_the_error_of_the_fit_is_not_known():
+    stamps = np.linspace(0, 0.06, 601)
+    force = np.where(stamps > 0.0205, -np.expm1(-(stamps - 0.0205) / 3e-3), 0.0)
+    trace = make_trace(
+        {"lateral_force_measured": (("time",), force)}, {"time": stamps}, {"title": "computed"}
+    )
+    found = ev.measure_times(trace, signal="lateral_force_measured")
+    assert found.rising is not None
+    assert math.isinf(found.rising.misfit)
+    assert "the record has no noise before an edge" in found.rising.words[0]
+    assert not any("residual of inf" in text for text in found.words)
