@@ -8,6 +8,7 @@ from typing import Final, NoReturn
 import typer
 
 from electrovib.apps.cli import (
+    check,
     compare,
     equilibrium,
     export,
@@ -62,6 +63,7 @@ for _command in (
     models,
     report,
     import_,
+    check,
     export,
     init,
     settings,
