@@ -8,6 +8,7 @@ from typing import Final, NoReturn
 import typer
 
 from electrovib.apps.cli import (
+    bench,
     compare,
     equilibrium,
     export,
@@ -51,6 +52,7 @@ for _command in (
     fit_material,
     fit_power_law,
     times,
+    bench,
     reproduce,
     scenarios,
     models,
