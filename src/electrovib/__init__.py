@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.catalogue import scenarios as scenarios
+    from electrovib.study.check import check as check
+    from electrovib.study.check.series import series_resistor as series_resistor
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
@@ -58,6 +60,7 @@ _PLACES = {
     "Sensor": "electrovib.recordings.transitions",
     "budget": "electrovib.core.budget",
     "calibrate": "electrovib.recordings.importing",
+    "check": "electrovib.study.check",
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
@@ -91,6 +94,7 @@ _PLACES = {
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",
     "simulate": "electrovib.solve.simulate",
+    "series_resistor": "electrovib.study.check.series",
     "sweep": "electrovib.study.sweep",
     "compare_surfaces": "electrovib.study.surfaces",
 }

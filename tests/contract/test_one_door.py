@@ -70,6 +70,7 @@ USES = {
         *ev.prepare(scenario, free=["load.normal_force"], quantities=[MEAN])({"load.normal_force": 1.0}).values()
     ],
     "run": lambda scenario: ev.run(scenario)[FORCE].values,
+    "series_resistor": lambda scenario: ev.series_resistor(scenario, limits={"body_current": 1e-3}).resistance,
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
     "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,
 }  # fmt: skip

@@ -4,88 +4,51 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.limits import WORDS, Limits, broken
-from electrovib.solve.simulate import simulate
+from electrovib.physics.limits import Limits
+from electrovib.study.check import LimitsFrom, checked, declared_limits
 
 if TYPE_CHECKING:
-    import xarray
-
     from electrovib.bench.settings import BenchSettings
     from electrovib.scenario import Scenario
+    from electrovib.study.check import CheckResult
 
 
-def strictest(scenario: Scenario, settings: BenchSettings) -> Limits:
-    """Combine the limits of scenario, bench and current limiter; of each quantity the smallest counts.
+def cleared(scenario: Scenario, settings: BenchSettings) -> tuple[Limits, CheckResult]:
+    """Check the drive of a scenario against the strictest of all declared limits, or refuse it.
 
     Parameters
     ----------
     scenario : Scenario
-        With its own limits, if it declares any.
+        Whose drive is to be played, with its own limits if it declares any.
     settings : BenchSettings
         With limits and the current limiter.
 
     Returns
     -------
-    Limits
-        Voltage and current are always declared.
-
-    Raises
-    ------
-    InputError
-        If the current limiter allows more than the smallest declared current.
-    """
-    found = {}
-    for name in WORDS:
-        values = [getattr(each, name) for each in (scenario.limits, settings.limits)]
-        declared = [value for value in values if value is not None]
-        found[name] = min(declared) if declared else None
-    largest, hardware = found["current"], settings.current_limiter.current
-    assert largest is not None
-    if hardware > largest:
-        raise InputError(
-            f"current_limiter.current = {format_quantity(hardware, 'A')}: '{settings.current_limiter.name}' allows more than"
-            f" the largest current that is declared, {format_quantity(largest, 'A')} (limits.current): software alone does not"
-            " protect; set the hardware to that value, or declare a larger limit"
-        )
-    return Limits(**(found | {"current": min(largest, hardware)}))
-
-
-def refuse_exceeding(scenario: Scenario, limits: Limits) -> xarray.Dataset:
-    """Compute the response to a drive and refuse it if it exceeds a limit, or if a limit cannot be judged.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Whose drive is to be played.
     limits : Limits
-        As from `strictest`.
-
-    Returns
-    -------
-    xarray.Dataset
-        The predicted Trace.
+        The strictest of scenario, bench and current limiter; voltage and current are always declared.
+    result : CheckResult
+        In which no limit is exceeded and every declared one was compared.
 
     Raises
     ------
     InputError
-        With one sentence for each limit.
+        If the current limiter allows more than the smallest declared current; for every limit that is exceeded or could not be
+        compared.
     """
-    trace = simulate(scenario.replace({"limits": limits.to_dict()}))
-    diagnostics = read_diagnostics(str(trace.attrs["validity"]))
-    problems = [each.text for each in broken(diagnostics)]
-    names = {name.replace("_", " ") for name, value in limits if value is not None}
-    problems += [
-        f"{each.name} cannot be judged: {each.text}"
-        for each in diagnostics
-        if each.name in names and each.state == "unknown"
-    ]
-    judged = {each.name for each in diagnostics}
-    problems += [
-        f"{name} was not judged for this scenario" for name in ("voltage", "current") if name not in judged
-    ]
-    if problems:
-        raise InputError(f"the drive is not played: {each}" for each in problems)
-    return trace
+    limiter = settings.current_limiter
+    places = [LimitsFrom("the bench", settings.limits)]
+    declared = declared_limits(scenario, places)["current"]
+    if limiter.current > declared.value:
+        raise InputError(
+            f"current_limiter.current = {format_quantity(limiter.current, 'A')}: '{limiter.name}' allows more than the largest"
+            f" current that is declared, {format_quantity(declared.value, 'A')} ({declared.source}); software alone does not"
+            " protect: set the hardware to that value, or declare a larger limit"
+        )
+    places.append(LimitsFrom(f"the current limiter ({limiter.name})", Limits(current=limiter.current)))
+    result = checked(scenario, limits=places)
+    result.refuse("Nothing is played")
+    strict = declared_limits(scenario, places)
+    return Limits(**{name: each.value for name, each in strict.items()}), result

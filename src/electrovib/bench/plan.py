@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.bench.clearance import refuse_exceeding, strictest
+from electrovib.bench.clearance import cleared
 from electrovib.bench.drivers import GENERATORS, check_drivers
 from electrovib.bench.settings import ForceInput, VoltageMonitor
 from electrovib.core.errors import InputError
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from electrovib.bench.settings import BenchSettings
     from electrovib.physics.limits import Limits
     from electrovib.scenario import Scenario
+    from electrovib.study.check import CheckResult
 
 _ENDS = 1e-6
 """Voltage at the beginning and the end, over the peak, that counts as 0."""
@@ -49,8 +50,8 @@ class BenchPlan:
         Peak of the first burst over that of the full one, dimensionless, <= 1.
     peak : float
         Largest absolute voltage of the plate [V].
-    current : float
-        Largest absolute current that is predicted [A].
+    check : CheckResult
+        Comparison of the drive with the limits.
     resampling_error : float
         Root mean square difference of points and drive over the peak, dimensionless.
     """
@@ -63,8 +64,13 @@ class BenchPlan:
     amplitude: float
     fraction: float
     peak: float
-    current: float
+    check: CheckResult
     resampling_error: float
+
+    @property
+    def current(self) -> float:
+        """Largest absolute current that is predicted [A]."""
+        return self.check.value("peak current") or 0.0
 
     def voltage(self, time: ArrayLike) -> NDArray[np.float64]:
         """Return the voltage of the plate in the full burst.
@@ -183,10 +189,9 @@ def make_plan(scenario: Scenario, settings: BenchSettings) -> BenchPlan:
         or exceeds a limit; every limit at once.
     """
     check_drivers(settings)
-    limits = strictest(scenario, settings)
     duration = _finite_duration(scenario, settings)
     at_rest = scenario.replace({"time.initial_state": {"model": AtRest.__name__}, "time.duration": duration})
-    trace = refuse_exceeding(at_rest, limits)
+    limits, check = cleared(at_rest, settings)
     peak, codes, error = _points(at_rest, settings, duration)
     amplitude = 2 * peak / abs(settings.amplifier.gain)
     fraction = min(settings.burst.low_voltage / peak, 1.0)
@@ -197,10 +202,9 @@ def make_plan(scenario: Scenario, settings: BenchSettings) -> BenchPlan:
             f" full one (peak to peak, amplifier.gain = {settings.amplifier.gain:g}); it can put out {lowest:g} to {highest:g} V."
             " Change burst.low_voltage, the drive, or the amplifier"
         )
-    name = "amplifier_current" if "amplifier_current" in trace else "current"
     return BenchPlan(
         scenario=at_rest, settings=settings, limits=limits, duration=duration, codes=codes, amplitude=amplitude,
-        fraction=fraction, peak=peak, current=float(np.nanmax(np.abs(trace[name]))), resampling_error=error,
+        fraction=fraction, peak=peak, check=check, resampling_error=error,
     )  # fmt: skip
 
 

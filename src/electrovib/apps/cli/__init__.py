@@ -9,6 +9,7 @@ import typer
 
 from electrovib.apps.cli import (
     bench,
+    check,
     compare,
     equilibrium,
     export,
@@ -58,6 +59,7 @@ for _command in (
     models,
     report,
     import_,
+    check,
     export,
     init,
     settings,
