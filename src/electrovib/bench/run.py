@@ -14,7 +14,7 @@ from electrovib.bench.lock import one_process
 from electrovib.bench.plan import BenchPlan, make_plan
 from electrovib.bench.sequence import BurstSequence
 from electrovib.bench.settings import BenchSettings, read_settings
-from electrovib.bench.signals import stopping_signals
+from electrovib.bench.signals import stopping_signals, undisturbed
 from electrovib.bench.trace import trace_of
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.core.errors import ElectrovibError, InputError
@@ -228,13 +228,22 @@ class BenchRun:
             sequence = BurstSequence(
                 self.plan, instruments, clock=self.clock, confirm=self._confirm, report=self._report
             )
-            stopped: BaseException | None = None
-            try:
-                sequence.play()
-            except BaseException as error:  # noqa: BLE001  # every end leads to 0 V
-                stopped = error
-            failures = instruments.to_zero()
-            instruments.close()
+            stopped, failures = _played(sequence, instruments)
+            with undisturbed():
+                instruments.close()
+                return self._finished(sequence, stopped, failures, output=output, force=force, about=about)
+
+    def _finished(
+        self,
+        sequence: BurstSequence,
+        stopped: BaseException | None,
+        failures: list[str],
+        *,
+        output: Path | None,
+        force: bool,
+        about: Mapping[str, str | int | float],
+    ) -> xarray.Dataset:
+        """Make and save the Trace, and raise if the run was stopped."""
         about = dict(about) | ({"notes": "; ".join(self.notes)} if self.notes else {})
         if stopped is None and not failures:
             trace = trace_of(self.plan, sequence.record, about=about)
@@ -259,6 +268,19 @@ class BenchRun:
             *failures,
             f"SWITCH THE HIGH VOLTAGE OFF BY HAND; a burst that was running has ended at 0 V within {burst}",
         ]
+
+
+def _played(sequence: BurstSequence, instruments: Instruments) -> tuple[BaseException | None, list[str]]:
+    """Play, and take the bench to 0 V whatever happens; return what stopped it, and what could not be confirmed."""
+    stopped: BaseException | None = None
+    try:
+        try:
+            sequence.play()
+        except BaseException as error:  # noqa: BLE001  # every end leads to 0 V
+            stopped = error
+        return stopped, instruments.to_zero()
+    except BaseException as error:  # noqa: BLE001  # a signal between the end of the sequence and 0 V; later ones are ignored
+        return stopped or error, instruments.to_zero()
 
 
 def _why(error: BaseException | None) -> str:

@@ -1,11 +1,11 @@
-"""Signals that end a process, turned into an exception while a bench is in use."""
+"""Signals that end a process, turned into one exception while a bench is in use."""
 
 from __future__ import annotations
 
 import signal
 import threading
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Final, NoReturn
 
 from electrovib.bench.faults import BenchStopped
 
@@ -13,8 +13,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
-_NAMES = ("SIGTERM", "SIGHUP", "SIGBREAK")
-_HELD = ("SIGINT", "SIGALRM", *_NAMES)
+_STOPPING: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+_HELD: Final = ("SIGALRM", *_STOPPING)
+"""The command line repeats an interrupt by SIGALRM."""
 
 
 def _known(names: tuple[str, ...]) -> list[signal.Signals]:
@@ -22,36 +23,54 @@ def _known(names: tuple[str, ...]) -> list[signal.Signals]:
 
 
 def _stop(number: int, frame: FrameType | None) -> NoReturn:
+    """Raise once; further signals are ignored, so that none of them can keep the bench from being taken to 0 V."""
     del frame
+    for each in _known(_HELD):
+        signal.signal(each, _ignore)
+    if number == signal.SIGINT:
+        raise KeyboardInterrupt
     raise BenchStopped(signal.Signals(number).name)
 
 
 @contextmanager
 def stopping_signals() -> Iterator[None]:
-    """Raise `BenchStopped` at a signal that asks the process to end; only the main thread receives signals."""
-    if threading.current_thread() is not threading.main_thread():
+    """Raise KeyboardInterrupt or `BenchStopped` at the first signal that asks the process to end, and ignore later ones.
+
+    Yields
+    ------
+    None
+        Only the main thread receives signals; in another one nothing is changed.
+    """
+    with _handled(_STOPPING, _stop):
         yield
-        return
-    before = {number: signal.signal(number, _stop) for number in _known(_NAMES)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Ignore interrupts and requests to end while the bench is taken to 0 V."""
+    """Ignore interrupts and requests to end while the bench is taken to 0 V and the data are saved.
+
+    Yields
+    ------
+    None
+        Only the main thread receives signals; in another one nothing is changed.
+    """
+    with _handled(_HELD, _ignore):
+        yield
+
+
+@contextmanager
+def _handled(names: tuple[str, ...], handler: object) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, _ignore) for number in _known(_HELD)}
+    before = {number: signal.getsignal(number) for number in _known(_HELD)}
     try:
+        for number in _known(names):
+            signal.signal(number, handler)  # type: ignore[arg-type]
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, former in before.items():
+            signal.signal(number, former)
 
 
 def _ignore(number: int, frame: FrameType | None) -> None:
