@@ -66,11 +66,13 @@ USES = {
     "load": ev.load,
     "perceive": lambda scenario: ev.perceive(scenario).level,
     "plot.stack": drawn,
+    "plan_bench": lambda scenario: ev.plan_bench(scenario).codes,
     "prepare": lambda scenario: [
         *ev.prepare(scenario, free=["load.normal_force"], quantities=[MEAN])({"load.normal_force": 1.0}).values()
     ],
     "run": lambda scenario: ev.run(scenario)[FORCE].values,
     "series_resistor": lambda scenario: ev.series_resistor(scenario, limits={"body_current": 1e-3}).resistance,
+    "run_bench": lambda scenario: ev.run_bench(scenario, simulate=True).lateral_force.values,
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
     "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,
 }  # fmt: skip

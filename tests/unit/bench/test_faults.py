@@ -41,7 +41,7 @@ def plan(with_enable):
 
 
 class Injector:
-    """Faults of the connections, in one step, and the step that is under way."""
+    """Faults of the connections, in one step, and the current step."""
 
     def __init__(self, step, fault):
         self.wanted, self.fault = step, fault

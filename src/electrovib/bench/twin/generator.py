@@ -28,7 +28,7 @@ _SHAPES: Final = ("SIN", "SQU", "TRI", "RAMP", "NOIS", "DC", "USER")
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Output:
+class _OutputState:
     """State of the output; voltages are those of the open output."""
 
     since: float = -np.inf
@@ -76,7 +76,7 @@ class TwinGenerator(TwinInstrument):
     def __init__(self, clock: BenchClock, identity: str = "HEWLETT-PACKARD,33120A,0,8.0-5.0-1.0") -> None:
         super().__init__(identity)
         self._clock = clock
-        self._history: list[_Output] = [_Output()]
+        self._history: list[_OutputState] = [_OutputState()]
         self._load = 50.0
         self._is_normal_order = True
         self._is_synchronous = False
@@ -121,7 +121,7 @@ class TwinGenerator(TwinInstrument):
         }
 
     @property
-    def output(self) -> _Output:
+    def output(self) -> _OutputState:
         """State of the output now."""
         return self._history[-1]
 
@@ -160,7 +160,7 @@ class TwinGenerator(TwinInstrument):
 
     def _reset(self) -> None:
         self._load = 50.0
-        self._history.append(_Output(since=self._clock.now()))
+        self._history.append(_OutputState(since=self._clock.now()))
 
     def _trigger(self) -> None:
         if not (self.output.is_burst and self.output.source == "BUS"):

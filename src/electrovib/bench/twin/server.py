@@ -7,7 +7,7 @@ import socket
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, BinaryIO, Final, Protocol
 
 from electrovib.bench.clock import SystemClock
 from electrovib.bench.settings import read_settings
@@ -93,7 +93,7 @@ def _accept(server: socket.socket, instrument: Answering, lock: threading.Lock) 
                     break
 
 
-def _message(file: socket.SocketIO) -> bytes:
+def _message(file: BinaryIO) -> bytes:
     """Read one message: a line, or a command with a block; empty at the end of the connection."""
     head = b""
     while len(head) < _LONGEST:
