@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.bench.faults import BenchError
+from electrovib.bench.settings import ForceInput
 from electrovib.core.units import format_quantity
 
 if TYPE_CHECKING:
@@ -113,3 +114,18 @@ def compare(plan: BenchPlan, record: RunRecord, *, fraction: float, step: float)
             f"before the {record.burst} the plate is at {format_quantity(rest, 'V', digits=3)}, where 0 V was expected"
         )
     return [f"{record.burst}: voltage read back {seen}; {format_quantity(rest, 'V', digits=2)} before it"]
+
+
+def beyond_range(plan: BenchPlan, record: RunRecord, name: str) -> list[str]:
+    """State how many readings of a force channel lie beyond the range that is declared for it."""
+    channel = plan.settings.channels()[name]
+    if not isinstance(channel, ForceInput):
+        return []
+    values = record.channels[name]
+    count = int(np.count_nonzero((values < channel.low) | (values > channel.high)))
+    if not count:
+        return []
+    ends = " to ".join(format_quantity(end, "N") for end in (channel.low, channel.high))
+    return [
+        f"warning: {count} of {values.size} readings of the {name} force lie beyond {ends} (forces.{name}); they may be clipped"
+    ]

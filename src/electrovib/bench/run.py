@@ -259,8 +259,9 @@ class BenchRun:
     def _state(self, failures: list[str]) -> list[str]:
         """State how the bench was left."""
         if not failures:
+            by_hand = self.plan.settings.amplifier.enable is None
             enabled = (
-                "" if self.plan.settings.amplifier.enable is None else ", and the high voltage is disabled"
+                "; SWITCH THE HIGH VOLTAGE OFF BY HAND" if by_hand else ", and the high voltage is disabled"
             )
             return [f"the generator is at 0 V{enabled}"]
         burst = format_quantity(self.plan.duration, "s", digits=3)

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.bench.drivers.hp_33120a import mismatches
 from electrovib.bench.faults import BenchError
-from electrovib.bench.readback import compare, refuse_current, refuse_voltage
+from electrovib.bench.readback import beyond_range, compare, refuse_current, refuse_voltage
 from electrovib.core.units import format_quantity
 
 if TYPE_CHECKING:
@@ -200,6 +200,7 @@ class BurstSequence:
         for name in self.plan.settings.channels():
             if name not in self.record.channels:
                 self._read(name)
+            self.record.statements += beyond_range(self.plan, self.record, name)
 
     def _read(self, name: str) -> None:
         """Read the record of a channel in its own quantity."""

@@ -1,6 +1,8 @@
 """Drivers and simulated instruments: commands, blocks and replies."""
 
 import json
+import sys
+import types
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ import pytest
 import electrovib as ev
 from electrovib.bench import drivers
 from electrovib.bench.clock import SimulatedClock
+from electrovib.bench.connections import connect
 from electrovib.bench.drivers.hp_33120a import Hp33120a
 from electrovib.bench.drivers.tektronix_tds3014b import TektronixTds3014b, time_scale, volt_scale
 from electrovib.bench.faults import BenchError
@@ -16,6 +19,7 @@ from electrovib.bench.settings import read_settings
 from electrovib.bench.twin.commands import matches
 from electrovib.bench.twin.generator import TwinGenerator
 from electrovib.bench.twin.oscilloscope import TwinOscilloscope
+from electrovib.core.errors import InputError
 
 SCENARIO = "vezzoli_2014/fig6"
 
@@ -220,3 +224,80 @@ def test_drivers_are_known_by_name():
     assert set(drivers.GENERATORS) == {"hp_33120a"}
     assert set(drivers.OSCILLOSCOPES) == {"tektronix_tds3014b"}
     drivers.check_drivers(read_settings())
+
+
+def test_forces_beyond_the_declared_range_are_stated():
+    content = ev.plan_bench(SCENARIO).settings.to_dict()
+    content["forces"]["lateral"] |= {"low": 0.0, "high": 0.2}
+    trace = ev.run_bench(SCENARIO, bench=content, simulate=True)
+    assert "of 10000 readings of the lateral force lie beyond 0 N to 200 mN" in trace.attrs["comparisons"]
+    assert "beyond" not in ev.run_bench(SCENARIO, simulate=True).attrs["comparisons"]
+
+
+class VisaIOError(Exception):
+    """Stands for that of pyvisa."""
+
+    def __init__(self, error_code):
+        super().__init__(f"VISA {error_code}")
+        self.error_code = error_code
+
+
+class Resource:
+    """Stands for a resource of pyvisa."""
+
+    def __init__(self):
+        self.written, self.replies, self.is_closed = [], [], False
+
+    def write_raw(self, message):
+        self.written.append(message)
+
+    def read_raw(self):
+        reply = self.replies.pop(0)
+        if isinstance(reply, Exception):
+            raise reply
+        return reply
+
+    def close(self):
+        self.is_closed = True
+
+
+@pytest.fixture
+def visa(monkeypatch):
+    """Put a stand-in for pyvisa in place and return its one resource."""
+    resource = Resource()
+    package = types.SimpleNamespace(
+        constants=types.SimpleNamespace(StatusCode=types.SimpleNamespace(error_timeout=-1)),
+        errors=types.SimpleNamespace(VisaIOError=VisaIOError),
+        ResourceManager=lambda: types.SimpleNamespace(
+            open_resource=lambda _, timeout: resource if timeout > 0 else None
+        ),
+    )
+    monkeypatch.setitem(sys.modules, "pyvisa", package)
+    return resource
+
+
+def test_messages_by_visa(visa):
+    link = Link("generator", connect({"generator": "GPIB0::10::INSTR"})["generator"])
+    visa.replies = [b"HEWLETT-PACKARD,33120A,0,1\r\n", b"#15abcd\n\n", VisaIOError(-1), VisaIOError(-7)]
+    assert link.ask("*IDN?") == "HEWLETT-PACKARD,33120A,0,1"
+    assert link.ask_block("CURV?") == b"abcd\n"  # the last byte of the data is that of a line feed
+    with pytest.raises(BenchError, match=r"the generator gave no answer in time, after 'VOLT\?'"):
+        link.ask("VOLT?")
+    with pytest.raises(BenchError, match="is no longer connected"):
+        link.ask("VOLT?")
+    link.close()
+    assert visa.is_closed
+    assert visa.written[0] == b"*IDN?\n"
+
+
+def test_without_pyvisa_the_line_that_installs_it_is_given(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyvisa", None)
+    with pytest.raises(InputError, match=r"pip install 'electrovib\[bench\]'"):
+        connect({"generator": "GPIB0::10::INSTR"})
+
+
+def test_an_instrument_that_cannot_be_reached_is_named():
+    with pytest.raises(
+        BenchError, match=r"the oscilloscope at 'TCPIP::127\.0\.0\.1::1::SOCKET' cannot be reached"
+    ):
+        connect({"oscilloscope": "TCPIP::127.0.0.1::1::SOCKET"})

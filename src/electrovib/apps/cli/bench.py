@@ -82,7 +82,9 @@ def run(
         sys.exit(_TERMINATED)
     import json
 
-    say(*json.loads(trace.attrs["comparisons"]), "the set-up is at 0 V")
+    by_hand = arm and plan.settings.amplifier.enable is None
+    say(*json.loads(trace.attrs["comparisons"]))
+    say("the generator is at 0 V" + ("; switch the high voltage off" if by_hand else ""))
     if output:
         say(f"written: {output}")
 
@@ -95,4 +97,7 @@ def init() -> None:
 
 
 def _confirm(words: str) -> bool:
-    return typer.confirm(words, default=False)
+    try:
+        return typer.confirm(words, default=False)
+    except typer.Abort:  # Ctrl-C, or no terminal to answer from
+        return False
