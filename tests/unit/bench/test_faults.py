@@ -139,8 +139,8 @@ def at_zero(twin):
 
 
 def slow_apart_from_bursts(step, fault):
-    """Most cases of three faults, which take the same path as the others, are left to the slow tests."""
-    slow = fault in {"exception", "keyboard", "wrong answer"} and step not in {
+    """Most cases of four faults, which take the same path as the others, are left to the slow tests."""
+    slow = fault in {"exception", "keyboard", "timeout", "wrong answer"} and step not in {
         "enable",
         "compare",
         "full burst",
@@ -209,6 +209,20 @@ def test_twice_the_voltage_is_found_by_the_low_voltage_burst(stopped):
     assert at_zero(twin)
 
 
+def test_the_amplitude_is_changed_only_while_the_high_voltage_is_disabled(stopped):
+    seen = []
+
+    def spoil(twin, injector):
+        inner = twin.generator._commands["VOLTage"]
+        twin.generator._commands["VOLTage"] = lambda text: (
+            seen.append((float(text), twin.plant.is_on)),
+            inner(text),
+        )
+
+    stopped("records", "exception", spoil=spoil)
+    assert seen == [(pytest.approx(0.2), False), (pytest.approx(10), False)]
+
+
 def test_without_an_enable_line_an_operator_who_refuses_stops_the_run(stopped):
     def spoil(twin, injector):
         twin.operate = lambda words: " ON" not in words
@@ -241,3 +255,17 @@ def test_the_generator_is_never_reset(stopped):
     _, twin, _, _ = stopped("records", "exception")
     assert twin.generator.received
     assert not [command for command in twin.generator.received if command.startswith("*RST")]
+
+
+@pytest.mark.parametrize(
+    "query", ["VOLTage", "FREQuency", "OUTPut:LOAD", "BM:NCYCles", "TRIGger:SOURce", "VOLTage:OFFSet"]
+)
+def test_a_setting_that_does_not_read_back_stops_the_run_before_anything_is_enabled(stopped, query):
+    def spoil(twin, injector):
+        inner = twin.generator._queries[query]
+        wrong = {"TRIGger:SOURce": "IMM", "OUTPut:LOAD": "50"}.get(query, "3.3")
+        twin.generator._queries[query] = lambda text: wrong if injector.step == "read back" else inner(text)
+
+    error, twin, _, _ = stopped("", "", spoil=spoil)
+    assert "stopped in the step 'read back': a setting does not read back: '" in str(error)
+    assert [on for _, on in twin.plant._switched if on] == []

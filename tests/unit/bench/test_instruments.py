@@ -15,6 +15,7 @@ from electrovib.bench.drivers.hp_33120a import Hp33120a
 from electrovib.bench.drivers.tektronix_tds3014b import TektronixTds3014b, time_scale, volt_scale
 from electrovib.bench.faults import BenchError
 from electrovib.bench.link import Link
+from electrovib.bench.lock import one_process
 from electrovib.bench.settings import read_settings
 from electrovib.bench.twin.commands import matches
 from electrovib.bench.twin.generator import TwinGenerator
@@ -301,3 +302,28 @@ def test_an_instrument_that_cannot_be_reached_is_named():
         BenchError, match=r"the oscilloscope at 'TCPIP::127\.0\.0\.1::1::SOCKET' cannot be reached"
     ):
         connect({"oscilloscope": "TCPIP::127.0.0.1::1::SOCKET"})
+
+
+def test_readings_are_calibrated_with_sensitivity_and_zero():
+    content = ev.plan_bench(SCENARIO).settings.to_dict()
+    content["forces"]["lateral"] |= {"sensitivity": -0.1, "zero": 0.5}
+    trace = ev.run_bench(SCENARIO, bench=content, simulate=True)
+    assert float(trace.lateral_force.mean()) == pytest.approx(0.2503, rel=2e-3)
+    force = ev.plan_bench(SCENARIO, bench=content).settings.forces.lateral
+    assert force.quantity(np.array([0.5, -1.5])).tolist() == [0, 0.2]
+    current = ev.plan_bench(SCENARIO).settings.oscilloscope.current
+    assert current.quantity(np.array([1.0])) == pytest.approx(100e-6)
+
+
+def test_one_process_holds_a_bench():
+    with one_process({"generator": "nobody"}) as left:
+        assert left == ""
+        with (
+            pytest.raises(BenchError, match="another process uses this bench"),
+            one_process({"generator": "nobody"}),
+        ):
+            pass
+        with one_process({"generator": "another"}):
+            pass
+    with one_process({"generator": "nobody"}) as left:
+        assert left == ""
