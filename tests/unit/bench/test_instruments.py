@@ -155,6 +155,49 @@ def test_the_oscilloscope_records_before_and_after_the_trigger(oscilloscope):
     assert np.abs(voltages - 2 * times).max() <= 0.51 * step
 
 
+class Scripted:
+    """An oscilloscope whose preamble and curve are given."""
+
+    def __init__(self, preamble, counts):
+        data = counts.astype(">i2").tobytes()
+        self.replies = {b"WFMP?": preamble.encode(), b"CURV?": b"#5%d" % len(data) + data}
+
+    def send(self, message):
+        self.asked = message
+
+    def receive(self):
+        return self.replies[self.asked]
+
+
+PREAMBLE = (
+    'WFMPRE:BYT_NR 2;BIT_NR 16;ENCDG BIN;BN_FMT RI;BYT_OR MSB;NR_PT 10000;WFID "Ch1; DC";PT_FMT Y;XINCR 2.0E-5;PT_OFF 100;'
+    'XZERO 1.0E-3;XUNIT "s";YMULT 1.0E-4;YZERO 5.0E-1;YOFF 1.0E3;YUNIT "V"'
+)
+
+
+def test_a_record_is_scaled_by_its_preamble():
+    counts = np.arange(10_000) - 5000
+    times, voltages = TektronixTds3014b(Link("oscilloscope", Scripted(PREAMBLE, counts))).record(1)
+    np.testing.assert_allclose(times, 1e-3 + 2e-5 * (np.arange(10_000) - 100), rtol=1e-12)
+    np.testing.assert_allclose(voltages, 0.5 + 1e-4 * (counts - 1000), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (("BYT_OR MSB", "BYT_OR LSB"), "samples of the form"),
+        (("BYT_NR 2", "BYT_NR 1"), "samples of the form"),
+        (("NR_PT 10000", "NR_PT 500"), "announces 500 points of CH1 and sent 10000"),
+        (("YMULT 1.0E-4", "YMULT x"), "no number for YMULT"),
+        (("XINCR 2.0E-5;", ""), "no number for XINCR"),
+    ],
+)
+def test_a_preamble_that_does_not_fit_is_refused(wrong, words):
+    scripted = Scripted(PREAMBLE.replace(*wrong), np.zeros(10_000))
+    with pytest.raises(BenchError, match=words):
+        TektronixTds3014b(Link("oscilloscope", scripted)).record(1)
+
+
 def test_scales_hold_the_range():
     for duration in (1e-6, 3e-4, 0.272, 1.0, 9.0):
         assert duration <= 9.0 * time_scale(duration) <= 2.6 * duration

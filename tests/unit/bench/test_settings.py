@@ -107,6 +107,14 @@ def test_the_plan_plays_the_drive_in_the_sign_of_the_amplifier():
     assert plan.voltage([-1e-3, plan.duration + 1e-3]).tolist() == [0, 0]
 
 
+def test_a_drive_that_is_steep_at_its_end_ends_at_code_0():
+    plan = ev.plan_bench(
+        SCENARIO, set={"drive": {**SINE, "amplitude": "100 V", "frequency": "1 kHz"}, "time.duration": 0.01}
+    )
+    assert plan.codes[[0, -1]].tolist() == [0, 0]
+    assert abs(plan.codes[[1, -2]]).min() > 0
+
+
 def test_the_gain_of_the_scenarios_own_amplifier_counts():
     amplifier = {"gain": 100.0}
     plan = ev.plan_bench(SCENARIO, set={"drive.high": "10 V", "circuit.amplifier": amplifier})
