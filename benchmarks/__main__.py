@@ -1,6 +1,6 @@
 """Run every benchmark: ``python -m benchmarks``."""
 
-from benchmarks import door, fit, full_chain, one_finger, start_up
+from benchmarks import door, fit, full_chain, one_finger, population, start_up
 
 if __name__ == "__main__":
     one_finger.main()
@@ -8,3 +8,4 @@ if __name__ == "__main__":
     start_up.main()
     door.main()
     fit.main()
+    population.main()

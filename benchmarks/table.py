@@ -46,3 +46,20 @@ def write(
     text = "\n".join(lines) + "\n"
     (HERE / name).write_text(text, encoding="utf-8")
     print(text)
+
+
+def write_page(name: str, title: str, notes: Sequence[str], tables: Sequence[Sequence[object]]) -> None:
+    """Print a markdown page with several tables, (title, notes, head, rows) each, and write it to the folder of this file."""
+    lines = [f"# {title}", ""]
+    for note in notes:
+        lines += [note, ""]
+    for heading, said, head, rows in tables:
+        lines += [f"## {heading}", ""]
+        for note in said:
+            lines += [note, ""]
+        lines += ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+        lines += ["| " + " | ".join(row) + " |" for row in rows]
+        lines += [""]
+    text = "\n".join(lines).rstrip() + "\n"
+    (HERE / name).write_text(text, encoding="utf-8")
+    print(text)

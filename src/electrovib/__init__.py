@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.export.waveform import export_waveform as export_waveform
     from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
     from electrovib.recordings.fit.sampling import Sampling as Sampling
     from electrovib.recordings.importing import calibrate as calibrate
@@ -36,23 +37,29 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
     from electrovib.scenario import scenario_of as scenario_of
+    from electrovib.scenario.space import Space as Space
+    from electrovib.scenario.space import read_space as read_space
     from electrovib.solve.equilibrium import equilibrium as equilibrium
     from electrovib.solve.equilibrium import hysteresis as hysteresis
     from electrovib.solve.prepare import prepare as prepare
     from electrovib.solve.simulate import simulate as simulate
     from electrovib.study.catalogue import models as models
     from electrovib.study.catalogue import scenarios as scenarios
+    from electrovib.study.catalogue import spaces as spaces
     from electrovib.study.check import check as check
     from electrovib.study.check.series import series_resistor as series_resistor
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
+    from electrovib.study.population import open_study as open_study
+    from electrovib.study.population import study as study
     from electrovib.study.surfaces import compare_surfaces as compare_surfaces
     from electrovib.study.sweep import sweep as sweep
     from electrovib.view import plots as plot
     from electrovib.view.compare import compare as compare
     from electrovib.view.report import report as report
     from electrovib.view.reproduce import reproduce as reproduce
+    from electrovib.view.sensitivity import sensitivity as sensitivity
 
 _PLACES = {
     "Sampling": "electrovib.recordings.fit.sampling",
@@ -64,6 +71,7 @@ _PLACES = {
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
+    "export_waveform": "electrovib.export.waveform",
     "fit": "electrovib.apps.fit",
     "fit_material": "electrovib.apps.fit_material",
     "fit_power_law": "electrovib.recordings.fit.power_law",
@@ -80,10 +88,13 @@ _PLACES = {
     "measure_ring": "electrovib.recordings.transitions",
     "measure_times": "electrovib.recordings.transitions",
     "models": "electrovib.study.catalogue",
+    "open_study": "electrovib.study.population",
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
     "plan_bench": "electrovib.bench.run",
     "prepare": "electrovib.solve.prepare",
+    "Space": "electrovib.scenario.space",
+    "read_space": "electrovib.scenario.space",
     "read_recording": "electrovib.recordings.recording",
     "reduce_swipe": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
@@ -93,6 +104,8 @@ _PLACES = {
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",
+    "spaces": "electrovib.study.catalogue",
+    "sensitivity": "electrovib.view.sensitivity",
     "simulate": "electrovib.solve.simulate",
     "series_resistor": "electrovib.study.check.series",
     "sweep": "electrovib.study.sweep",
@@ -107,13 +120,15 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("electrovib")
+    if name == "study":  # a package that can be called
+        return importlib.import_module("electrovib.study")
     if name in _PLACES:
         return getattr(importlib.import_module(_PLACES[name]), name)
     raise AttributeError(f"module 'electrovib' has no attribute '{name}'")
 
 
 def __dir__() -> list[str]:
-    return sorted([*_PLACES, "plot", "__version__"])
+    return sorted([*_PLACES, "plot", "study", "__version__"])
 
 
 if "IPython" in sys.modules:  # a notebook or an IPython terminal: results show themselves there

@@ -32,6 +32,10 @@ CHANGES = {
 SCENARIO = ev.load("vezzoli_2014/fig6_gap", changes=CHANGES)
 MEAN = "mean electrostatic_force"
 RISE = {"load.normal_force": [0.5, 1.0]}
+LOADS = {
+    "load.normal_force": {"model": "Uniform", "low": 0.5, "high": 1.0},
+    "stack.gap.thickness": {"model": "Uniform", "low": "2 um", "high": "6 um"},
+}
 
 
 def exported(scenario):
@@ -58,6 +62,9 @@ USES = {
     "compare_materials": lambda scenario: [each.force for each in ev.compare_materials(scenario, materials=["silica"]).entries],
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
+    "export_waveform": lambda scenario: ev.export_waveform(
+        scenario, "out.csv", limits={"voltage": 1e3, "current": 1}, force=True
+    ).waveform.voltages,
     "fit": lambda scenario: [*ev.fit(scenario, record(), free=["stack.insulator.thickness"]).best.estimate.values.values()],
     "fit_separately": lambda scenario: [
         row.value for row in ev.fit_separately(scenario, record(), free=["stack.insulator.thickness"]).fits[0].rows
@@ -70,10 +77,15 @@ USES = {
     "prepare": lambda scenario: [
         *ev.prepare(scenario, free=["load.normal_force"], quantities=[MEAN])({"load.normal_force": 1.0}).values()
     ],
+    "read_space": lambda scenario: ev.read_space(scenario, LOADS).draw(1, 0, 4)["load.normal_force"],
     "run": lambda scenario: ev.run(scenario)[FORCE].values,
     "series_resistor": lambda scenario: ev.series_resistor(scenario, limits={"body_current": 1e-3}).resistance,
     "run_bench": lambda scenario: ev.run_bench(scenario, simulate=True).lateral_force.values,
+    "sensitivity": lambda scenario: [
+        each.total for each in ev.sensitivity(scenario, LOADS, quantity=MEAN, n=4, seed=1).indices
+    ],
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
+    "study": lambda scenario: ev.study(scenario, LOADS, n=4, seed=1)["electrostatic_force_mean"].values,
     "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,
 }  # fmt: skip
 """Public function to what it makes of a scenario."""

@@ -41,6 +41,22 @@ def _hdf5(file):
         open_file["run/force"].attrs["units"] = "N"
 
 
+def _mat73():
+    """Return a MATLAB file of version 7.3: an HDF5 file behind 512 bytes of MATLAB's own."""
+    head = b"MATLAB 7.3 MAT-file, made up".ljust(116) + bytes(8) + struct.pack("<H", 0x0200) + b"IM"
+    found = io.BytesIO()
+    with h5py.File(found, "w", userblock_size=512) as open_file:
+        for name, values in (
+            ("record", np.array([T, V])),
+            ("trial/force", V[None]),
+            ("trial/note", np.array([[120]], np.uint16)),
+        ):
+            open_file[name] = values
+            open_file[name].attrs["MATLAB_class"] = np.bytes_("char" if name.endswith("note") else "double")
+        open_file["trial"].attrs["MATLAB_class"] = np.bytes_("struct")
+    return head.ljust(512, b"\0") + found.getvalue()[512:]
+
+
 def _lecroy():
     block = bytearray(346)
     block[0:8], block[16:26], block[76:88] = b"WAVEDESC", b"LECROY_2_3", b"LECROYtest\0\0"
@@ -50,6 +66,42 @@ def _lecroy():
     ]:  # fmt: skip
         struct.pack_into(form, block, place, value)
     return bytes(block) + (100 * V).astype(np.int8).tobytes()
+
+
+def tektronix_wfm(values=None, *, version=3, order="<", unit=b"V", storage=0, frames=1):
+    """Return a Tektronix .wfm file of versions 2 and 3, laid out as the descriptions of RigolWFM state it."""
+    adc = (1000 * V).astype(f"{order}i2") if values is None else np.asarray(values, f"{order}i2")
+    curve, spare = adc.tobytes() * frames, frames - 1
+    density = "d" if version == 3 else "I"
+
+    def pack(form, *numbers):
+        return struct.pack(order + form, *numbers)
+
+    def explicit(scale, offset, text):
+        view = pack(f"d20sd{density}dd", 1.0, text, 0.0, 1, 0.0, 0.0)
+        return pack("ddI20sddddii", scale, offset, 0, text, 0, 0, 0, 0, 0, storage) + bytes(20) + view
+
+    def implicit(scale, offset, text):
+        view = pack(f"d20sd{density}dd", 1.0, text, 0.0, 1, 0.0, 0.0)
+        return pack("ddI20sddddI", scale, offset, adc.size, text, 0, 0, 0, 0, 0) + view
+
+    header = pack(
+        "iIQQiiIIIiQIIIIIHiQ", min(spare, 1), 1, 0, 0, 0, 0, 1, 1, 1, 2, 0, 1, 1, 1, frames, frames, 0, 1, 0
+    )
+    header += (
+        explicit(2e-3, 0.25, unit)
+        + explicit(1.0, 0.0, b"")
+        + implicit(4e-6, -1e-3, b"s")
+        + implicit(1.0, 0.0, b"")
+    )
+    header += pack("Iii", 1, 1, 0) * 2
+    update, bounds = pack("Iddi", 0, 0.0, 0.0, 0), pack("IihIIIII", 0, 0, 0, 0, 0, *[adc.nbytes] * 3)
+    header += update + bounds + update * spare + bounds * spare
+    mark = b"\x0f\x0f" if order == "<" else b"\xf0\xf0"
+    begin, whole = 78 + len(header), 78 + len(header) + len(curve) + 8
+    info = mark + b":WFM#%03d" % version
+    info += pack("BiBiifdf32sIH", 9, whole - 15, 2, begin, 0, 0.0, 0.0, 0.0, b"made up", spare, len(header))
+    return info + header + curve + bytes(8)
 
 
 def _xlsx(file):
@@ -96,6 +148,7 @@ def whole_files():
         "packed.mat": _written(lambda file: scipy.io.savemat(file, content, do_compression=True)),
         "plain.mat": _written(lambda file: scipy.io.savemat(file, content)),
         "a.h5": _written(_hdf5),
+        "new.mat": _mat73(),
     }  # fmt: skip
     if importlib.util.find_spec("nptdms"):
         found["a.tdms"] = _written(_tdms)
@@ -103,6 +156,7 @@ def whole_files():
         found |= {"a.xlsx": _written(_xlsx), "stored.xlsx": _stored_xlsx()}
     if importlib.util.find_spec("RigolWFM"):
         found["a.trc"] = _lecroy()
+        found["a.wfm"] = tektronix_wfm()
     if importlib.util.find_spec("impedance"):
         head = "ZPLOT2 ASCII\n  Freq(Hz)\tAmpl\tBias\tTime(Sec)\tZ'(a)\tZ''(b)\nEnd Comments\n"
         found["a.z"] = (head + _rows("\t", G, 0 * G, 0 * G, 0 * G, Z.real, Z.imag)).encode()

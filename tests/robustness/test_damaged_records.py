@@ -5,7 +5,7 @@ import pytest
 from damaged_records import mutated, read_damaged, whole_files
 
 FILES = whole_files()
-GUARDED = {"a.h5", "a.tdms", "a.xlsx", "stored.xlsx", "a.trc", "a.z"}
+GUARDED = {"a.h5", "a.tdms", "a.xlsx", "stored.xlsx", "a.trc", "a.wfm", "a.z", "new.mat"}
 """Read in a process of their own, which takes half a second each time."""
 
 

@@ -34,11 +34,12 @@ def fit_material(
     area: str | float | None = None,
     thickness: str | float | None = None,
     series_resistance: str | float = 0.0,
-    parallel_capacitance: str | float = 0.0,
+    parallel_capacitance: str | float | None = None,
     columns: Mapping[str, str] | None = None,
     reader: str = "",
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
+    part: str | None = None,
     into: Source | None = None,
     layer: str = "stratum_corneum",
     output: str | Path | None = None,
@@ -61,10 +62,11 @@ def fit_material(
         and the thickness.
     reference : tuple of file and str or float, optional
         Spectrum of a resistor measured with the same instrument, and its known value [ohm]: its deviation is the systematic
-        error, and a bad calibration is refused.
+        error, and a bad calibration is refused. The capacitance in parallel with it is that of the fixture, which is subtracted
+        from the samples unless `parallel_capacitance` is given (``0`` subtracts none).
     band : tuple of str or float, optional
         Lowest and highest frequency that is fitted [Hz].
-    area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma
+    area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma, part
         As for `electrovib.import_material`, for all files.
     into : str, Path, mapping, Scenario or xarray.Dataset, optional
         A scenario, as for `electrovib.load`, into whose layer the material is put; `output` is then this scenario.
@@ -87,7 +89,8 @@ def fit_material(
     """
     require_lmfit()
     names = [Path(each) for each in ([files] if isinstance(files, (str, Path)) else files)]
-    shared = {"columns": columns, "reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma}
+    shared = {"columns": columns, "reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma,
+              "part": part}  # fmt: skip
     samples: dict[str, SampleSpectrum] = {}
     problems: list[str] = []
     base: Scenario | None = None
@@ -95,20 +98,21 @@ def fit_material(
         forms_of(form)
     with gathered(problems):
         base = None if into is None else _with_layer(read_scenario(into), layer)
+    error = None
+    with gathered(problems):
+        error = _error(systematic, reference, shared)
+    fixture = error.fixture_capacitance if error is not None and parallel_capacitance is None else 0.0
     for path in names:
         with gathered(problems):
             sample = read_sample(
                 path, area=area, thickness=thickness, series_resistance=series_resistance,
-                parallel_capacitance=parallel_capacitance, **shared,  # type: ignore[arg-type]  # each by its own type
+                parallel_capacitance=parallel_capacitance or 0.0, fixture_capacitance=fixture, **shared,  # type: ignore[arg-type]  # each by its own type
             )  # fmt: skip
             name = path.name if path.name not in samples else str(path)
             samples[name] = sample if band is None else _within(sample, band)
     target = None if output is None else Path(output)
     with gathered(problems):
         _check(target, [*names, *([] if reference is None else [Path(reference[0])])], base, force=force)
-    error = None
-    with gathered(problems):
-        error = _error(systematic, reference, shared)
     if not names:
         problems.append("files: name at least one spectrum")
     if problems:
@@ -174,7 +178,7 @@ def _error(
         raise InputError(f"{Path(path).name}: {each}" for each in error.problems) from None
     if declared is None or declared.gain <= found.gain:
         return found
-    return InstrumentError(gain=declared.gain, phase=found.phase, words=f"modulus as declared; {found.words}")
+    return dataclasses.replace(found, gain=declared.gain, words=f"modulus as declared; {found.words}")
 
 
 def _check(target: Path | None, inputs: Sequence[Path], base: Scenario | None, *, force: bool) -> None:

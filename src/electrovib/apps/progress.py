@@ -16,13 +16,15 @@ _PARTS = 1000
 
 
 @contextmanager
-def tracked(title: str) -> Iterator[Callable[[int, int], None]]:
+def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int], None]]:
     """Show progress on the error output if the block takes longer than a second and the output is a terminal.
 
     Parameters
     ----------
     title : str
         What is computed.
+    counted : bool
+        Show the number of parts, the rate and the time left too.
 
     Yields
     ------
@@ -40,13 +42,12 @@ def tracked(title: str) -> Iterator[Callable[[int, int], None]]:
 
     def show() -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import Progress
 
         with lock:
             if state["over"]:
                 return
-            columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-            bar = Progress(*columns, console=Console(stderr=True), transient=True)
+            bar = Progress(*_columns(counted=counted), console=Console(stderr=True), transient=True)
             state["task"] = bar.add_task(title, total=state["total"], completed=state["done"])
             bar.start()
             state["bar"] = bar
@@ -64,3 +65,46 @@ def tracked(title: str) -> Iterator[Callable[[int, int], None]]:
             state["over"] = True
             if state["bar"] is not None:
                 state["bar"].stop()
+
+
+def _columns(*, counted: bool) -> list[Any]:
+    """Return the columns of the bar: title, bar, elapsed time; where parts are counted, their number, rate and time left."""
+    from rich.progress import BarColumn, ProgressColumn, TextColumn, TimeElapsedColumn
+    from rich.text import Text
+
+    class Counted(ProgressColumn):
+        """Number of parts, parts a second and time left, over the last half minute."""
+
+        def render(self, task: Any) -> Text:
+            return Text(progress_words(task.completed, task.total, task.speed, task.time_remaining))
+
+    columns: list[Any] = [TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()]
+    return [*columns, Counted()] if counted else columns
+
+
+def progress_words(done: float, total: float | None, rate: float | None, left: float | None) -> str:
+    """Write how far a computation is.
+
+    Parameters
+    ----------
+    done : float
+        Number of parts done.
+    total : float or None
+        Number of all parts, once it is known.
+    rate : float or None
+        Parts a second, once it is measured.
+    left : float or None
+        Time left, once it is known [s].
+
+    Returns
+    -------
+    words : str
+        ``20480 of 100000, 5.1e+04/s, 2 s left``.
+    """
+    from electrovib.core.amounts import duration
+
+    if total is None:
+        return ""
+    words = f"{done:.0f} of {total:.0f}"
+    words += f", {rate:.2g}/s" if rate else ""
+    return words + (f", {duration(left)} left" if left is not None and rate else "")

@@ -53,3 +53,29 @@ def _seconds(text: str) -> float:
 def _bytes(text: str) -> float:
     found = _MEMORY.fullmatch(text)
     return float(found[1]) * _BYTES[found[2]] if found else math.nan
+
+
+def amount_of_memory(name: str, value: float | str) -> float:
+    """Read an amount of memory.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for the error.
+    value : float or str
+        Bytes, or a text such as ``"8 GB"``.
+
+    Returns
+    -------
+    amount : float
+        Above 0 [bytes].
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    number = _bytes(value) if isinstance(value, str) else float(value)
+    if not (math.isfinite(number) and number > 0):
+        raise InputError(f"{name} = {value}: expected an amount of memory above 0, for instance '1 GB'")
+    return number

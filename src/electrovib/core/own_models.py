@@ -72,6 +72,11 @@ def use_models(file: str | Path) -> ModuleType:
     return module
 
 
+def used_files() -> list[str]:
+    """List the files that `use_models` has imported, with their folders."""
+    return [str(path) for path in _used]
+
+
 def _module_name(path: Path) -> str:
     """Name a module after its file, so that other files of the user import the same one, unless the name is taken."""
     name = path.stem if path.stem.isidentifier() else "own_models"

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     import xarray
 
 FORMAT = "electrovib trace 1"
+STUDY_FORMAT = "electrovib study"
+"""Begin of the format of a study's result."""
 
 
 def is_trace(source: object) -> TypeGuard[xarray.Dataset]:
@@ -84,3 +86,8 @@ def _meaning(name: str) -> dict[str, str]:
         return {}
     known = SIGNALS[name]
     return {"long_name": known.doc} if name == "layer" else {"units": known.unit, "long_name": known.doc}
+
+
+def is_study_result(found: object) -> bool:
+    """Return whether an object is the result of a study of a population: statistics of many fingers, which are no Trace."""
+    return str(getattr(found, "attrs", {}).get("format", "")).startswith(STUDY_FORMAT)

@@ -1,4 +1,4 @@
-"""Write a Trace in the format of the suffix of the file name."""
+"""Write a Trace in the format of the suffix of the file name, or the bands of a study as CSV."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError, suggestion
-from electrovib.core.trace import is_trace
+from electrovib.core.trace import is_study_result, is_trace
 from electrovib.data.atomic import check_writable
 from electrovib.data.marks import Form
 from electrovib.data.traces import csv_files, csv_forms, save_csv, save_nc
@@ -32,7 +32,7 @@ def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> lis
     Parameters
     ----------
     trace : xarray.Dataset
-        Any Trace; the units of its signals are written anew.
+        Any Trace; the units of its signals are written anew. Or the result of a study, whose bands are written as CSV.
     path : str or Path
         The output: ``.nc`` (everything, netCDF), ``.csv`` (one dimension a file) or ``.mat`` (MATLAB).
     force : bool
@@ -50,6 +50,10 @@ def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> lis
         form, or the format cannot hold this Trace.
     """
     path = Path(path)
+    if is_study_result(trace):
+        from electrovib.study.population.bands import save_bands
+
+        return save_bands(trace, path, force=force)
     if not is_trace(trace):
         why = f"only a Trace is saved, not a {type(trace).__name__}; a scenario is written by its to_toml()"
         raise InputError(why, path=path)

@@ -33,7 +33,8 @@ def report(
     Parameters
     ----------
     traces : Trace, file name, sequence of these, or mapping of label to these
-        Computed or measured; several are overlaid. A scenario, or the name of its file, is simulated.
+        Computed or measured; several are overlaid. A scenario, or the name of its file, is simulated. Or one study: the
+        result of `electrovib.study`, or its store.
     path : str or Path
         The HTML file; replaced as a whole.
     title : str, optional
@@ -53,6 +54,13 @@ def report(
         nothing has been written then.
     """
     output = Path(path)
+    studied = _study(traces)
+    if studied is not None:
+        from electrovib.view.studied import study_page
+
+        check_page(output, force=force)
+        write_text(output, study_page(studied, title=title), Form.PAGE, force=force)
+        return output
     problems: list[str] = []
     found: dict[str, Any] = {}
     with inputs_noted() as inputs, gathered(problems):
@@ -64,6 +72,25 @@ def report(
     known = _simulated(found)
     write_text(output, page_of(known, title=title), Form.PAGE, force=force)
     return output
+
+
+def _study(source: Any) -> xarray.Dataset | None:
+    """Return the result of a study, if it is one or its store; several, or one beside Traces, are refused."""
+    from electrovib.core.trace import is_study_result
+
+    items = list(source) if isinstance(source, (list, tuple)) else [source]
+    stores = [each for each in items if isinstance(each, (str, Path)) and Path(each).is_dir()]
+    studies = [each for each in items if is_study_result(each)]
+    if not stores and not studies:
+        return None
+    if len(items) > 1:
+        raise InputError("a report shows one study, or Traces; give them one at a time")
+    if studies:
+        found: xarray.Dataset = studies[0]
+        return found
+    from electrovib.study.population import open_study
+
+    return open_study(stores[0])
 
 
 def collect(traces: Any) -> dict[str, xarray.Dataset]:

@@ -59,11 +59,12 @@ def test_the_folder_holds_what_can_be_used_again(folder, tmp_path):
     assert float(rows[GAP]["value"]) == found.best.estimate.values[GAP]
     assert float(rows[GAP]["lower"]) < 3e-6 < float(rows[GAP]["upper"])
     assert rows[GAP]["unit"] == "m"
-    space = read_space(found.scenario, tomllib.loads((out / "space.toml").read_text())["space"])
+    space = read_space(found.scenario, out / "space.toml")
     assert space.distributions[GAP].mean == found.best.estimate.values[GAP]
     assert space.distributions[GAP].deviation == found.best.estimate.standard_deviations[GAP]
     correlation = tomllib.loads((out / "space.toml").read_text())["correlation"]
     assert correlation == {f"{GAP} ~ {LEAK}": found.best.correlation[0][1]}
+    assert space.correlations == {(GAP, LEAK): found.best.correlation[0][1]}
     covariance = found.best.estimate.covariance
     assert correlation[f"{GAP} ~ {LEAK}"] == pytest.approx(
         covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])

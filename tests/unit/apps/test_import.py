@@ -1,6 +1,7 @@
 """``electrovib import`` and a report with a measurement."""
 
 import sys
+import tomllib
 
 import numpy as np
 import pytest
@@ -111,8 +112,39 @@ def test_calibration_and_a_second_clock(record, monkeypatch, capsys):
     found = ev.open_trace("both.nc")
     expected = np.sin(60 * (found["time"].values + 0.01))
     assert np.abs(found["lateral_force_measured"].values - expected).max() < 2e-3
-    assert "calibration_covariance" in found.attrs
+    assert found["lateral_force_measured"].attrs["gain_uncertainty"] > 0
+    assert found["lateral_force_measured"].attrs["units"] == "N"
+    assert "gain_uncertainty" not in found["plate_voltage"].attrs
     assert run(monkeypatch, *words, "--clock-shift", "1 ms") == 2
     assert "--clock-shift: belongs to --with TRACE" in capsys.readouterr().err
-    assert run(monkeypatch, "import", "daq.csv", "--as", "material", "--part", "A") == 2
-    assert "--part A: belongs to --as trace" in capsys.readouterr().err
+
+
+def test_a_part_of_a_file_becomes_a_material(record, monkeypatch, capsys):
+    grid = np.geomspace(10, 1e5, 9)
+    lines = ["EXPLAIN", "TAG\tX", "OCV\tTABLE\t3", "\tPt\tT", "\t#\ts", "\t0\t0", "\t1\t1"]
+    for name, size in (("ZCURVE", 1e5), ("ZSECOND", 2e5)):
+        lines += [f"{name}\tTABLE", "\tFreq\tZreal\tZimag", "\tHz\tohm\tohm"]
+        each = size / (1 + 2j * np.pi * grid * size * 1e-9)
+        lines += [f"\t{f}\t{z.real}\t{z.imag}" for f, z in zip(grid, each, strict=True)]
+    (record / "z.dta").write_text("\n".join(lines))
+    geometry = ["--area", "1 cm2", "--thickness", "1 mm"]
+    words = ["import", "z.dta", "--as", "material", *geometry]
+    assert run(monkeypatch, *words, "--part", "ZSECOND", "-o", "second.toml") == 0
+    assert (
+        tomllib.loads((record / "second.toml").read_text())["stack"]["stratum_corneum"]["thickness"] == "1 mm"
+    )
+    capsys.readouterr()
+    found = ev.import_material("z.dta", area="1 cm2", thickness="1 mm", part="ZCURVE")
+    stored = ev.import_material("z.dta", area="1 cm2", thickness="1 mm", part="ZSECOND")
+    # conduction 1/R of the sample: the loss factor of the second one is half that of the first one
+    np.testing.assert_allclose(
+        stored.material.loss_samples.values, found.material.loss_samples.values / 2, rtol=1e-9
+    )
+    assert run(monkeypatch, *words, "--part", "ZZ") == 2
+    assert "ZCURVE" in capsys.readouterr().err
+    fitted = ["fit-material", "z.dta", *geometry, "--form", "constant", "--part"]
+    assert run(monkeypatch, *fitted, "ZCURVE") == 0
+    first = capsys.readouterr().out
+    assert run(monkeypatch, *fitted, "ZSECOND") == 0
+    assert "conductivity: 100 uS/m" in first
+    assert "conductivity: 50 uS/m" in capsys.readouterr().out

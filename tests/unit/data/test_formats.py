@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import scipy.io
 import xarray
+from damaged_records import tektronix_wfm
 
 from electrovib.core.errors import DataFileError
 from electrovib.data.readers.foreign import check_package
@@ -243,6 +244,34 @@ def test_a_waveform_of_lecroy(tmp_path):
     found = read_recorded(tmp_path / "a.trc")
     np.testing.assert_allclose(found.channels[0].values, 0.5 * counts - 2.0, rtol=1e-6)
     np.testing.assert_allclose(found.times(), -1e-3 + 1e-6 * np.arange(8), atol=1e-9)
+
+
+@needs("RigolWFM")
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_waveform_of_tektronix(tmp_path, version, order):
+    counts = np.array([-3, 0, 5, 7, 1000, -12800, 4, 2])
+    (tmp_path / "a.wfm").write_bytes(tektronix_wfm(counts, version=version, order=order))
+    found = read_recorded(tmp_path / "a.wfm")
+    assert [(each.name, each.unit) for each in found.channels] == [("CH 1", "V")]
+    np.testing.assert_allclose(found.channels[0].values, 2e-3 * counts + 0.25, rtol=1e-6)
+    np.testing.assert_allclose(found.times(), -1e-3 + 4e-6 * np.arange(8), atol=1e-12)
+    assert "omitted" not in found.attributes
+
+
+@needs("RigolWFM")
+def test_a_waveform_of_tektronix_states_its_unit_its_frames_and_its_envelope(tmp_path):
+    (tmp_path / "a.wfm").write_bytes(tektronix_wfm([1, 2, 3], unit=b"A", frames=3))
+    found = read_recorded(tmp_path / "a.wfm")
+    assert found.channels[0].unit == "A"
+    assert found.channels[0].values.size == 3
+    assert found.attributes["omitted"] == "frames 2 to 3 of 3"
+    (tmp_path / "a.wfm").write_bytes(tektronix_wfm([1, 2, 3], storage=1))
+    with pytest.raises(DataFileError, match="envelope"):
+        read_recorded(tmp_path / "a.wfm")
+    (tmp_path / "a.wfm").write_bytes(tektronix_wfm([1, 2, 3])[:400])
+    with pytest.raises(DataFileError, match="Tektronix"):
+        read_recorded(tmp_path / "a.wfm")
 
 
 def lecroy(counts):

@@ -27,6 +27,25 @@ PERMITTIVITIES = {
     "Frequency (Hz),Permittivity,Loss Factor,Conductivity (S/m)": (GRID, EPS.real, -EPS.imag, SIGMA),
     "f,eps',sigma [mS/m]": (GRID, EPS.real, SIGMA * 1e3),
     "freq,epsilon',epsilon''": (GRID, EPS.real, -EPS.imag),
+    "frequency (Hz),permittivity,resistivity (ohm m)": (GRID, EPS.real, 1 / SIGMA),
+    "f [kHz];eps_r;rho [kohm cm]": (GRID / 1e3, EPS.real, 0.1 / SIGMA),
+    "Frequency/Hz,Permittivity,Resistivity/Ohm.m": (GRID, EPS.real, 1 / SIGMA),
+    "f [Hz],eps,whatever [Ω·m]": (GRID, EPS.real, 1 / SIGMA),
+    "f,er',some current [uS/cm]": (GRID, EPS.real, SIGMA * 1e4),
+    "freq,Permittivity,AC Conductivity/S/m": (GRID, EPS.real, SIGMA),
+    "freq,Relative Permittivity,Loss Tangent": (GRID, EPS.real, -EPS.imag / EPS.real),
+    "freq,permittivity,tan(delta)": (GRID, EPS.real, -EPS.imag / EPS.real),
+    "freq,er,D,d [mm]": (GRID, EPS.real, -EPS.imag / EPS.real, 2 + 0 * GRID),
+    "freq,eps',tan_d [%]": (GRID, EPS.real, -100 * EPS.imag / EPS.real),
+    "freq,dielectric constant,Dissipation Factor,loss index": (
+        GRID,
+        EPS.real,
+        -EPS.imag / EPS.real,
+        -EPS.imag,
+    ),
+    "f,real permittivity,imaginary permittivity": (GRID, EPS.real, -EPS.imag),
+    "f,real part of the permittivity,imag. permittivity": (GRID, EPS.real, -EPS.imag),
+    "f [Hz],permittivity [nF/m],conductivity [mS/m]": (GRID, EPS.real * eps0 * 1e9, SIGMA * 1e3),
 }
 
 
@@ -55,6 +74,9 @@ def test_a_permittivity_without_loss_is_said_to_be_one(tmp_path):
     found = spectrum_of(table(tmp_path, "f,permittivity", (GRID, EPS.real)))
     assert found.lossless
     np.testing.assert_allclose(found.permittivity, EPS.real, rtol=1e-11)
+    other = spectrum_of(table(tmp_path, "f,permittivity,noise", (GRID, EPS.real, SIGMA)))
+    assert other.lossless
+    assert other.read_as == "frequency: 'f', permittivity: 'permittivity'; columns not used: 'noise'"
 
 
 def test_columns_may_be_stated(tmp_path):
@@ -73,7 +95,24 @@ def test_columns_may_be_stated(tmp_path):
         ("f,|Z|,phase", (GRID, abs(Z), np.angle(Z)), "degrees or radians"),
         ("f,|Z|", (GRID, abs(Z)), "neither modulus and phase"),
         ("f [V],|Z|,phase [deg]", (GRID, abs(Z), np.angle(Z)), "not a unit of Hz"),
-        ("f,eps',loss factor,sigma", (GRID, EPS.real, -EPS.imag, 2 * SIGMA), "differ by"),
+        (
+            "f,eps',loss factor,sigma",
+            (GRID, EPS.real, -EPS.imag, 2 * SIGMA),
+            r"loss factor and conductivity .* differ by 0\.5",
+        ),
+        (
+            "f,eps',sigma,rho",
+            (GRID, EPS.real, SIGMA, 1.05 / SIGMA),
+            r"conductivity and resistivity of the table differ by 0\.04",
+        ),
+        (
+            "f,eps',loss factor,loss tangent",
+            (GRID, EPS.real, -EPS.imag, -EPS.imag),
+            "loss factor and loss tangent",
+        ),
+        ("f,eps',resistivity [ohm]", (GRID, EPS.real, 1 / SIGMA), "'ohm' is not a unit of ohm m"),
+        ("f,eps',resistivity [ohm m]", (GRID, EPS.real, 0 * SIGMA), "resistivity has to be above 0"),
+        ("f,permittivity [V],sigma", (GRID, EPS.real, SIGMA), "'V' is not a unit of 1"),
     ],
 )
 def test_what_is_ambiguous_is_refused(tmp_path, heading, columns, words):

@@ -8,6 +8,8 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
+from electrovib.recordings.calibration_error import CalibrationError
+from electrovib.recordings.fit import MeasuredTrace
 from electrovib.recordings.importing import list_columns
 from electrovib.recordings.importing.periods import average_periods, find_edges
 from electrovib.recordings.importing.steps import resampled, shifted, trigger_time
@@ -360,35 +362,35 @@ def calibrated(tmp_path, **options):
     return ev.import_file(tmp_path / "a.csv", columns, calibration=files, **options)
 
 
-def test_the_covariance_of_a_calibration_goes_with_the_signal(tmp_path):
-    from electrovib.recordings.importing import systematic_uncertainty
+def error_of(trace):
+    return MeasuredTrace(trace=trace).calibration_of("lateral_force_measured")
 
+
+def test_the_covariance_of_a_calibration_goes_with_the_signal(tmp_path):
     trace = calibrated(tmp_path)
     readings, known = 0.1 + 0.4 * np.arange(5) + [2e-3, -1e-3, 1e-3, -3e-3, 1e-3], np.arange(5.0)
     line = ev.calibrate(readings, known)
     force = trace["lateral_force_measured"].values
     np.testing.assert_allclose(force[:4], line.value(0.1 + 0.4 * np.arange(4)), rtol=1e-9)
-    found = systematic_uncertainty(trace)["lateral_force_measured"]
+    found = error_of(trace)
     # the variance of each value by zero and scale is that by the line, at every reading
-    by_parts = found["zero"] ** 2 + 2 * force * found["covariance"] + (force * found["scale"]) ** 2
+    by_parts = found.zero**2 + 2 * force * found.covariance + (force * found.gain) ** 2
     by_line = line.standard_uncertainty(0.1 + 0.4 * (np.arange(40) % 4)) ** 2
     np.testing.assert_allclose(by_parts, by_line, rtol=1e-9)
-    assert found["scale"] == pytest.approx(np.sqrt(line.covariance[1, 1]) / line.sensitivity)
+    assert found.gain == pytest.approx(np.sqrt(line.covariance[1, 1]) / line.sensitivity)
     ev.save(trace, tmp_path / "a.nc")
-    assert systematic_uncertainty(ev.open_trace(tmp_path / "a.nc")) == {"lateral_force_measured": found}
+    assert error_of(ev.open_trace(tmp_path / "a.nc")) == found
 
 
 def test_a_baseline_removes_the_uncertainty_of_the_zero(tmp_path):
-    from electrovib.recordings.importing import systematic_uncertainty
-
-    one = systematic_uncertainty(calibrated(tmp_path))["lateral_force_measured"]
+    one = error_of(calibrated(tmp_path))
     for option in (
         {"baseline": {"lateral_force_measured": "0 s..5 ms"}},
         {"detrend": ["lateral_force_measured"]},
     ):
-        two = systematic_uncertainty(calibrated(tmp_path, **option))["lateral_force_measured"]
-        assert two == {"zero": 0.0, "scale": one["scale"], "covariance": 0.0}
-        assert one["zero"] > 0
+        two = error_of(calibrated(tmp_path, **option))
+        assert two == CalibrationError(gain=one.gain)
+        assert one.zero > 0
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ def record(values, *, noise=0.01, seed=0):
 
 def test_one_mode_after_an_impact():
     found = measure_ring(record(lambda t: mode(t, frequency=380.0, quality=5.0)))
-    assert found.form == "one mode"
+    assert (found.form, found.level) == ("one mode", "constant")
     assert found.parameters["frequency"].value == pytest.approx(380.0, rel=0.01)
     assert found.parameters["quality"].value == pytest.approx(5.0, rel=0.05)
     assert found.drift.lower < 0 < found.drift.upper
@@ -77,7 +77,32 @@ def test_a_higher_mode_that_decays_sooner_is_separated():
     assert abs(last - 310) < abs(first - 310)
 
 
-@pytest.mark.parametrize("drift", [-6000.0, 4000.0])
+@pytest.mark.parametrize(
+    ("level", "form", "words"),
+    [
+        (lambda t: -0.5 * np.exp(-np.maximum(t, 0) / 6e-3), "exponential", "relaxes exponentially by 0.5"),
+        (lambda t: 3.0 * np.minimum(np.maximum(t, 0), 0.03), "linear", "changes linearly"),
+    ],
+)
+def test_the_level_may_change_while_the_signal_oscillates(level, form, words):
+    found = measure_ring(
+        record(lambda t: mode(t, frequency=380.0, quality=5.0) + level(t), noise=0.003),
+        at=AT, start=0.0, window=25e-3,
+    )  # fmt: skip
+    assert (found.form, found.level) == ("one mode", form)
+    assert found.misfit < 1.3
+    of = found.parameters
+    assert of["frequency"].lower < 380 < of["frequency"].upper
+    assert of["quality"].value == pytest.approx(5.0, rel=0.03)
+    if form == "exponential":
+        assert of["level_time_constant"].lower < 6e-3 < of["level_time_constant"].upper
+    assert any(text.startswith("The level") and words in text for text in found.words)
+    # one mode about this level is one mode from every start
+    assert len(found.sections) > 2
+    assert found.sections[-1].frequency.value == pytest.approx(380.0, rel=0.02)
+
+
+@pytest.mark.parametrize("drift", [-6000.0, pytest.param(4000.0, marks=pytest.mark.slow)])
 def test_a_frequency_that_drifts_is_found(drift):
     found = measure_ring(
         record(lambda t: mode(t, frequency=400.0, quality=10.0, drift=drift), noise=0.005), at=AT, start=0.0

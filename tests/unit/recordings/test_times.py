@@ -14,6 +14,7 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.relaxation import stretched_exponential, stretched_seen_by_sensor
 from electrovib.physics.resonance import release_seen_by_sensor
 from electrovib.recordings.transitions import Sensor, measure_ring, measure_times
+from electrovib.recordings.transitions.forms import RelaxationForm
 from electrovib.recordings.transitions.sensor import read_sensor
 
 SHARED = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "clutch"
@@ -52,7 +53,7 @@ def measured(trace, **options):
     return found
 
 
-@pytest.mark.parametrize("levels", [(0.1, 0.9), (0.2, 0.8), (0.2, 0.9)])
+@pytest.mark.parametrize("levels", [(0.1, 0.9), (0.2, 0.9)])
 def test_an_exponential_takes_its_time_constant_times_a_logarithm(levels):
     found = measured(record(exponential(), noise=1e-4), levels=levels)
     low, high = levels
@@ -123,6 +124,7 @@ def test_a_sensor_taken_out_gives_the_time_of_the_force():
         assert each.criteria["instantaneous"] > 100
 
 
+@pytest.mark.slow
 def test_a_fast_release_is_seen_longer_than_it_is():
     tau = 0.25e-3
     found = measured(record(seen(tau), rate=50_000.0), sensor="380 Hz:3")
@@ -132,7 +134,7 @@ def test_a_fast_release_is_seen_longer_than_it_is():
         assert each.without_sensor.value == pytest.approx(tau * math.log(9), rel=0.05)
 
 
-@pytest.mark.parametrize("sensor", ["380Hz:3", "estimate"])
+@pytest.mark.parametrize("sensor", [pytest.param("380Hz:3", marks=pytest.mark.slow), "estimate"])
 def test_an_instantaneous_release_has_an_upper_end_only(sensor):
     found = measured(record(seen(1e-9), edges=2), sensor=sensor)
     for each in found.directions:
@@ -160,7 +162,7 @@ def test_the_uncertainty_of_a_declared_sensor_widens_the_interval():
 
 
 def test_several_edges_are_averaged_with_students_t():
-    found = measured(record(exponential(), edges=8, noise=0.02)).falling
+    found = measured(record(exponential(), edges=8, noise=0.02, rate=5000.0)).falling
     times = np.array([each.recorded.value for each in found.edges])
     from scipy.stats import t
 
@@ -226,6 +228,15 @@ def test_the_form_is_chosen_by_criterion(relaxation, form):
         assert found.parameters[name].value == pytest.approx(value, rel=0.08)
 
 
+def test_the_time_of_two_exponentials_does_not_depend_on_the_size_of_the_change():
+    form = RelaxationForm("2 exponentials", 2)
+    time = np.linspace(0, 0.1, 200_001)
+    left = 0.5 * np.exp(-time / 2e-3) + 0.5 * np.exp(-time / 20e-3)
+    exact = time[left <= 0.1][0] - time[left <= 0.9][0]
+    values = {"time_constant_1": 2e-3, "time_constant_2": 20e-3, "change_1": -3.0, "change_2": -3.0}
+    assert form.time_between(values, (0.1, 0.9)) == pytest.approx(exact, rel=1e-4)
+
+
 def test_a_time_from_the_wrong_form_carries_a_warning():
     wave = lambda t: exponential()(t) * np.cos(400 * np.maximum(t, 0))  # noqa: E731
     found = measured(record(wave, edges=2, noise=0.002))
@@ -251,6 +262,13 @@ def test_a_time_from_the_wrong_form_carries_a_warning():
 def test_what_cannot_be_used_is_refused(options, words):
     with pytest.raises(InputError, match=words.replace("(", r"\(")):
         measure_times(record(exponential(), edges=2), **{"signal": "lateral_force_measured", **options})
+
+
+def test_times_that_do_not_increase_are_refused():
+    trace = record(exponential(), edges=2)
+    again = xarray.concat([trace, trace.isel(time=[5])], "time")
+    with pytest.raises(InputError, match="do not increase"):
+        measure_times(again, signal="lateral_force_measured")
 
 
 @pytest.mark.parametrize(("frequency", "quality"), [(0.0, 3.0), (380.0, 0.5), (380.0, math.inf)])
@@ -283,7 +301,7 @@ def coverage(count, **options):
 
 
 def test_intervals_hold_the_true_time():
-    assert (coverage(30) >= 0.85).all()
+    assert (coverage(20) >= 0.85).all()
 
 
 @pytest.mark.slow
@@ -332,7 +350,7 @@ def clutch(name):
     return ev.import_file(path, {"lateral_force_measured": "1 [N]", "drive_voltage": "3 [V]"}, time="0 [us]")
 
 
-@pytest.mark.parametrize("name", ["10Hz", "1kHz"])
+@pytest.mark.parametrize("name", ["10Hz", pytest.param("1kHz", marks=pytest.mark.slow)])
 def test_the_release_of_a_clutch_is_faster_than_its_sensor_shows(name):
     options = {"signal": "lateral_force_measured", "by": "drive_voltage", "readback": OneOfTwoInAntiphase()}
     found = measure_times(

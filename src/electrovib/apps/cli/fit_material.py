@@ -13,7 +13,7 @@ from electrovib.apps.cli.import_options import (
     DecimalComma,
     Delimiter,
     LayerName,
-    ParallelCapacitance,
+    Part,
     ReaderName,
     SeriesResistance,
     Thickness,
@@ -47,7 +47,13 @@ Reference = Annotated[
     str | None,
     typer.Option(
         metavar="FILE=VALUE",
-        help="Spectrum of a known resistor, such as r.csv='51 kohm': gives the systematic error; a bad calibration is refused.",
+        help="Spectrum of a known resistor, r.csv='51 kohm': gives systematic error and fixture; a bad calibration is refused.",
+    ),
+]
+FixtureCapacitance = Annotated[
+    str | None,
+    typer.Option(
+        help="Capacitance of the fixture, to subtract; that in parallel with --reference if not given."
     ),
 ]
 Band = Annotated[str | None, typer.Option(help="Frequencies to fit: '100 Hz..100 kHz'.")]
@@ -75,11 +81,12 @@ def command(
     area: Area = None,
     thickness: Thickness = None,
     series_resistance: SeriesResistance = "0 ohm",
-    parallel_capacitance: ParallelCapacitance = "0 F",
+    parallel_capacitance: FixtureCapacitance = None,
     column: Columns = None,
     reader: ReaderName = "",
     delimiter: Delimiter = None,
     decimal_comma: DecimalComma = None,
+    part: Part = None,
     into: Into = None,
     layer: LayerName = "stratum_corneum",
     output: Annotated[
@@ -108,6 +115,7 @@ def command(
         reader=reader,
         delimiter=delimiter,
         decimal_comma=decimal_comma,
+        part=part,
         into=into,
         layer=layer,
         output=output,

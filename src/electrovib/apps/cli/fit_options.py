@@ -9,7 +9,7 @@ import typer
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from electrovib.recordings.fit.measured import CalibrationError
+    from electrovib.recordings.calibration_error import CalibrationError
 
 Vary: TypeAlias = Annotated[
     list[str] | None,
@@ -113,7 +113,7 @@ def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, Cal
     """Read the calibration errors of signals: shares of the gain, and zeros in the unit of each signal."""
     from electrovib.core.errors import InputError, nearest
     from electrovib.core.signals import SIGNALS
-    from electrovib.recordings.fit.measured import CalibrationError
+    from electrovib.recordings.calibration_error import CalibrationError
 
     found: dict[str, float] = {}
     for text in gains:

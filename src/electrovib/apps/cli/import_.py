@@ -85,7 +85,7 @@ def command(
     """Import a file of an instrument as a Trace; without --column and --output list its columns."""
     if listed or not file:
         return _list_readers()
-    _check_kind(kind, part)
+    _check_kind(kind)
     text: dict[str, Any] = {"reader": reader, "delimiter": delimiter, "decimal_comma": decimal_comma}
     text |= {} if part is None else {"part": part}
     if kind == "material":
@@ -120,15 +120,11 @@ def _list_columns(file: str, options: dict[str, Any]) -> None:
     say(*list_columns(file, **options))
 
 
-def _check_kind(kind: str, part: str | None) -> None:
+def _check_kind(kind: str) -> None:
     from electrovib.core.errors import InputError
 
     if kind not in ("trace", "material"):
         raise InputError(f"--as {kind}: expected trace or material")
-    if kind == "material" and part is not None:
-        raise InputError(
-            f"--part {part}: belongs to --as trace; save this part of the file on its own, as .csv"
-        )
 
 
 def pairs(option: str, given: list[str] | None) -> dict[str, str]:

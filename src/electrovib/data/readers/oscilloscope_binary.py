@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import struct
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 DESCRIPTION: Final = "Tektronix and Rigol .wfm, Keysight, Rigol and Siglent .bin, LeCroy .trc"
 PACKAGE: Final = "RigolWFM"
 _UNITS: Final = {"v": "V", "a": "A", "w": "W"}
+_TEKTRONIX_HEAD: Final = 248
+"""First bytes of a Tektronix .wfm, up to the kind of its samples."""
 
 
 def is_oscilloscope_binary(head: bytes) -> bool:
@@ -54,15 +58,54 @@ def read_oscilloscope_binary(path: Path) -> Recorded:
     found = read_guarded(
         Reader(f"{__name__}:channels", (f"{PACKAGE}.wfm", "numpy"), "a binary file of an oscilloscope"), path
     )
-    step, start, model = found["about"]
+    step, start, model, omitted = found["about"]
     table = [(*found[f"about {at}"], found[f"values {at}"]) for at in range((len(found) - 1) // 2)]
-    return recorded_of(path, table, step=step, start=start, attributes={"model": model})
+    return recorded_of(
+        path,
+        table,
+        step=step,
+        start=start,
+        attributes={"model": model} | ({"omitted": omitted} if omitted else {}),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Tektronix:
+    """What a Tektronix .wfm states and RigolWFM does not pass on: the unit of the values, and the number of frames."""
+
+    unit: str
+    frames: int
+
+
+def _tektronix(path: Path) -> _Tektronix | None:
+    """Read the statements of a Tektronix .wfm of version 1 to 3; None for another file.
+
+    Raises
+    ------
+    ValueError
+        If each pair of samples is the minimum and the maximum of an envelope.
+    """
+    with path.open("rb") as file:
+        head = file.read(_TEKTRONIX_HEAD)
+    found = re.match(rb"(\x0f\x0f|\xf0\xf0):WFM#00([123])", head)
+    if found is None or len(head) < _TEKTRONIX_HEAD:
+        return None
+    order = "<" if found[1] == b"\x0f\x0f" else ">"
+    explicit = 166 if found[2] == b"1" else 168
+    (storage,) = struct.unpack_from(f"{order}i", head, explicit + 76)
+    if storage == 1:
+        raise ValueError(
+            "it holds an envelope, a minimum and a maximum of each interval; save the samples, or the envelope as .csv"
+        )
+    unit = head[explicit + 20 : explicit + 40].partition(b"\0")[0].decode("latin-1").strip()
+    return _Tektronix(unit=unit, frames=1 + int(struct.unpack_from(f"{order}I", head, 72)[0]))
 
 
 def channels(path: Path) -> Iterator[tuple[str, Any]]:
     """Yield time step, start and model, then name, unit and values of each channel; called in a guarded process."""
     from RigolWFM import wfm
 
+    tektronix = _tektronix(path)
     try:
         found = wfm.Wfm.from_file(str(path))
     except Exception as error:  # noqa: BLE001  # the package has many kinds, of which none derives from a common one
@@ -75,8 +118,11 @@ def channels(path: Path) -> Iterator[tuple[str, Any]]:
     step = float(times[-1] - times[0]) / (times.size - 1)
     if not np.isfinite(step) or step <= 0 or not np.isfinite(times[0]):
         raise ValueError("it states no time step")
-    yield "about", [step, float(times[0]), text_of(getattr(found, "header_name", ""))]
+    frames = 1 if tektronix is None else tektronix.frames
+    omitted = f"frames 2 to {frames} of {frames}" if frames > 1 else ""
+    yield "about", [step, float(times[0]), text_of(getattr(found, "header_name", "")), omitted]
     for at, channel in enumerate(recorded):
         unit = str(getattr(channel.unit, "name", "")).lower()
-        yield f"about {at}", [str(channel.name), _UNITS.get(unit, "")]
+        stated = _UNITS.get(unit, "") if tektronix is None else tektronix.unit
+        yield f"about {at}", [str(channel.name), stated]
         yield f"values {at}", np.asarray(channel.volts, dtype=float)

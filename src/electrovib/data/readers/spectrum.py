@@ -28,14 +28,27 @@ _PATTERNS: Final[Mapping[str, str]] = {
     "angular_frequency": r"w|omega|angular frequency",
     "modulus": r"\|z\||z|zmod|zabs|mod(ulus)?( ?z)?|mag(nitude)?.*|impedance|abs\(?z?\)?|\|impedance\|",
     "phase": r"phase.*|phi|theta(-z)?|θ|angle|zphz|arg.*|deg(ree)?s?",
-    "real": r"z'|zre(al)?|re\(?z?\)?|re\(z\)|real.*|z real|r|resistance|zreal",
-    "imaginary": r"z''|z\"|zim(a?g)?|im\(?z?\)?|im\(z\)|imag.*|z imag|x|reactance",
+    "real": r"z'|zre(al)?|re\(?z?\)?|re\(z\)|real(?!.*permittivity).*|z real|r|resistance|zreal",
+    "imaginary": r"z''|z\"|zim(a?g)?|im\(?z?\)?|im\(z\)|imag(?!.*permittivity).*|z imag|x|reactance",
     "minus_imaginary": r"-z''|-z\"|-im\(?z?\)?|-im\(z\)|-zim(ag)?|-imag.*|-x",
-    "permittivity": r"(relative )?permittivity|eps'?|eps_?r|epsilon'?|er|ε'?|dielectric constant",
-    "loss": r"loss factor|eps''|epsilon''|ε''|imaginary permittivity",
-    "conductivity": r"conductivity|sigma|σ",
+    "permittivity": r"((real|relative) )*(part of )?(the )?((relative|real) )*permittivity( real|')?|(eps(ilon)?|ε) ?r?'?|er'?"
+    r"|dielectric constant",
+    "loss": r"(dielectric )?loss( factor| index)?|(eps(ilon)?|ε) ?r?('{2}|\")|er('{2}|\")"
+    r"|imag(inary)?\.? (part of )?(the )?(relative )?permittivity|permittivity (imag(inary)?|'{2})",
+    "loss_tangent": r"loss tangent|tan ?\(?(δ|delta|d)\)?|tan|tangent( delta)?|dissipation( factor)?|d",
+    "conductivity": r"((total|ac|electrical|effective) )*conductivity( ac)?|(sigma|σ|kappa|κ)'?",
+    "resistivity": r"((electrical|effective|specific) )*resistivity|specific resistance|rho|ρ",
 }
 """Maps a meaning to the pattern of its headings, in small letters, without unit and underscores."""
+_LOSSES: Final[Mapping[str, tuple[str, str]]] = {
+    "loss": ("loss factor", "1"),
+    "loss_tangent": ("loss tangent", "1"),
+    "conductivity": ("conductivity", "S/m"),
+    "resistivity": ("resistivity", "ohm m"),
+}
+"""Meaning of each column that may state the loss of a permittivity, to its noun and its SI unit."""
+_APART: Final = 0.02
+"""Relative difference of two statements of the loss beyond which they contradict each other."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,8 +85,9 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
         The table.
     columns : mapping of str to str, optional
         Meaning of a column, among ``frequency``, ``angular_frequency``, ``modulus``, ``phase``, ``real``, ``imaginary``,
-        ``minus_imaginary``, ``permittivity``, ``loss``, ``conductivity``, to its heading, with a unit behind it where the file
-        states none: ``"Phase [deg]"``; found by the headings if absent.
+        ``minus_imaginary``, ``permittivity``, ``loss`` (the loss factor), ``loss_tangent``, ``conductivity``, ``resistivity``, to
+        its heading, with a unit behind it where the file states none: ``"Phase [deg]"``; found by the headings if absent, and
+        conductivity and resistivity by their units too.
 
     Returns
     -------
@@ -88,8 +102,8 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
     Notes
     -----
     Rows of the frequency 0, which a potentiostat writes for samples over time, are omitted. A phase without a unit is in degrees
-    if any value is beyond 2 pi, and otherwise refused unless its heading or `columns` states the unit. A loss factor that
-    disagrees with the conductivity by more than 2 % is refused.
+    if any value is beyond 2 pi, and otherwise refused unless its heading or `columns` states the unit. Where several columns
+    state the loss, the first of those above is taken, and a difference of more than 2 % between them is refused.
     """
     found = _assigned(recorded, columns or {})
     if "frequency" in found:
@@ -121,8 +135,16 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
         impedance=None if impedance is None else impedance[order],
         permittivity=None if permittivity is None else permittivity[order],
         lossless=lossless,
-        read_as=", ".join(f"{meaning}: '{channel.name}'" for meaning, channel in found.items()),
+        read_as=_read_as(recorded, found),
     )
+
+
+def _read_as(recorded: Recorded, found: Mapping[str, DataColumn]) -> str:
+    """Name the columns that were used, with their meaning, and those that were not."""
+    used = {channel.name for channel in found.values()}
+    words = ", ".join(f"{meaning}: '{channel.name}'" for meaning, channel in found.items())
+    unused = ", ".join(f"'{each.name}'" for each in recorded.channels if each.name not in used)
+    return f"{words}; columns not used: {unused}" if unused else words
 
 
 def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataColumn]:
@@ -152,9 +174,26 @@ def _assigned(recorded: Recorded, columns: Mapping[str, str]) -> dict[str, DataC
                 meaning not in found
                 and all(channel.name != each.name for each in found.values())
                 and re.fullmatch(pattern, heading)
+                and not (heading == "d" and channel.unit not in ("", "1", "%"))  # a thickness or a diameter
             ):
                 found[meaning] = channel
+    _by_unit(recorded, found)
     return found
+
+
+def _by_unit(recorded: Recorded, found: dict[str, DataColumn]) -> None:
+    """Find conductivity and resistivity beside a permittivity by their units, whatever their headings are."""
+    if "permittivity" not in found:
+        return
+    used = {channel.name for channel in found.values()}
+    for meaning in ("conductivity", "resistivity"):
+        named = [
+            each
+            for each in recorded.channels
+            if each.name not in used and (kind_and_factor(each.unit) or ("",))[0] == _LOSSES[meaning][1]
+        ]
+        if meaning not in found and len(named) == 1:
+            found[meaning] = named[0]
 
 
 def _no_spectrum(recorded: Recorded, why: str) -> InputError:
@@ -194,19 +233,56 @@ def _in_si_angle(channel: DataColumn, unit: str) -> Real:
 
 
 def _permittivity(found: Mapping[str, DataColumn], grid: Real) -> tuple[Complex, bool]:
-    """Combine a permittivity with its loss, from the loss factor or the conductivity."""
-    real = found["permittivity"].values
+    """Combine a permittivity with its loss, in whichever quantity the table states it."""
+    real = _relative(found["permittivity"])
     turns = 2 * math.pi * grid * eps0
-    loss = found["loss"].values if "loss" in found else None
-    by_conduction = _in_si(found["conductivity"], "S/m") / turns if "conductivity" in found else None
-    if loss is not None and by_conduction is not None:
-        good = np.isfinite(loss) & np.isfinite(by_conduction)
-        apart = float(np.median(np.abs(loss[good] / by_conduction[good] - 1)))
-        if apart > 0.02:
-            raise InputError(
-                f"loss factor and conductivity of the table differ by {apart:.2g}: they belong to different quantities or units"
-            )
-    imaginary = loss if loss is not None else by_conduction
-    if imaginary is None:
+    losses: dict[str, Real] = {}
+    for meaning, (noun, unit) in _LOSSES.items():
+        if meaning not in found:
+            continue
+        channel = found[meaning]
+        if meaning == "loss_tangent" and channel.unit in ("delta", "δ"):  # of the heading tan(delta)
+            channel = dataclasses.replace(channel, unit="1")
+        values = _in_si(channel, unit)
+        if meaning == "resistivity" and (values <= 0).any():
+            raise InputError(f"column '{channel.name}': a {noun} has to be above 0")
+        with np.errstate(divide="ignore", invalid="ignore"):  # rows of frequency 0 are omitted later
+            losses[noun] = _loss_factor(meaning, values, real, turns)
+    if not losses:
         return real.astype(complex), True
-    return np.asarray(real - 1j * imaginary), False
+    _refuse_contradiction(losses)
+    return np.asarray(real - 1j * next(iter(losses.values()))), False
+
+
+def _loss_factor(meaning: str, values: Real, permittivity: Real, turns: Real) -> Real:
+    """Convert a statement of the loss to the loss factor; `turns` is the angular frequency times the vacuum permittivity."""
+    if meaning == "loss_tangent":
+        return permittivity * values
+    if meaning == "conductivity":
+        return values / turns
+    return 1 / (turns * values) if meaning == "resistivity" else values
+
+
+def _relative(channel: DataColumn) -> Real:
+    """Return a relative permittivity; a column in farad per metre is divided by the vacuum permittivity."""
+    if channel.unit.endswith("F/m"):
+        known = kind_and_factor(channel.unit.removesuffix("/m"))
+        if known is not None and known[0] == "F":
+            return np.asarray(channel.values * (known[1] / eps0))
+    return _in_si(channel, "1")
+
+
+def _refuse_contradiction(losses: Mapping[str, Real]) -> None:
+    """Refuse a table whose statements of the loss belong to different quantities or units."""
+    (first, one), *others = losses.items()
+    for noun, other in others:
+        good = np.isfinite(one) & np.isfinite(other) & (np.maximum(np.abs(one), np.abs(other)) > 0)
+        if not good.any():
+            continue
+        larger = np.maximum(np.abs(one), np.abs(other))[good]
+        apart = float(np.median(np.abs(one - other)[good] / larger))
+        if apart > _APART:
+            raise InputError(
+                f"{first} and {noun} of the table differ by {apart:.2g} of the larger one: they belong to different quantities or"
+                " units. State the meaning of the columns, or remove one of the two from the file"
+            )

@@ -9,6 +9,8 @@ _LONGEST_HEADING: Final = 200
 _BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
 _PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
 """Headings of the parts of an impedance, of which ZPlot calls one a and the other b."""
+_RESISTIVITY: Final = re.compile(r"([kMGTmuµ]?)(?:[Oo]hms?|OHMS?|Ω|\u2126)[ .*·⋅-]?(c?m)")
+_CONDUCTIVITY: Final = re.compile(r"(.+?)(?: in |/)([mnuµ]?S/c?m)")
 UNITS: Final = {
     "volt": "V", "volts": "V", "v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ampere": "A", "amperes": "A",
     "amp": "A", "amps": "A", "a": "A", "ma": "mA", "ua": "uA", "second": "s", "seconds": "s", "sec": "s", "s": "s",
@@ -49,6 +51,8 @@ def name_and_unit(heading: str) -> tuple[str, str]:
         return name or heading, unit if known is None else known
     if heading.startswith("in ") and as_unit(heading[3:]):  # as Rohde & Schwarz write the time
         return "time", as_unit(heading[3:]) or ""
+    if found := _CONDUCTIVITY.fullmatch(heading):
+        return found[1], found[2].replace("µ", "u")
     for sign in (" in ", "/"):
         name, _, last = heading.rpartition(sign)
         if name and as_unit(last):
@@ -69,4 +73,6 @@ def as_unit(text: str) -> str | None:
     str or None
         Unit of electrovib, empty for a word that stands for no unit, such as ``"unknown"``.
     """
+    if found := _RESISTIVITY.fullmatch(text.strip()):
+        return f"{found[1].replace('µ', 'u')}ohm {found[2]}"
     return UNITS.get(text.strip().lower(), UNITS.get(text.strip()))

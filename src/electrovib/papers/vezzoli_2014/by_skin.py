@@ -117,7 +117,7 @@ def _results(own: Tabulated | None) -> Table:
     )
     caption = (
         "Figure 6 with ramps of 36 ms and a hold of 100 ms. Figure 7: rise = F(10 kHz)/F(100 Hz), saturation = F(10 kHz)/largest"
-        " F. Sources, notes and time constants of the skins: skins.csv"
+        " F. Sources, notes and time constants: skins.csv"
     )
     return Table("Figures 6 and 7 by skin", headings, tuple(lines), caption=caption, id="by_skin")
 

@@ -31,7 +31,6 @@ def panels(own: Tabulated | None) -> tuple[Panel, ...]:
         figure_6(),
         figure_6_ramps(),
         figure_7_skins(own),
-        figure_7_thickness(),
     )
 
 
@@ -48,7 +47,7 @@ def figure_2() -> Panel:
         id="fig2",
         title="Figure 2: finger held 100 um off the plate",
         caption="Without conduction in the gap the force stays constant, as measured; a leak of 8.7e8 ohm m, which 7.7 ms would"
-        " need, discharges it. The paper prints neither gap nor voltage.",
+        " need, discharges it. Gap and voltage: not printed.",
         x=("time", "s"),
         y=("electrostatic force", "N"),
         curves=(
@@ -171,11 +170,11 @@ def figure_6() -> Panel:
         )
         time, force = trace.time.values, trace.electrostatic_force.values
         curves.append(Curve(label=label, x=time, y=force, kind=kind, look=look(meaning), drawn=drawn))
-    curves.insert(0, _measured(curves[0].x[[0, -1]]))
+    curves.insert(0, measured_range(curves[0].x[[0, -1]]))
     return Panel(
         id="fig6",
         title="Figure 6: force under a trapezoidal pulse of 0 to 1000 V",
-        caption=f"Attraction, with a ramp of 36 ms, which the paper does not print. {_BAND}",
+        caption=f"Attraction, ramp of 36 ms. {_BAND}",
         x=("time", "s"),
         y=("electrostatic force", "N"),
         curves=tuple(curves),
@@ -189,7 +188,7 @@ _BAND = (
 )
 
 
-def _measured(ends: Real) -> Curve:
+def measured_range(ends: Real) -> Curve:
     """Return the attraction behind the measured lateral force, from one end of the axis to the other."""
     low, high = values.attraction_of(values.FORCE_MEASURED)
     return Curve(
@@ -205,7 +204,7 @@ def _measured(ends: Real) -> Curve:
 def figure_6_ramps() -> Panel:
     """Peak force against the ramp, which the paper does not print."""
     ramps = np.geomspace(1e-4, 0.3, 15)
-    curves = [_measured(ramps[[0, -1]])]
+    curves = [measured_range(ramps[[0, -1]])]
     for name, scenario in compute.figure_6_cases().items():
         forces = np.array([compute.peak_force(scenario, ramp=float(ramp)) for ramp in ramps])
         meaning = (
@@ -216,7 +215,7 @@ def figure_6_ramps() -> Panel:
     return Panel(
         id="fig6_ramps",
         title="Figure 6: ramp that would give the measured force",
-        caption="Peak attraction; range as in the figure above. Every skin reaches it with some ramp.",
+        caption="Range as above. Every skin reaches it with some ramp.",
         x=("ramp", "s"),
         y=("peak electrostatic force", "N"),
         curves=tuple(curves),
@@ -244,40 +243,9 @@ def figure_7_skins(own: Tabulated | None) -> Panel:
     return Panel(
         id="fig7",
         title="Figure 7: mean force over frequency on a thin coating, relative to 10 kHz",
-        caption="Law as printed; a coating of 1 um with eps 3.9 is taken, which the paper does not print. Meyer's points could"
-        " not be obtained.",
+        caption="Law as printed; coating of 1 um with eps 3.9, not printed. Meyer's points could not be obtained.",
         x=("frequency", "Hz"),
         y=("force relative to 10 kHz", "1"),
         curves=tuple(curves),
-        log_x=True,
-    )
-
-
-def figure_7_thickness() -> Panel:
-    """Force over frequency, with a range over the thickness of the skin."""
-    frequency = np.geomspace(100.0, 1e4, 81)
-    material = compute.force_skins()["palmar women 20 uS"].material
-    thin, thick = values.THICKNESSES
-    forces = {
-        t: compute.frequency_force(material, frequency, thickness=t)
-        for t in (thin, values.SKIN_THICKNESS, thick)
-    }
-    return Panel(
-        id="fig7_thickness",
-        title="Figure 7: range over the thickness of the stratum corneum",
-        caption="Law (1) under 100 V, palmar women 20 uS; the thicknesses are a choice.",
-        x=("frequency", "Hz"),
-        y=("mean electrostatic force", "N"),
-        curves=(
-            Curve(
-                label="100 to 400 um",
-                x=frequency,
-                y=forces[thick],
-                upper=forces[thin],
-                kind="band",
-                look=REFERENCE,
-            ),
-            Curve(label="200 um", x=frequency, y=forces[values.SKIN_THICKNESS], look=REFERENCE),
-        ),
         log_x=True,
     )

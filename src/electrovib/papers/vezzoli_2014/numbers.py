@@ -97,7 +97,7 @@ def _static() -> tuple[Row, ...]:
         Row("static_force_1000V", "static force of equation (1) at 1000 V", None, force / 1e-3, "mN", "check",
             f"From the printed inputs; the paper prints no such force. The Maxwell stress in the gap gives"
             f" {vanishing / 1e-3:.4g} mN, {vanishing / force:.4g} times more.", brief="from the printed inputs"),
-        Row("thickness_spread_law_1", f"law (1): force with a skin of {thin} um over that with {thick} um", None, law,
+        Row("thickness_spread_law_1", f"law (1): force at {thin} um of skin over {thick} um", None, law,
             "1", "open", f"{chosen} The measured forces differ by a factor of 2.5; in law (1) the difference comes from the"
             " geometric thickness.", "skin thickness can explain the spread of 2 to 5 mN", brief="thicknesses not printed"),
         Row("thickness_spread_gap", "the same, Maxwell stress in the gap", None, gap, "1", "open",

@@ -48,17 +48,18 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
         figures,
         numbers,
         open_questions,
+        population,
     )
 
     own = None if skin is None else _own_skin(skin)
-    rows = (*numbers.rows(), *falling_edge.rows())
+    rows = (*numbers.rows(), *falling_edge.rows(), *population.rows())
     return Reproduction(
         paper="vezzoli_2014",
         citation=CITATION,
         rows=rows,
-        panels=(*figures.panels(own), *falling_edge.panels()),
+        panels=(*figures.panels(own), *falling_edge.panels(), *population.panels()),
         pages=(open_questions.page(rows),),
-        tables=(decay.table(), *by_skin.tables(own), falling_edge.table()),
+        tables=(decay.table(), *by_skin.tables(own), falling_edge.table(), population.table()),
         equations=EQUATIONS,
         references=tuple(sorted({each.source for each in compute.all_skins().values()} - {CITATION})),
         title="Vezzoli et al. 2014, recomputed",

@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS
+from electrovib.recordings.calibration_error import CalibrationError
 
 if TYPE_CHECKING:
     import xarray
@@ -22,37 +23,6 @@ PRESCRIBED: Final = frozenset({"time", "frequency", "layer", "drive_voltage", "d
 PROPORTIONAL: Final = frozenset({"impedance"})
 """Signals whose noise is proportional to their modulus unless stated otherwise."""
 AXES: Final = ("time", "frequency")
-
-
-@dataclass(frozen=True, kw_only=True)
-class CalibrationError:
-    """Systematic error of a measured signal: values = true values times (1 + gain error) + zero error.
-
-    Parameters
-    ----------
-    gain : float
-        Standard uncertainty of the gain over the gain, dimensionless.
-    zero : float
-        Standard uncertainty of the zero, in the unit of the signal.
-    covariance : float
-        Of both, in the unit of the signal.
-    """
-
-    gain: float = 0.0
-    zero: float = 0.0
-    covariance: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Refuse what is no covariance."""
-        numbers = (self.gain, self.zero, self.covariance)
-        if not np.isfinite(numbers).all() or self.gain < 0 or self.zero < 0:
-            raise InputError(
-                f"gain error {self.gain:g}, zero error {self.zero:g}: expected finite uncertainties of 0 or more"
-            )
-        if abs(self.covariance) > self.gain * self.zero * (1 + 1e-9):
-            raise InputError(
-                f"covariance of gain and zero {self.covariance:g}: expected at most the product of both uncertainties"
-            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,8 +47,8 @@ class MeasuredTrace:
     session : str
         Day, finger or mounting to which the recording belongs; parameters may vary between sessions.
     calibration : mapping of str to CalibrationError
-        Signal to its systematic error; by default that of its attributes ``gain_uncertainty``, ``zero_uncertainty`` and
-        ``gain_zero_covariance``, which an import with a calibration line writes.
+        Signal to its systematic error; by default that which an import with a calibration wrote into the attributes of the
+        signal, see `CalibrationError.attributes`.
     """
 
     trace: xarray.Dataset
@@ -94,9 +64,7 @@ class MeasuredTrace:
         """Return the systematic error of a signal; None where it is not stated."""
         if signal in self.calibration:
             return self.calibration[signal]
-        names = ("gain_uncertainty", "zero_uncertainty", "gain_zero_covariance")
-        stated = [float(self.trace[signal].attrs.get(name, 0.0)) for name in names]
-        return CalibrationError(gain=stated[0], zero=stated[1], covariance=stated[2]) if any(stated) else None
+        return CalibrationError.from_attributes(self.trace[signal].attrs)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.measured import CalibrationError
+    from electrovib.recordings.calibration_error import CalibrationError
     from electrovib.recordings.fit.result import ScenarioFit
 
 _VANISHES: Final = 1e-6

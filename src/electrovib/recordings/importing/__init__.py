@@ -5,4 +5,3 @@ from electrovib.recordings.importing.import_file import import_file as import_fi
 from electrovib.recordings.importing.listing import list_columns as list_columns
 from electrovib.recordings.importing.merging import merge_traces as merge_traces
 from electrovib.recordings.importing.own_material import import_material as import_material
-from electrovib.recordings.importing.systematic import systematic_uncertainty as systematic_uncertainty

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.recordings.calibration_error import CalibrationError
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -69,24 +70,33 @@ class SensorCalibration:
         variance: Real = np.maximum(first + 2 * both * at + second * at**2, 0.0)
         return np.asarray(np.sqrt(variance))
 
-    def error_attributes(self) -> dict[str, float]:
-        """Return the uncertainty of the line as attributes of a calibrated signal, as a fit reads them.
+    def error(self, *, zero_known: bool = False) -> CalibrationError:
+        """Return the systematic error of a signal that the line has converted.
+
+        Parameters
+        ----------
+        zero_known : bool
+            Whether a mean or a trend of the signal has been subtracted, which removes the error of its zero.
 
         Returns
         -------
-        attributes : dict of str to float
-            ``gain_uncertainty``, the standard uncertainty of the sensitivity over the sensitivity; ``zero_uncertainty``, that of
-            the value at 0 in the unit of the signal; ``gain_zero_covariance``, in the unit of the signal.
+        error : CalibrationError
+            Of gain and zero, the zero in SI of the signal.
+
+        Notes
+        -----
+        With value v = a + b r of the reading r, deviations da and db change v by dz + g v, where g = db / b and
+        dz = da - (a / b) db.
         """
         (first, both), (_, second) = self.covariance
-        slope, level = self.sensitivity, self.intercept
-        ratio = level / slope
-        variance = float(first - 2 * ratio * both + ratio**2 * second)
-        return {
-            "gain_uncertainty": float(np.sqrt(second)) / abs(slope),
-            "zero_uncertainty": float(np.sqrt(max(variance, 0.0))),
-            "gain_zero_covariance": float(both / slope - ratio * second / slope),
-        }
+        ratio = self.intercept / self.sensitivity
+        gain = float(np.sqrt(second)) / abs(self.sensitivity)
+        if zero_known:
+            return CalibrationError(gain=gain)
+        zero = float(np.sqrt(max(first - 2 * ratio * both + ratio**2 * second, 0.0)))
+        covariance = float((both - ratio * second) / self.sensitivity)
+        largest = gain * zero  # exceeded only by rounding
+        return CalibrationError(gain=gain, zero=zero, covariance=min(max(covariance, -largest), largest))
 
 
 def calibrate(reading: ArrayLike, known: ArrayLike) -> SensorCalibration:

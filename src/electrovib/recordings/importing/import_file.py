@@ -15,12 +15,12 @@ from electrovib.core.trace import make_trace
 from electrovib.data.columns.faults import check_file
 from electrovib.data.readers.registry import format_of, read_recorded
 from electrovib.recordings.importing.calibration import SensorCalibration
+from electrovib.recordings.importing.calibration_file import read_calibration
 from electrovib.recordings.importing.choice import calibrated_column, check_names, column_of
 from electrovib.recordings.importing.clock import SampleTimes, sample_times
 from electrovib.recordings.importing.notices import about_samples
 from electrovib.recordings.importing.reduction import ReductionSteps, reduced
 from electrovib.recordings.importing.spectrum_trace import spectrum_trace
-from electrovib.recordings.importing.systematic import read_calibration, systematic_attribute
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -74,7 +74,7 @@ def import_file(
         Sheet of a spreadsheet, table of a Gamry file, or array whose length is chosen where a file holds several.
     calibration : mapping of str to path, optional
         Signal to a table of two columns with units, the reading of its sensor and the known value; the line fitted to it is used
-        as the scale, and its covariance is carried in the attribute ``calibration_covariance``.
+        as the scale, and its error goes with the signal, as a fit reads it.
     title : str
         Title of the Trace; the name of the file if empty.
     **reduction
@@ -200,8 +200,6 @@ def _over_time(
     if problems:
         raise InputError(problems)
     diagnostics = [*clock.diagnostics, *about_samples(clock.time, readings)]
-    lines = {name: line for name, line in steps.scale.items() if isinstance(line, SensorCalibration)}
-    origin = origin | systematic_attribute(lines, {*steps.baseline, *steps.detrend})
     found, signals, words = reduced(clock.time, signals, steps)
     trace = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
@@ -210,7 +208,8 @@ def _over_time(
     )
     for name, scale in steps.scale.items():
         if isinstance(scale, SensorCalibration):
-            trace[name].attrs |= scale.error_attributes()
+            zero_known = name in {*steps.baseline, *steps.detrend}
+            trace[name].attrs |= scale.error(zero_known=zero_known).attributes()
     return trace
 
 

@@ -15,7 +15,6 @@ from electrovib.core.units import format_quantity
 from electrovib.recordings.importing.common_edges import ClockRelation, match_edges
 from electrovib.recordings.importing.periods import find_edges
 from electrovib.recordings.importing.steps import resampled, seconds
-from electrovib.recordings.importing.systematic import ATTRIBUTE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -143,11 +142,15 @@ def _merged(first: _Record, second: _Record, relation: ClockRelation) -> xarray.
             else []
         ),
     ]
-    return make_trace(
+    merged = make_trace(
         {name: (("time",), values) for name, values in signals.items()},
         {"time": grid},
-        _attributes(first.trace, second.trace, words, relation, kept=added),
+        _attributes(first.trace, second.trace, words, relation),
     )
+    for name in signals:  # such as the error of a calibration
+        source = second if name in added else first
+        merged[name].attrs = {**source.trace[name].attrs, **merged[name].attrs}
+    return merged
 
 
 def _onto(time: Real, values: Real, grid: Real) -> Real:
@@ -167,8 +170,6 @@ def _attributes(
     second: xarray.Dataset,
     words: list[str],
     relation: ClockRelation,
-    *,
-    kept: list[str],
 ) -> dict[str, str]:
     """Return the attributes of the first Trace with the statements of the second one."""
     diagnostics = [each.to_dict() for each in read_diagnostics(first.attrs.get("validity", "[]"))]
@@ -181,11 +182,6 @@ def _attributes(
     for name in ("file", "file_sha256", "reader", "options"):
         if name in second.attrs:
             attributes[f"second_{name}"] = str(second.attrs[name])[:_LONGEST]
-    covariance = {
-        name: value for name, value in json.loads(second.attrs.get(ATTRIBUTE, "{}")).items() if name in kept
-    } | json.loads(first.attrs.get(ATTRIBUTE, "{}"))
-    if covariance:
-        attributes[ATTRIBUTE] = json.dumps(covariance)
     return attributes | {
         "history": "\n".join([*_history(first), *words]),
         "validity": json.dumps(diagnostics),

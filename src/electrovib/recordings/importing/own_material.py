@@ -91,6 +91,7 @@ def import_material(
     reader: str = "",
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
+    part: str | None = None,
 ) -> ImportedMaterial:
     r"""Import a measured impedance or permittivity spectrum as a material.
 
@@ -116,6 +117,8 @@ def import_material(
         Of text: one character; found if not given.
     decimal_comma : bool, optional
         Of text: whether decimals are written with a comma; found if not given.
+    part : str, optional
+        Sheet of a spreadsheet, table of a Gamry file, or array whose length is chosen where a file holds several.
 
     Returns
     -------
@@ -135,7 +138,7 @@ def import_material(
     sample = read_sample(
         path, area=area, thickness=thickness, series_resistance=series_resistance,
         parallel_capacitance=parallel_capacitance, columns=columns, reader=reader, delimiter=delimiter,
-        decimal_comma=decimal_comma,
+        decimal_comma=decimal_comma, part=part,
     )  # fmt: skip
     history, diagnostics = list(sample.history), list(sample.diagnostics)
     material = _tabulated(sample, number_of("conductivity", conductivity, "S/m"), history)

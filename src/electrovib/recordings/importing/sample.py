@@ -15,6 +15,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.readers.registry import read_recorded
 from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.recordings.importing.phase_offset import phase_offset
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -59,13 +60,18 @@ def read_sample(
     reader: str = "",
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
+    part: str | None = None,
+    fixture_capacitance: float = 0.0,
 ) -> SampleSpectrum:
     """Read the permittivity of a sample from a measured impedance or permittivity spectrum.
 
     Parameters
     ----------
-    path, area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma
+    path, area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma, part
         As for `import_material`.
+    fixture_capacitance : float
+        Capacitance of the fixture as a reference measured in it shows [F], subtracted from an admittance like
+        `parallel_capacitance`; without effect on a permittivity.
 
     Returns
     -------
@@ -75,10 +81,12 @@ def read_sample(
     Raises
     ------
     InputError
-        If the file holds no spectrum, or a dimension is missing.
+        If the file holds no spectrum, a dimension is missing, or the impedance shows that the instrument is badly calibrated.
     """
     place = Path(path)
-    recorded = read_recorded(place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
+    recorded = read_recorded(
+        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=part
+    )
     spectrum = spectrum_of(recorded, columns=columns)
     depth = None if thickness is None else _above_zero("thickness", thickness, "m")
     history = [f"spectrum of {place.name}: {spectrum.read_as}"]
@@ -86,8 +94,16 @@ def read_sample(
     resistance = number_of("series_resistance", series_resistance, "ohm")
     capacitance = number_of("parallel_capacitance", parallel_capacitance, "F")
     if spectrum.impedance is not None:
-        permittivity, words = _of_impedance(spectrum, area, depth, resistance, capacitance)
+        _refuse_bad_calibration(place, spectrum)
+        permittivity, words = _of_impedance(
+            spectrum, area, depth, resistance, capacitance + fixture_capacitance
+        )
         history += words
+        if fixture_capacitance:
+            source = (
+                "measured in parallel with the reference resistor (--parallel-capacitance states another one)"
+            )
+            history.append(f"the capacitance of the fixture was {source}")
     else:
         assert spectrum.permittivity is not None
         permittivity = spectrum.permittivity
@@ -107,6 +123,17 @@ def read_sample(
         history=tuple(history),
         diagnostics=tuple(diagnostics),
     )
+
+
+def _refuse_bad_calibration(place: Path, spectrum: MeasuredSpectrum) -> None:
+    """Refuse the impedance of an instrument whose phase is wrong by a constant."""
+    assert spectrum.impedance is not None
+    offset = phase_offset(spectrum.frequency, spectrum.impedance)
+    if offset is not None:
+        raise InputError(
+            f"badly calibrated: {offset.sentence()}. Calibrate the instrument with a resistor of the same size and measure again",
+            path=place,
+        )
 
 
 def number_of(name: str, value: str | float, unit: str) -> float:
@@ -165,6 +192,10 @@ def _of_impedance(
     words = [
         f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
     ]
-    words += [f"fixture of {format_quantity(capacitance, 'F')} in parallel subtracted"] if capacitance else []
+    words += (
+        [f"fixture of {format_quantity(capacitance, 'F', digits=4)} in parallel subtracted"]
+        if capacitance
+        else []
+    )
     words += [f"{format_quantity(resistance, 'ohm')} in series subtracted"] if resistance else []
     return np.asarray(depth / (turns * eps0 * surface * sample)), words

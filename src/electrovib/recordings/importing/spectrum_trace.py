@@ -9,6 +9,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.recordings.importing.phase_offset import phase_offset
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -63,6 +64,9 @@ def spectrum_trace(
                 "the table states a permittivity without loss; the loss was assumed to be 0",
             )
         )
+    if found.impedance is not None and (offset := phase_offset(found.frequency, found.impedance)):
+        text = f"{offset.sentence()}: the instrument is badly calibrated"
+        diagnostics.append(Diagnostic("calibration of the instrument", "warning", text))
     history = f"{origin['file']} read by reader '{origin['reader']}'\nspectrum: {found.read_as}; sorted by frequency"
     attributes = {
         **origin,

@@ -12,7 +12,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import exact_text, format_quantity
 from electrovib.recordings.spectra.form_names import forms_of
-from electrovib.recordings.spectra.judged import diagnostics_of, history_of, refuse_misfit
+from electrovib.recordings.spectra.judged import acceptable_first, diagnostics_of, history_of, refuse_misfit
 from electrovib.recordings.spectra.linear_test import consistency
 from electrovib.recordings.spectra.material import fit_material
 
@@ -176,7 +176,7 @@ def fit_samples(
     Returns
     -------
     fitted : FittedMaterial
-        Of the form with the smallest AICc.
+        Of the form with the smallest AICc among those that are not refused.
 
     Raises
     ------
@@ -188,9 +188,10 @@ def fit_samples(
     weights = _noise_of(samples, noise or {})
     frequency = np.concatenate([each.frequency for each in samples.values()])
     permittivity = np.concatenate([each.permittivity for each in samples.values()])
-    fits = fit_material(frequency, permittivity, forms=forms, noise=weights)
+    allowed = 3 * max((noise or {}).values(), default=0.0)
+    fits = acceptable_first(fit_material(frequency, permittivity, forms=forms, noise=weights), allowed)
     consistent = float(np.max([consistency(each.frequency, each.permittivity) for each in samples.values()]))
-    refuse_misfit(fits[0], consistent, 3 * max((noise or {}).values(), default=0.0))
+    refuse_misfit(fits[0], consistent, allowed)
     deviations = None if error is None else error.deviations(fits[0], frequency, permittivity, noise=weights)
     depths = {each.thickness for each in samples.values()}
     return FittedMaterial(

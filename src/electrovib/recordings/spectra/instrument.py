@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from electrovib.core.errors import InputError
+from electrovib.recordings.importing.phase_offset import CERTAIN
 from electrovib.recordings.spectra.material import shift_of
 from electrovib.recordings.spectra.parts import fit_parallel_part
 
@@ -28,12 +29,16 @@ class InstrumentError:
         Standard uncertainty of the modulus over the modulus, dimensionless; that of area and thickness may be part of it.
     phase : float
         Standard uncertainty of the phase [rad].
+    fixture_capacitance : float
+        Capacitance in parallel with the known resistor, that of fixture and leads [F]; 0 where it is not measured, or less than
+        5 standard deviations.
     words : str
         Where they are from.
     """
 
     gain: float = 0.0
     phase: float = 0.0
+    fixture_capacitance: float = 0.0
     words: str = ""
 
     def __post_init__(self) -> None:
@@ -92,7 +97,7 @@ def error_by_resistor(frequency: ArrayLike, impedance: ArrayLike, *, resistance:
     Returns
     -------
     error : InstrumentError
-        The relative deviation of the measured resistance, and the phase at vanishing frequency.
+        The relative deviation of the measured resistance, the phase at vanishing frequency, and the capacitance in parallel.
 
     Raises
     ------
@@ -104,9 +109,11 @@ def error_by_resistor(frequency: ArrayLike, impedance: ArrayLike, *, resistance:
     found = fit_parallel_part(frequency, impedance)
     gain = abs(found.resistance / resistance - 1)
     phase = abs(found.estimate.values["phase_offset"])
+    certain = found.capacitance > CERTAIN * found.estimate.standard_deviations["capacitance"]
     return InstrumentError(
         gain=gain,
         phase=phase,
+        fixture_capacitance=found.capacitance if certain else 0.0,
         words=f"a resistor of {resistance:.6g} ohm measured as {found.resistance:.6g} ohm, with a phase offset of"
         f" {math.degrees(phase):.2g} degrees",
     )

@@ -27,6 +27,30 @@ REFUSED_MISFIT: Final = 0.3
 """The same, beyond which the form is refused."""
 
 
+def _misses(fit: MaterialFit, allowed: float) -> bool:
+    """Return whether a form misses the data by more than is accepted."""
+    worst = max(fit.permittivity_error, fit.conductivity_error)
+    return not worst <= max(REFUSED_MISFIT, allowed)
+
+
+def acceptable_first(fits: Sequence[MaterialFit], allowed: float) -> tuple[MaterialFit, ...]:
+    """Put the forms that miss the data by more than is accepted behind the others.
+
+    Parameters
+    ----------
+    fits : sequence of MaterialFit
+        By the criterion of Akaike, which with few rows prefers forms of few parameters whatever they miss.
+    allowed : float
+        Deviation that the stated noise explains, relative; the limit is at least this.
+
+    Returns
+    -------
+    fits : tuple of MaterialFit
+        Otherwise in their order.
+    """
+    return tuple(sorted(fits, key=lambda each: _misses(each, allowed)))
+
+
 def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
     """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it.
 
@@ -52,7 +76,7 @@ def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
             " --band, or state the noise of the rows with --noise if it is as large"
         )
     worst = max(best.permittivity_error, best.conductivity_error)
-    if not worst <= max(REFUSED_MISFIT, allowed):
+    if _misses(best, allowed):
         raise InputError(
             f"{best.form}, the best of the forms, misses the spectrum by {100 * worst:.2g} % rms, more than"
             f" {100 * REFUSED_MISFIT:g} %: take more terms with --form cole-cole-4, or a smaller --band"
@@ -96,8 +120,12 @@ def history_of(
         f" the conductivity by {100 * best.conductivity_error:.2g} % rms"
     )
     if len(fits) > 1:
-        ranks = ", ".join(f"{each.form} {each.estimate.aicc - best.estimate.aicc:.3g}" for each in fits[1:])
-        yield f"form chosen by AICc; above the chosen one lie {ranks}"
+        others = {each.form: each.estimate.aicc - best.estimate.aicc for each in fits[1:]}
+        ranks = ", ".join(f"{form} {apart:.3g}" for form, apart in others.items() if apart >= 0)
+        yield f"form chosen by AICc; above the chosen one lie {ranks or 'no others'}"
+        if omitted := [form for form, apart in others.items() if apart < 0]:
+            limit = f"{100 * REFUSED_MISFIT:g} % rms, or than the noise explains"
+            yield f"omitted in spite of a lower AICc, because they miss the data by more than {limit}: {', '.join(omitted)}"
     if best.outliers.any():
         rows = ", ".join(format_quantity(float(each), "Hz", digits=4) for each in frequency[best.outliers])
         yield f"left out as outliers: {rows}"

@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.least_squares import FreeParameter, least_squares
+from electrovib.recordings.importing.phase_offset import CERTAIN, LARGEST_PHASE_OFFSET
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,12 +20,8 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.recordings.fit.estimate import LeastSquaresEstimate
 
-LARGEST_PHASE_OFFSET: Final = math.radians(1.0)
-"""Phase at vanishing frequency beyond which a calibration is refused; a resistor has none."""
 LARGEST_RESIDUAL: Final = 0.05
 """Relative root mean square of what the part misses beyond which it is not that part."""
-CERTAIN: Final = 5.0
-"""Standard deviations beyond which an offset or a row is no accident."""
 _FEWEST: Final = 8
 _LEAST_CAPACITANCE: Final = 1e-18
 

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+Name = TypeVar("Name")
 
 SUPPORTED: Final = 2.0
 """Difference of the criterion up to which a form has substantial support (Burnham and Anderson 2002)."""
 
 
-def chosen_form(criterion: Mapping[str, float]) -> str:
+def chosen_form(criterion: Mapping[Name, float]) -> Name:
     """Choose the simplest form that the data support.
 
     Parameters
     ----------
-    criterion : mapping of str to float
+    criterion : mapping of names to float
         Criterion of each form, dimensionless, from the simplest on; infinite for a form that was rejected.
 
     Returns
     -------
-    name : str
+    name : str or tuple of str
         The first form whose criterion is at most 2 above the lowest, so that noise rarely makes a more complex one be chosen.
     """
     lowest = min(criterion.values())

@@ -9,51 +9,21 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.correlated import autocovariance, line
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
+    from electrovib.recordings.transitions.levels import EdgeLevels
 
-_REACH: Final = 0.08
+_REACH: Final = 0.1
 """Fraction of the change by which the signal differs from a level within the section fitted there."""
 _FLAT: Final = 0.05
 """Smallest slope at a passage over the mean slope of the edge; where it is less, a longer section is fitted."""
+_SLOPE_ERROR: Final = 0.1
+"""Relative standard error of the slope beyond which the section is lengthened."""
+_LONGER: Final = 1.6
+"""Largest factor by which it is."""
 _FEWEST: Final = 5
 """Fewest samples of a section through which a parabola is fitted."""
-_CLEAR: Final = 5.0
-"""Smallest change of an edge, in standard errors of its levels."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class EdgeLevels:
-    """Levels before and after an edge.
-
-    Parameters
-    ----------
-    before, after : float
-        Means, in the unit of the signal.
-    before_error, after_error : float
-        Their standard errors, with the correlation of the samples.
-    noise : float
-        Standard deviation of a sample before the edge.
-    alike : ndarray, shape (m,)
-        Autocovariance of the noise at lags of 0 to m - 1 samples.
-    drift : float
-        Slope before the edge, in the unit of the signal per second; 0 where it is not significant.
-    """
-
-    before: float
-    after: float
-    before_error: float
-    after_error: float
-    noise: float
-    alike: Real
-    drift: float
-
-    @property
-    def change(self) -> float:
-        """Level after less level before, in the unit of the signal."""
-        return self.after - self.before
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,6 +40,8 @@ class Passages:
         Time between them [s].
     standard_error : float
         Of that time, with the uncertainty of both levels [s].
+    freedom : float
+        Degrees of freedom of the standard errors.
     interpolated : bool
         Whether a passage lies between two samples alone, because too few samples lie near the level.
     """
@@ -80,52 +52,8 @@ class Passages:
     last_error: float
     time: float
     standard_error: float
+    freedom: float
     interpolated: bool
-
-
-def levels_of(time: Real, values: Real, *, edge: float, settled: float) -> EdgeLevels:
-    """Compute the levels before an edge and after its transition.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], of this edge alone.
-    values : ndarray, shape (n,)
-        Signal in any unit.
-    edge : float
-        Time before which the signal has its first level [s].
-    settled : float
-        Time after which it has its last level [s].
-
-    Returns
-    -------
-    EdgeLevels
-        With standard errors.
-
-    Raises
-    ------
-    InputError
-        If fewer than 8 samples lie on a side, or if the levels do not differ.
-    """
-    before, after = time < edge, time > settled
-    if min(np.count_nonzero(before), np.count_nonzero(after)) < 8:
-        raise InputError(
-            f"the edge at {edge:.6g} s has {np.count_nonzero(before)} samples before it and {np.count_nonzero(after)} after its"
-            " transition; 8 on each side are needed: record longer, or give before and window"
-        )
-    first, first_error, slope, slope_error = line(time=time[before], values=values[before])
-    last, last_error, _, _ = line(time=time[after], values=values[after])
-    left = values[before] - first
-    if not abs(last - first) > _CLEAR * math.hypot(first_error, last_error):
-        raise InputError(
-            f"the signal does not change at the edge at {edge:.6g} s: {last - first:.3g} with a standard error of"
-            f" {math.hypot(first_error, last_error):.2g}"
-        )
-    return EdgeLevels(
-        before=first, after=last, before_error=first_error, after_error=last_error,
-        noise=float(np.std(left)), alike=autocovariance(left, fitted=1),
-        drift=slope if abs(slope) > 3 * slope_error else 0.0,
-    )  # fmt: skip
 
 
 def passages(
@@ -158,9 +86,11 @@ def passages(
 
     Notes
     -----
-    Around each passage a parabola is fitted to the samples for which the signal is within 8 % of the change from the level;
-    where fewer than five lie there, two neighbouring samples are interpolated. The standard error of a passage is that of
-    the fitted value over the slope.
+    Around each passage a parabola is fitted to the samples for which the signal is within 10 % of the change from the level,
+    or to a section up to 1.6 times as long where the noise leaves the slope uncertain by more than 10 %. Squares are weighted
+    so that they fall to 0 at both ends of the section, which otherwise would be selected by the noise of its outermost
+    samples. Where fewer than five samples lie there, two neighbouring ones are interpolated. The standard error of a passage
+    is that of the fitted value over the slope.
     """
     progress = (values - levels.before) / levels.change
     noise_share = levels.noise / abs(levels.change)
@@ -180,9 +110,13 @@ def passages(
         )
     low, high = int(below[-1]), middle + int(above[0])
     rough = max(float(time[high] - time[low]), float(time[1] - time[0]))
-    first = _passage(time, progress, smooth, at=low, level=fractions[0], rough=rough, span=fractions)
-    last = _passage(time, progress, smooth, at=high - 1, level=fractions[1], rough=rough, span=fractions)
     noise = levels.alike / levels.change**2
+    first = _passage(
+        time, progress, smooth, at=low, level=fractions[0], rough=rough, span=fractions, noise=noise
+    )
+    last = _passage(
+        time, progress, smooth, at=high - 1, level=fractions[1], rough=rough, span=fractions, noise=noise
+    )
     errors = [each.error(noise) for each in (first, last)]
     # an error of the level before shifts the passage at fraction c by (1 - c), one of the level after by c, over the slope
     of_before = (1 - fractions[1]) / last.slope - (1 - fractions[0]) / first.slope
@@ -192,7 +126,7 @@ def passages(
     )
     return Passages(
         first=first.time, last=last.time, first_error=errors[0], last_error=errors[1],
-        time=last.time - first.time, standard_error=math.hypot(*errors, of_levels),
+        time=last.time - first.time, standard_error=math.hypot(*errors, of_levels), freedom=levels.freedom,
         interpolated=first.interpolated or last.interpolated,
     )  # fmt: skip
 
@@ -214,6 +148,15 @@ def _smoothed(progress: Real, noise: float, *, longest: int) -> Real:
     return np.convolve(padded, np.full(count, 1 / count), mode="valid")
 
 
+def _slope(first: float, second: float) -> float:
+    """Return the slope at the centre of a section of -1 to 1, of which the parabola has the coefficients `first` and `second`.
+
+    A third derivative y''' adds y'''/18 to `first` for squares weighted by (1 - x^2)^2. It is taken as that of an exponential,
+    y''^2/y', without which the slope of a decelerating edge is too large, and the standard error of its passage too small.
+    """
+    return first - min((2 / 9) * second**2 / first, first / 2)
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Passage:
     """A passage, with the slope there and the weights of the samples in the fitted value."""
@@ -225,13 +168,16 @@ class _Passage:
 
     def error(self, alike: Real) -> float:
         """Return the standard error [s] for noise of an autocovariance."""
-        from scipy.linalg import matmul_toeplitz
+        return _weighted_error(self.weights, alike) / abs(self.slope)
 
-        size = len(self.weights)
-        lags = np.pad(alike[:size], (0, max(0, size - len(alike))))
-        return math.sqrt(max(float(self.weights @ matmul_toeplitz(lags, self.weights)), 0.0)) / abs(
-            self.slope
-        )
+
+def _weighted_error(weights: Real, alike: Real) -> float:
+    """Return the standard error of a weighted sum of samples with noise of an autocovariance."""
+    from scipy.linalg import matmul_toeplitz
+
+    size = len(weights)
+    lags = np.pad(alike[:size], (0, max(0, size - len(alike))))
+    return math.sqrt(max(float(weights @ matmul_toeplitz(lags, weights)), 0.0))
 
 
 def _passage(
@@ -243,19 +189,21 @@ def _passage(
     level: float,
     rough: float,
     span: tuple[float, float],
+    noise: Real,
 ) -> _Passage:
     """Refine a passage between the samples `at` and `at` + 1."""
     share = (level - smooth[at]) / (smooth[at + 1] - smooth[at])
     step = float(time[at + 1] - time[at])
     here, mean = float(time[at] + share * step), (span[1] - span[0]) / rough
-    found, half = None, _REACH / mean
+    found, half = None, rough / 2
     for _ in range(6):
         part = np.abs(time - here) <= half
         if np.count_nonzero(part) < _FEWEST:
             found = None
             break
-        basis = ((time[part] - here) / half)[:, None] ** np.arange(3)
-        weights = np.linalg.pinv(basis)
+        place = (time[part] - here) / half
+        taper = 1 - place**2
+        weights = np.linalg.pinv(taper[:, None] * place[:, None] ** np.arange(3)) * taper
         value, first, second = weights @ progress[part]
         if not first / half > _FLAT * mean:
             half *= 2
@@ -268,10 +216,14 @@ def _passage(
             )
         shift = min(max(shift, -1.0), 1.0)
         found = _Passage(
-            time=here + shift * half, slope=float(first / half), interpolated=False,
+            time=here + shift * half, slope=_slope(float(first), float(second)) / half, interpolated=False,
             weights=weights[0] + shift * weights[1] + shift**2 * weights[2],
         )  # fmt: skip
-        here, half = found.time, min(max(_REACH / found.slope, half / 2), 2 * half)
+        # the standard error of a slope falls with the power 3/2 of the length of the section
+        wanted = _REACH / found.slope
+        unsure = _weighted_error(weights[1], noise) / first * (half / wanted) ** 1.5
+        wanted *= min(max((unsure / _SLOPE_ERROR) ** (2 / 3), 1.0), _LONGER)
+        here, half = found.time, min(max(wanted, half / 2), 2 * half)
     if found is not None:
         return found
     # the two samples are those that pass the level, so that their own slope is too steep

@@ -10,7 +10,8 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.recordings.importing.periods import find_edges
 from electrovib.recordings.spans import _closed
-from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, levels_of, passages
+from electrovib.recordings.transitions.crossings import Passages, passages
+from electrovib.recordings.transitions.levels import EdgeLevels, levels_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

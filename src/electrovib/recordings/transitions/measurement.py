@@ -54,7 +54,8 @@ class Measurement:
             estimated=self.estimated,
         )
         passed = edge.passages
-        return EdgeTimes(record=edge, recorded=from_noise(passed.time, passed.standard_error), fitted=fitted)
+        recorded = from_noise(passed.time, passed.standard_error, freedom=passed.freedom)
+        return EdgeTimes(record=edge, recorded=recorded, fitted=fitted)
 
     def summary(self, edges: Sequence[EdgeTimes]) -> DirectionTimes | None:
         """Choose the form for all edges of a direction, and average over them."""

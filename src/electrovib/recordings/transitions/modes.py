@@ -23,6 +23,13 @@ DRIFTING: Final = "one drifting mode"
 TWO: Final = "two modes"
 _PARTS: Final = {ONE: ("",), DRIFTING: ("",), TWO: ("", "early_")}
 _BEST_STARTS: Final = 3
+CONSTANT: Final = "constant"
+LINEAR: Final = "linear"
+RELAXING: Final = "exponential"
+LEVELS: Final = (CONSTANT, LINEAR, RELAXING)
+"""Forms of the level about which a signal oscillates, from the simplest on."""
+_LEVEL_TIMES: Final = (0.2, 3.0)
+"""Bounds of the time constant of an exponential level, in lengths of the section."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +40,8 @@ class FittedModes:
     ----------
     form : str
         ``one mode``, ``one drifting mode`` or ``two modes``.
+    level : str
+        Level about which it oscillates: ``constant``, ``linear`` or ``exponential`` in time.
     estimate : LeastSquaresEstimate
         Frequencies of the damped oscillation [Hz], rates of decay [1/s] and amplitudes.
     model : ndarray, shape (n,)
@@ -44,6 +53,7 @@ class FittedModes:
     """
 
     form: str
+    level: str
     estimate: LeastSquaresEstimate
     model: Real
     rejected: str
@@ -55,7 +65,7 @@ class FittedModes:
         return math.inf if self.rejected else self.criterion
 
     def parameters(self) -> dict[str, Interval]:
-        """Return natural frequencies, quality factors and drift with their intervals."""
+        """Return natural frequencies, quality factors, drift and the time constant of the level with their intervals."""
         found: dict[str, Interval] = {}
         for part in _PARTS[self.form]:
             frequency, quality = self._mode(part)
@@ -65,7 +75,32 @@ class FittedModes:
                 self.estimate.values["drift"], self.estimate.standard_deviations["drift"],
                 freedom=self.estimate.degrees_of_freedom,
             )  # fmt: skip
+        if self.level == RELAXING:
+            found["level_time_constant"] = from_noise(
+                self.estimate.values["level_time"], self.estimate.standard_deviations["level_time"],
+                freedom=self.estimate.degrees_of_freedom,
+            )  # fmt: skip
         return found
+
+    def level_change(self, time: Real) -> Real:
+        """Compute how far the level is from that which the constant part of the fit gives.
+
+        Parameters
+        ----------
+        time : ndarray, shape (n,)
+            Times after the start of the section [s]; earlier ones count as 0.
+
+        Returns
+        -------
+        change : ndarray, shape (n,)
+            In the unit of the signal; 0 for a constant level.
+        """
+        values, time = self.estimate.values, np.maximum(time, 0.0)
+        if self.level == LINEAR:
+            return np.asarray(values["level_slope"] * time)
+        if self.level == RELAXING:
+            return np.asarray(values["level_change"] * np.exp(-time / values["level_time"]))
+        return np.zeros_like(time)
 
     def _mode(self, part: str) -> tuple[Interval, Interval]:
         """Natural frequency sqrt(f_d^2 + (r/2 pi)^2) and quality factor pi f/r of a mode with rate of decay r."""
@@ -87,7 +122,13 @@ class FittedModes:
 
 
 def fit_modes(
-    time: Real, values: Real, names: Sequence[str] = (ONE, DRIFTING, TWO), *, noise: Real
+    time: Real,
+    values: Real,
+    names: Sequence[str] = (ONE, DRIFTING, TWO),
+    *,
+    noise: Real,
+    level: str = CONSTANT,
+    fitted: Mapping[str, FittedModes] | None = None,
 ) -> dict[str, FittedModes]:
     """Fit forms of a damped oscillation about a level to a section, with the correlation of the residuals.
 
@@ -101,6 +142,10 @@ def fit_modes(
         Forms, beginning with ``one mode``.
     noise : ndarray, shape (m,)
         Samples without oscillation, from which the correlation of the noise is determined.
+    level : str
+        Level: ``constant``, ``linear`` or ``exponential`` in time.
+    fitted : mapping of str to FittedModes, optional
+        The same forms about a simpler level, at which the search then begins.
 
     Returns
     -------
@@ -110,25 +155,39 @@ def fit_modes(
     Notes
     -----
     A sum of e^(-r t) [a cos(phase) + b sin(phase)] and a level; phase = 2 pi (f t + d t^2/2) with the drift d of a drifting
-    mode. Estimates and criterion are found as in `fit_forms`.
+    mode. The time constant of an exponential level is between 1/5 and 3 lengths of the section. Estimates and criterion are
+    found as in `fit_forms`.
     """
     white = Whitening.of(noise)
     found: dict[str, FittedModes] = {}
     one: LeastSquaresEstimate | None = None
     for name in names:
-        problem = _problem(time, values, name)
-        estimate = problem.solve(_starts(problem, name, one, time))
+        problem = _problem(time, values, name, level)
+        if fitted is None:
+            starts = _starts(problem, name, one, time)
+        else:
+            starts = _with_level(problem, [dict(fitted[name].estimate.values)], time)
+        estimate = problem.solve(starts)
         if name == TWO and estimate.values["early_rate"] < estimate.values["rate"]:
             estimate = problem.solve([_swapped(estimate.values)])
         one = one or estimate
         found[name] = FittedModes(
             form=name,
+            level=level,
             estimate=estimate,
             model=problem.predicted(estimate.values),
             rejected=_rejected(name, estimate),
             criterion=problem.solve([estimate.values], whitening=white).bic,
         )
     return found
+
+
+def _with_level(problem: Separable, starts: list[dict[str, float]], time: Real) -> list[dict[str, float]]:
+    """Add to each start a short and a long time constant of an exponential level, where it has one."""
+    if "level_time" not in problem.free:
+        return starts
+    whole = float(time[-1] - time[0])
+    return [{**start, "level_time": part * whole} for start in starts for part in (0.3, 1.0)]
 
 
 def _rejected(name: str, estimate: LeastSquaresEstimate) -> str:
@@ -154,7 +213,7 @@ def _swapped(values: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def _problem(time: Real, values: Real, name: str) -> Separable:
+def _problem(time: Real, values: Real, name: str, level: str) -> Separable:
     step, whole = float(np.median(np.diff(time))), float(time[-1] - time[0])
     slow, fast = 0.5 / whole, 1 / (4 * step)
     free = {}
@@ -168,15 +227,24 @@ def _problem(time: Real, values: Real, name: str) -> Separable:
     if name == DRIFTING:
         free["drift"] = FreeParameter(start=0.0, lower=-fast / whole, upper=fast / whole)
 
+    if level == RELAXING:
+        shortest, longest = (part * whole for part in _LEVEL_TIMES)
+        free["level_time"] = FreeParameter(start=whole, lower=shortest, upper=longest, logarithmic=True)
+
     def columns(at: Mapping[str, float]) -> Real:
         waves = []
         for part in _PARTS[name]:
             phase = 2 * np.pi * (at[f"{part}damped_frequency"] * time + at.get("drift", 0.0) * time**2 / 2)
             decay = np.exp(-at[f"{part}rate"] * time)
             waves += [decay * np.cos(phase), decay * np.sin(phase)]
+        if level == LINEAR:
+            waves.append(time)
+        elif level == RELAXING:
+            waves.append(np.exp(-time / at["level_time"]))
         return np.column_stack([*waves, np.ones_like(time)])
 
     amplitudes = [f"{part}{kind}" for part in _PARTS[name] for kind in ("cosine", "sine")]
+    amplitudes += {LINEAR: ["level_slope"], RELAXING: ["level_change"]}.get(level, [])
     return Separable(
         columns=columns, data=values, free=free, names=(*amplitudes, "level"), ranges={"drift": 1 / whole**2}
     )
@@ -200,5 +268,6 @@ def _starts(
                 grid.append(
                     {**one.values, "rate": 4 / whole, **{f"early_{key}": each for key, each in mode.items()}}
                 )
+    grid = _with_level(problem, grid, time)
     costs = [problem.sum_of_squares(start) for start in grid]
     return [grid[at] for at in np.argsort(costs)[:_BEST_STARTS]]

@@ -12,7 +12,16 @@ from electrovib.core.errors import InputError
 from electrovib.recordings.transitions.chosen import columns_of
 from electrovib.recordings.transitions.criterion import above_lowest, chosen_form
 from electrovib.recordings.transitions.edges import reference_times
-from electrovib.recordings.transitions.modes import DRIFTING, ONE, TWO, FittedModes, fit_modes
+from electrovib.recordings.transitions.modes import (
+    CONSTANT,
+    DRIFTING,
+    LEVELS,
+    LINEAR,
+    ONE,
+    TWO,
+    FittedModes,
+    fit_modes,
+)
 from electrovib.recordings.transitions.ring_result import MeasuredRing, RingSection
 from electrovib.recordings.transitions.statements import MISFIT
 
@@ -80,11 +89,12 @@ def measure_ring(
 
     Notes
     -----
-    One mode, one mode whose frequency changes linearly, and two modes are compared by BIC, after the correlation of the noise
-    has been filtered out; the simplest within 2 of the lowest is chosen. AICc would often choose a second mode for noise,
-    because its frequency is searched over a wide band. The sections fit one mode from later and later starts, half a period
-    apart: where a higher mode decays sooner, their frequency falls towards that of the mode that remains. The intervals follow
-    from the noise of this one oscillation; sections overlap and are not independent of each other.
+    One mode, one mode whose frequency changes linearly, and two modes, each about a level that is constant, linear or
+    exponential in time, are compared by BIC, after the correlation of the noise has been filtered out; the simplest within 2
+    of the lowest is chosen. AICc would often choose a second mode for noise, because its frequency is searched over a wide
+    band. The sections fit one mode about the level of the chosen form from later and later starts, half a period apart: where
+    a higher mode decays sooner, their frequency falls towards that of the mode that remains. The intervals follow from the
+    noise of this one oscillation; sections overlap and are not independent of each other.
     """
     chosen = columns_of(record, signal=signal, by=by, readback=readback)
     _check(start=start, window=window)
@@ -107,12 +117,11 @@ def measure_ring(
         raise InputError(
             f"the oscillation after {at:.6g} s has {np.count_nonzero(part)} samples above the noise; {_FEWEST} are needed"
         )
-    fitted = fit_modes(since[part] - begin, values[part], noise=quarter)
-    criteria = {name: each.bic for name, each in fitted.items()}
-    best = chosen_form(criteria)
+    fitted, criteria, best = _fitted(since[part] - begin, values[part], quarter)
     if not math.isfinite(fitted[best].bic):
         raise InputError(f"the record after {at:.6g} s holds no damped oscillation: {fitted[ONE].rejected}")
-    sections = _sections(since, values, begin, end, fitted[ONE], quarter)
+    level_change = fitted[best].level_change(since - begin)
+    sections = _sections(since, values - level_change, begin, end, fitted[ONE], quarter)
     misfit = float(np.std(fitted[best].model - values[part])) / noise if noise else math.inf
     drift = fitted[DRIFTING].parameters()["drift"]
     return MeasuredRing(
@@ -120,6 +129,7 @@ def measure_ring(
         unit=chosen.unit,
         reference=at,
         form=best,
+        level=fitted[best].level,
         criteria=above_lowest(criteria),
         parameters=fitted[best].parameters(),
         drift=drift,
@@ -128,8 +138,23 @@ def measure_ring(
         values=values[part],
         model=fitted[best].model,
         misfit=misfit,
-        words=_words(best, fitted, sections, drift, misfit),
+        words=_words(best, fitted, sections, drift, misfit, chosen.unit),
     )
+
+
+def _fitted(time: Real, values: Real, noise: Real) -> tuple[dict[str, FittedModes], dict[str, float], str]:
+    """Return the forms about the level that fits best, the criteria of all about their best levels, and the form chosen."""
+    constant = fit_modes(time, values, noise=noise)
+    by_level = {
+        level: constant
+        if level == CONSTANT
+        else fit_modes(time, values, noise=noise, level=level, fitted=constant)
+        for level in LEVELS
+    }
+    every = {(form, level): by_level[level][form].bic for form in constant for level in LEVELS}
+    form, level = chosen_form(every)
+    lowest = {each: min(every[each, one] for one in LEVELS) for each in constant}
+    return by_level[level], {**lowest, form: every[form, level]}, form
 
 
 def _turning_point(since: Real, deviation: Real) -> float:
@@ -211,6 +236,7 @@ def _words(
     sections: tuple[RingSection, ...],
     drift: Interval,
     misfit: float,
+    unit: str,
 ) -> tuple[str, ...]:
     said = []
     if misfit > MISFIT:
@@ -218,6 +244,8 @@ def _words(
             f"Warning: the form '{best}' leaves a residual of {misfit:.2g} times the noise at the end of the record, so the"
             " choice of the form is uncertain, and frequency and quality factor have an error beyond their intervals."
         )
+    if fitted[best].level != CONSTANT:
+        said.append(_of_level(fitted[best], unit))
     if best == TWO:
         of = fitted[TWO].parameters()
         which = "higher" if of["early_frequency"].value > of["frequency"].value else "lower"
@@ -238,3 +266,14 @@ def _words(
             f" {last.quality.value:.3g}."
         )
     return tuple(said)
+
+
+def _of_level(found: FittedModes, unit: str) -> str:
+    values = found.estimate.values
+    if found.level == LINEAR:
+        slope = f"{values['level_slope']:.3g} {unit}/s"
+        return f"The level about which the signal oscillates changes linearly, by {slope}."
+    return (
+        f"The level about which the signal oscillates relaxes exponentially by {-values['level_change']:.3g} {unit} with a time"
+        f" constant of {values['level_time'] * 1e3:.3g} ms."
+    )

@@ -43,12 +43,14 @@ class MeasuredRing:
         Time of the impact or release [s].
     form : str
         ``one mode``, ``one drifting mode`` or ``two modes``: the simplest whose criterion is at most 2 above the lowest.
+    level : str
+        Level about which the signal oscillates: ``constant``, ``linear`` or ``exponential`` in time, chosen likewise.
     criteria : mapping of str to float
         BIC of each form over the lowest, dimensionless; infinite for a form that was rejected.
     parameters : mapping of str to Interval
         Of the best form: ``frequency`` [Hz] and ``quality`` of the mode that lasts longer, at the start of the section for a
-        drifting one; ``drift`` [Hz/s] of a drifting mode; ``early_frequency`` and ``early_quality`` of the mode that decays
-        sooner.
+        drifting one; ``drift`` [Hz/s] of a drifting mode; ``level_time_constant`` [s] of an exponential level;
+        ``early_frequency`` and ``early_quality`` of the mode that decays sooner.
     drift : Interval
         Rate of change of the frequency of one drifting mode [Hz/s], whichever form is best.
     sections : tuple of RingSection
@@ -65,6 +67,7 @@ class MeasuredRing:
     unit: str
     reference: float
     form: str
+    level: str
     criteria: Mapping[str, float]
     parameters: Mapping[str, Interval]
     drift: Interval

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 UNITS: Final = {
     "delay": "s",
     "time constant": "s",
+    "level time constant": "s",
     "frequency": "Hz",
     "early frequency": "Hz",
     "drift": "Hz/s",

@@ -37,7 +37,7 @@ def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
     """
     second = Surroundings.of(scenario).second
     total = scenario.force.pressure(**amplitudes)
-    if second:
+    if np.any(second):  # a column of many fingers has one for each
         denser = {name: values * second for name, values in amplitudes.items()}
         total = total + scenario.force.pressure(**denser) / second
     return np.asarray(total)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from electrovib.solve.recursion.inputs import of_rises, of_values
+from electrovib.solve.recursion.long_records import follow_long, long_block
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 if TYPE_CHECKING:
@@ -101,15 +102,19 @@ def _put_out(
     keep: int,
 ) -> Numbers:
     """Write some of the outputs, and return the states at the last point, the share of the drive included."""
-    block = keep * max(1, _BLOCK // keep)
     gains, direct = modes.gains[chosen], np.where(modes.lag, 0.0, modes.direct)[chosen]
+    places = np.flatnonzero(chosen).tolist()
+    compiled = long_block(gains, inputs, keep)
+    block = compiled or keep * max(1, _BLOCK // keep)
     weights = block_weights(gains, direct, inputs, z, block, keep)
     blocks, rest = divmod(drive.starts.size, block)
     whole = [signal[: blocks * block].reshape(blocks, block) for signal in inputs.signals]
-    kept, used, places = block // keep, block - keep + 1, np.flatnonzero(chosen).tolist()
+    kept, used = block // keep, block - keep + 1
     records = [output[place][: blocks * kept].reshape(blocks, kept) for place in places]
     begins, length = state - inputs.shift * drive.starts[0], max(1, _HELD // max(1, z.size))
-    for first in range(0, blocks, length):
+    if compiled:
+        begins = follow_long(whole[0].reshape(-1), records, weights, z, begins)
+    for first in range(0, 0 if compiled else blocks, length):
         part = slice(first, min(first + length, blocks))
         seen = [signal[part] for signal in whole]
         states = block_states(seen, weights.onto_state, z, begins)

@@ -6,6 +6,7 @@ from electrovib.study.catalogue.found import find, models, scenarios
 from electrovib.study.catalogue.items import is_own
 from electrovib.study.catalogue.listed import Listed, Listing
 from electrovib.study.catalogue.listing import tables
+from electrovib.study.catalogue.populations import spaces
 
 __all__ = [
     "NAMES",
@@ -23,6 +24,7 @@ __all__ = [
     "plain_text",
     "ready_made",
     "scenarios",
+    "spaces",
     "tables",
     "values",
 ]

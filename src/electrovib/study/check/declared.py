@@ -155,7 +155,8 @@ def refuse_unlimited(
         words = " and ".join(f"limits.{name} ({WORDS[name]})" for name in missing)
         verb = "is" if len(missing) == 1 else "are"
         raise InputError(
-            f"{words} {verb} not declared, and {what} needs both; nothing was written. Add to the scenario, before its first"
+            f"{words} {verb} not declared, and {what} needs the largest voltage and the largest"
+            " current; nothing was written. Add to the scenario, before its first"
             f" table, or to the file of --limits, with the values of your set-up: {LINES_TO_ADD}"
         )
 

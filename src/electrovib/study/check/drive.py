@@ -120,13 +120,13 @@ def _columns(path: Path) -> tuple[Real, Real]:
     for time, voltage in COLUMNS:
         try:
             found = read_columns(path, {"time": (time, "s"), "voltage": (voltage, "V")})
-        except NoColumnError as error:
-            faults.append(error)
         except DataFileError as error:
-            if "has no headings" not in str(error):
+            if "has no headings" in str(error):
+                found = read_columns(path, {"time": (0, "s"), "voltage": (1, "V")})
+                return found["time"], found["voltage"]
+            if not isinstance(error, NoColumnError) and "there is no variable" not in str(error):
                 raise
-            found = read_columns(path, {"time": (0, "s"), "voltage": (1, "V")})
-            return found["time"], found["voltage"]
+            faults.append(error)
         else:
             return found["time"], found["voltage"]
     raise faults[0]

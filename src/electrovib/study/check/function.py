@@ -109,7 +109,7 @@ def checked(
         ),
         comparisons=tuple(_comparison(each, values) for each in THRESHOLDS),
         numbers=_numbers(values, scenario),
-        notes=_notes(scenario),
+        notes=_notes(scenario, values.end),
     )
 
 
@@ -211,15 +211,21 @@ def _limit_row(name: str, values: CheckedValues, limit: DeclaredLimit | None, sc
 
 
 def _breakdown_row(found: Diagnostic) -> CheckRow:
-    """Return the row of a diagnostic of breakdown; within a limit that is not verified the state is unknown."""
+    """Return the row of a diagnostic of breakdown.
+
+    A limit that was cited from memory decides nothing, whichever side of it the value is on. That of Paschen's law depends
+    on such a value only through the logarithm of a logarithm: a field above it fails, one within it is not known to pass.
+    """
     state = _STATES[found.state]
+    if UNVERIFIED in found.text and not (state == FAIL and found.name == "Paschen"):
+        state = UNKNOWN
     return CheckRow(
         quantity=found.name,
         value=found.value,
         limit=found.limit,
         unit=found.unit,
         source=found.text.partition(": ")[2] or found.text,
-        state=UNKNOWN if state == PASS and UNVERIFIED in found.text else state,
+        state=state,
         text=found.text,
     )
 
@@ -258,9 +264,12 @@ def _numbers(values: CheckedValues, scenario: Scenario) -> tuple[CheckNumber, ..
     return (*rms, CheckNumber(quantity="slew rate of the drive", value=values.slew, unit=unit))
 
 
-def _notes(scenario: Scenario) -> tuple[str, ...]:
+def _notes(scenario: Scenario, end: float) -> tuple[str, ...]:
     amplifier = scenario.circuit.amplifier
     notes = ["Values are those of the model; a value at exactly its limit passes. No value is clipped."]
+    if scenario.drive.duration > end * (1 + 1e-9):
+        checked_to, lasts = (format_quantity(each, "s", digits=4) for each in (end, scenario.drive.duration))
+        notes.append(f"Checked up to {checked_to} (time.duration) only; the drive lasts {lasts}.")
     if amplifier is None or amplifier.stray_capacitance == 0:
         notes.append(
             "No stray capacitance of plate and cable is declared (circuit.amplifier.stray_capacitance): the current that"

@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.limits import SWITCH_ON, WORDS
+from electrovib.solve.choice import chosen
 from electrovib.solve.diagnostics import running_currents
 from electrovib.solve.diagnostics.judge import largest_values, stack_diagnostics
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 _BREAKDOWN: Final = ("film strength", "Paschen", "field emission")
 """Beginnings of the names of the diagnostics of breakdown."""
 _MANY: Final = 2_000
-"""Number of samples of a measured drive above which its root-mean-square values are taken by straight lines between them."""
+"""Samples of a measured drive above which root-mean-square values are those of straight lines, as with time stepping."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,7 @@ def _rms(
     found = dict.fromkeys(signals, math.nan)
     known = {name: signal for name, signal in signals.items() if math.isfinite(largest[name])}
     stamps = scenario.drive.time_stamps
-    if stamps is not None and len(stamps) > _MANY:
+    if (stamps is not None and len(stamps) > _MANY) or chosen(scenario).method.is_marched:
         whole = peaks.whole or peaks
         return found | {name: rms_of_lines(whole.times, whole.rows[name]) for name in known}
     names = {name: Named("rms", signal) for name, signal in known.items()}

@@ -1,6 +1,8 @@
 """Plots: functions of one Trace or several; each draws into Axes and returns them."""
 
+from electrovib.view.plots.indices import indices
 from electrovib.view.plots.layers import stack
+from electrovib.view.plots.over_fingers import bands, exceedance
 from electrovib.view.plots.over_frequency import (
     frequency_response,
     gain,
@@ -22,9 +24,11 @@ from electrovib.view.plots.over_time import (
 from electrovib.view.plots.reproduced import panel
 
 __all__ = [
+    "bands",
     "current",
     "drive",
     "effective_voltage",
+    "exceedance",
     "field",
     "force",
     "frequency_response",
@@ -32,6 +36,7 @@ __all__ = [
     "gain_phase",
     "impedance",
     "impedance_phase",
+    "indices",
     "lateral_force",
     "layer_voltages",
     "over_time",

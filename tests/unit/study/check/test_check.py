@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,15 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
 from electrovib.physics.limits import Limits
-from electrovib.study.check import LimitsFrom, cleared_for_output, limits_from, sampled, strictest
+from electrovib.study.check import (
+    CheckResult,
+    CheckRow,
+    LimitsFrom,
+    cleared_for_output,
+    limits_from,
+    sampled,
+    strictest,
+)
 from electrovib.study.check.declared import LINES_TO_ADD
 from electrovib.study.check.values import rms_of_lines, slew_of
 
@@ -67,7 +76,37 @@ def test_breakdown_of_the_film_and_of_air():
     assert film.value == pytest.approx(1000 / 90e-6, rel=1e-4)
     assert film in result.failed
     assert result.state == "fail"
-    assert row(ev.check(FIG6), "field emission").state == "unknown", "the limit was cited from memory"
+    for high in ("1 kV", "20 kV"):
+        emission = row(ev.check(FIG6, set={"drive.high": high}), "field emission")
+        assert emission.state == "unknown", "a limit that was cited from memory decides nothing"
+    held_off = {"high": ("1 kV", "unknown"), "more": ("2 kV", "fail")}
+    for high, state in held_off.values():
+        paschen = row(ev.check("vezzoli_2014/fig2", set={"drive.high": high}), "Paschen")
+        assert paschen.state == state
+
+
+def test_a_drive_that_is_checked_in_part_is_stated():
+    notes = ev.check(FIG6, set={"time.duration": "50 ms"}).notes
+    assert any("Checked up to 50 ms (time.duration) only; the drive lasts 272 ms" in note for note in notes)
+    assert not any("Checked up to" in note for note in ev.check(FIG6).notes)
+
+
+def test_a_computed_trace_is_a_drive(tmp_path):
+    trace = ev.simulate(FIG6, signals=["drive_voltage"])
+    for name in ("trace.nc", "trace.csv", "trace.mat"):
+        ev.save(trace, tmp_path / name)
+        assert ev.check(tmp_path / name, FIG6).value("peak voltage") == 1000
+
+
+def test_a_solver_by_time_steps_gives_the_same_values():
+    """An amplifier far from its limits changes nothing but the solver."""
+    changes = {"circuit.amplifier": {"source_current": "1 A", "stray_capacitance": "100 pF"}}
+    limited, free = (
+        ev.check(FIG6, set={"circuit.amplifier": each})
+        for each in (changes["circuit.amplifier"], {"stray_capacitance": "100 pF"})
+    )
+    for quantity in ("rms voltage", "rms current", "peak current", "stored energy"):
+        assert limited.value(quantity) == pytest.approx(free.value(quantity), rel=1e-2)
 
 
 def test_a_published_current_decides_nothing():
@@ -156,6 +195,23 @@ def test_a_discontinuity_without_resistance_has_no_bound():
     assert result.value("peak current") == math.inf
     assert result.value("slew rate of the drive") == math.inf
     assert json.dumps(result.to_dict(), allow_nan=False)
+
+
+def test_a_declared_limit_that_could_not_be_compared_is_refused():
+    unknown = CheckRow(
+        quantity="charge",
+        value=None,
+        limit=1.0,
+        unit="C",
+        source="",
+        state="unknown",
+        text="the charge is not known",
+    )
+    rows = {"title": "", "duration": 1.0, "comparisons": (), "numbers": (), "notes": ()}
+    with pytest.raises(InputError, match=r"the charge is not known\. Nothing was played"):
+        CheckResult(rows=(unknown,), **rows).refuse("Nothing was played")
+    CheckResult(rows=(replace(unknown, limit=None),), **rows).refuse()
+    CheckResult(rows=(replace(unknown, value=1.0),), **rows).refuse()
 
 
 def test_switching_on_counts():
@@ -249,6 +305,14 @@ class TestCommandLine:
             "an input never"
         )
         assert isinstance(self.run(FIG6, "-o", "check.xyz").exception, InputError)
+
+    def test_a_page(self, tmp_path):
+        path = tmp_path / "check.html"
+        assert self.run(FIG6, "--set", "limits.voltage=900 V", "-o", str(path)).exit_code == 1
+        page = path.read_text(encoding="utf-8")
+        assert "failed: 1 of 7 limits exceeded: peak voltage" in page
+        assert "not a claim of medical safety" in page
+        assert self.run(FIG6, "-o", str(path)).exit_code == 0
 
     def test_series_resistor(self):
         shown = self.run(FIG6, "--series-resistor").output

@@ -1,0 +1,296 @@
+"""Many fingers and very long records: the compiled kernels compared with numpy, JAX and scipy in one run.
+
+Run from the root of the repository with ``python -m benchmarks.population``; rows of JAX need JAX to be installed.
+"""
+
+import gc
+import os
+import tracemalloc
+from collections.abc import Callable
+from contextlib import contextmanager
+from statistics import median
+from time import perf_counter, process_time
+from typing import NamedTuple
+
+import numpy as np
+from benchmarks import one_finger
+from benchmarks.population_peers import batched_eigenvalues, by_jax, mean_square_of_powers, plain_numpy
+from benchmarks.table import surroundings, write_page
+
+from electrovib.solve.population.kernels import (
+    choice,
+    cole_cole_over_frequency,
+    first_order_hold_many,
+    kernel_name,
+    mean_square_over_frequency,
+    merged,
+    quantiles,
+    secular_roots_many,
+    square_moments_many,
+)
+from electrovib.solve.recursion import long_records, march
+
+FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
+DRAWS, FREQUENCIES = 100_000, np.geomspace(1, 1e6, 200)
+
+
+class Measured(NamedTuple):
+    """Median wall and processor time of one method [s], how often it ran, and its result."""
+
+    name: str
+    wall: float
+    processor: float
+    repeats: int
+    result: object
+
+
+def measure(name: str, work: Callable[[], object], repeats: int) -> Measured:
+    """Run some work once unmeasured and then several times."""
+    result = work()
+    wall, processor = [], []
+    for _ in range(repeats):
+        result = None
+        gc.collect()
+        begin, used = perf_counter(), process_time()
+        result = work()
+        wall.append(perf_counter() - begin)
+        processor.append(process_time() - used)
+    return Measured(name, median(wall), median(processor), repeats, result)
+
+
+@contextmanager
+def kernel(name: str):
+    """Compute with a kernel of a given name."""
+    before = os.environ.get(choice.CHOICE)
+    os.environ[choice.CHOICE] = name
+    choice.compiled.cache_clear()
+    try:
+        yield
+    finally:
+        os.environ.pop(choice.CHOICE)
+        if before is not None:
+            os.environ[choice.CHOICE] = before
+        choice.compiled.cache_clear()
+
+
+def numpy_kernel(work: Callable[[], object]) -> Callable[[], object]:
+    """Return the same work with the kernel of numpy."""
+
+    def chosen() -> object:
+        with kernel("numpy"):
+            return work()
+
+    return chosen
+
+
+class Population(NamedTuple):
+    """Fingers with private modes and one trapezoidal drive."""
+
+    rates: np.ndarray
+    residues: np.ndarray
+    direct: np.ndarray
+    state: np.ndarray
+    voltage: np.ndarray
+    time: np.ndarray
+
+
+def population() -> tuple[Population, np.ndarray]:
+    """Return fingers like skin, relaxation times of 10 us to 1 s with a spread, and force over squared voltage."""
+    random = np.random.default_rng(1)
+    rates = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.2, (FINGERS, MODES)))
+    shares = random.dirichlet(np.ones(MODES), FINGERS)
+    time = np.arange(SAMPLES) * STEP
+    voltage = np.clip(500 * np.sin(2 * np.pi * 125 * time), -100, 100)
+    fingers = Population(rates, 0.9 * shares * rates, np.full(FINGERS, 0.1), 0 * rates, voltage, time)
+    return fingers, random.lognormal(0, 0.3, FINGERS) * 1e-6
+
+
+def ratio_rows(found: list[Measured], unit: float, count: float, remarks: dict[str, str]) -> list[list[str]]:
+    """Return rows with times in all, for one unit of work, and in comparison with the first row."""
+    first = found[0]
+    return [
+        [
+            each.name,
+            f"{each.wall * 1e3:.3g}",
+            f"{each.processor * 1e3:.3g}",
+            f"{each.wall / count / unit:.3g}",
+            f"{each.wall / first.wall:.3g}",
+            f"{each.processor / first.processor:.3g}",
+            str(each.repeats),
+            remarks.get(each.name, ""),
+        ]
+        for each in found
+    ]
+
+
+def head(unit: str) -> list[str]:
+    """Return the names of the columns of `ratio_rows`."""
+    times = ["wall time, ms", "processor time, ms", f"wall time, {unit}"]
+    return ["method", *times, "wall time over row 1", "processor time over row 1", "repeats", "remark"]
+
+
+def beyond(work: Callable[[], object]) -> float:
+    """Return the largest memory allocated during some work, its result included [B]."""
+    tracemalloc.start()
+    work()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return float(peak)
+
+
+def stepping() -> list[list[object]]:
+    """Return the tables of stepping, with mean and variance, and with exact percentiles."""
+    fingers, factor = population()
+
+    def streamed() -> object:
+        return merged(square_moments_many(*fingers, factor=factor))
+
+    def table() -> np.ndarray:
+        return first_order_hold_many(*fingers, factor=factor, dtype=np.float32, out=memory)
+
+    memory = np.empty((FINGERS, SAMPLES), np.float32)
+    ours = measure("electrovib, numba", streamed, 15)
+    peers = [
+        measure("electrovib, numpy", numpy_kernel(streamed), 3),
+        measure("numpy, all fingers at once", plain_numpy(fingers, factor), 3),
+        *[measure(name, work, 5) for name, work in by_jax(fingers, factor)],
+    ]
+    largest = np.max(ours.result.mean)
+    means = [np.max(np.abs(each.result[-2] - ours.result.mean)) / largest for each in peers]
+    remarks = {each.name: f"means differ by {off:.0e}" for each, off in zip(peers, means, strict=True)}
+    speed = FINGERS * SAMPLES / ours.wall
+    remarks[ours.name] = f"{speed:.3g} finger-samples/s; {beyond(streamed) / 1e6:.2g} MB of memory in all"
+    alone = measure("electrovib, numba: responses squared, float32", table, 9)
+    bands = [
+        measure("the same, and exact 5 and 95 %", lambda: quantiles(table(), [0.05, 0.95]), 7),
+        measure("the same, and exact 5, 50 and 95 %", lambda: quantiles(table(), [0.05, 0.5, 0.95]), 7),
+        measure("the same, and np.percentile", lambda: np.percentile(table(), [5, 95], axis=0), 1),
+    ]
+    size = (
+        f"{FINGERS} fingers of {MODES} modes, {SAMPLES} samples, force proportional to the squared response."
+    )
+    counted = FINGERS * SAMPLES
+    return [
+        [
+            "Mean and variance of a force",
+            [size],
+            head("ns/sample"),
+            ratio_rows([ours, *peers], 1e-9, counted, remarks),
+        ],
+        ["Exact percentiles", [size], head("ns/sample"), ratio_rows([alone, *bands], 1e-9, counted, {})],
+    ]
+
+
+def poles() -> list[object]:
+    """Return the table of the poles of stacks."""
+    random = np.random.default_rng(2)
+    nodes = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.1, (FINGERS, MODES)))
+    given = np.sort(nodes, axis=1), nodes * random.lognormal(size=nodes.shape), random.lognormal(size=FINGERS)
+    found = [
+        measure("electrovib, numba", lambda: secular_roots_many(*given), 15),
+        measure("electrovib, numpy", numpy_kernel(lambda: secular_roots_many(*given)), 1),
+        measure("numpy.linalg.eigvalsh, batched", batched_eigenvalues(*given), 3),
+    ]
+    notes = [
+        f"Zeros of the impedance of {FINGERS} stacks with {MODES} poles; eigenvalues lose the slow modes to rounding."
+    ]
+    return ["Poles of stacks", notes, head("us/finger"), ratio_rows(found, 1e-6, FINGERS, {})]
+
+
+def sweeps() -> list[object]:
+    """Return the table of transfer functions over frequency."""
+    random = np.random.default_rng(3)
+    rates = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.2, (DRAWS, MODES)))
+    given = rates, rates * random.dirichlet(np.ones(MODES), DRAWS), np.full(DRAWS, 0.1), FREQUENCIES
+    terms = np.array([[1e4, 1e2]]) * random.lognormal(size=(DRAWS, 2))
+    times, alpha = (
+        np.array([[1e-3, 1e-6]]) * random.lognormal(size=(DRAWS, 2)),
+        random.uniform(0, 0.4, (DRAWS, 2)),
+    )
+    layer = np.full(DRAWS, 4.0), terms, times, alpha, np.full(DRAWS, 1e5), FREQUENCIES
+    memory = np.empty((DRAWS, FREQUENCIES.size))
+    wide = np.empty(memory.shape, complex)
+    found = [
+        measure("mean force, numba", lambda: mean_square_over_frequency(*given, out=memory), 7),
+        measure(
+            "mean force, numpy in blocks",
+            numpy_kernel(lambda: mean_square_over_frequency(*given, out=memory)),
+            1,
+        ),
+        measure(
+            "permittivity of two Cole-Cole terms, numba",
+            lambda: cole_cole_over_frequency(*layer, out=wide),
+            5,
+        ),
+        measure(
+            "permittivity of two Cole-Cole terms, numpy in blocks",
+            numpy_kernel(lambda: cole_cole_over_frequency(*layer, out=wide)),
+            1,
+        ),
+        measure(
+            "the same, complex powers, a tenth of the draws", mean_square_of_powers(layer, DRAWS // 10), 1
+        ),
+    ]
+    found[-1] = found[-1]._replace(wall=10 * found[-1].wall, processor=10 * found[-1].processor)
+    notes = [
+        f"{DRAWS} draws of {MODES} modes at {FREQUENCIES.size} frequencies. The last row is ten times a tenth of the work."
+    ]
+    return [
+        "Transfer functions over frequency",
+        notes,
+        head("ns/point"),
+        ratio_rows(found, 1e-9, DRAWS * 200, {}),
+    ]
+
+
+def long_record() -> list[list[object]]:
+    """Return the tables of one finger and a long record."""
+    drive = one_finger.trapezoidal_pulse()
+    places = np.unique(np.concatenate([np.arange(0, drive.size, 24_770), [1, 100, 200, drive.size - 1]]))
+    exact = one_finger.reference(places)
+    worth, rest = long_records._WORTH, np.zeros(one_finger.POLES.size)  # noqa: SLF001
+
+    def work(samples: np.ndarray, least: int) -> Callable[[], np.ndarray]:
+        def run() -> np.ndarray:
+            long_records._WORTH = least  # noqa: SLF001
+            gains = [one_finger.GAINS], [one_finger.DIRECT]
+            found = march(one_finger.POLES, *gains, samples[:-1], samples[1:], one_finger.STEP, rest)[0][0]
+            long_records._WORTH = worth  # noqa: SLF001
+            return found
+
+        return run
+
+    found = [
+        measure("electrovib, numba", work(drive, 0), 25),
+        measure("electrovib, numpy", work(drive, 10**12), 9),
+        measure("sosfilt, 6 biquads", one_finger._biquads(drive), 9),  # noqa: SLF001
+        measure("scipy.signal.lsim", one_finger._lsim(drive), 2),  # noqa: SLF001
+    ]
+    scale = np.abs(exact).max()
+    remarks = {each.name: f"error {np.abs(each.result[places] - exact).max() / scale:.1e}" for each in found}
+    long = np.tile(drive, 10)
+    copied = [measure("copy of the record", long.copy, 5), measure("electrovib, numba", work(long, 0), 5)]
+    notes = [f"{drive.size} samples, {MODES} modes; errors against a closed form of 40 digits."]
+    times = "Weights and memory for the result included; the compiled code is loaded before."
+    longer = [f"{long.size} samples, {MODES} modes."]
+    return [
+        ["One long record", [*notes, times], head("ns/sample"), ratio_rows(found, 1e-9, drive.size, remarks)],
+        ["Ten times longer", longer, head("ns/sample"), ratio_rows(copied, 1e-9, long.size, {})],
+    ]
+
+
+def main() -> None:
+    """Measure all and write the page."""
+    before = os.getloadavg()[0]
+    tables = [*stepping(), poles(), sweeps(), *long_record()]
+    notes = [
+        f"Kernel: {kernel_name()}. {surroundings(['numpy', 'scipy', 'numba', 'jax'])}",
+        f"Medians after one unmeasured run. Load average of the machine {before:.1f} at the beginning and "
+        f"{os.getloadavg()[0]:.1f} at the end: on a busy machine wall times of kernels with two threads suffer most, and "
+        "processor times are the more reliable ones. Rows are comparable only within a table.",
+    ]
+    write_page("population.md", "Many fingers and long records", notes, tables)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,90 @@
+"""The work of `benchmarks.population` in numpy and JAX."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from electrovib.solve.population.kernels.time_steps import step_weights
+
+
+def _weights(fingers, factor) -> tuple:
+    """Return decay, scale and direct share of each finger, with the factor of the square in them, (modes, fingers)."""
+    decay, earlier, later = step_weights(fingers.rates, float(fingers.time[1]))
+    scale = fingers.residues * (decay * later + earlier)
+    direct = fingers.direct + (fingers.residues * later).sum(axis=1)
+    share = np.sqrt(factor)
+    return decay, scale * share[:, np.newaxis], direct * share
+
+
+def plain_numpy(fingers, factor) -> Callable[[], tuple]:
+    """Return the work in numpy with a loop over samples; the weights are prepared."""
+    decay, scale, direct = _weights(fingers, factor)
+    decay, scale = np.ascontiguousarray(decay.T), np.ascontiguousarray(scale.T)
+
+    def work() -> tuple:
+        state, product = np.zeros_like(decay), np.empty_like(decay)
+        mean, variance = np.empty((2, fingers.voltage.size))
+        for sample, level in enumerate(fingers.voltage.tolist()):
+            np.multiply(state, scale, out=product)
+            response = product.sum(axis=0)
+            response += direct * level
+            response *= response
+            mean[sample], variance[sample] = response.mean(), response.var()
+            state *= decay
+            state += level
+        return mean, variance
+
+    return work
+
+
+def by_jax(fingers, factor) -> Iterator[tuple[str, Callable[[], tuple]]]:
+    """Yield the work in JAX, in double precision and compiled, where JAX is installed; the weights are prepared."""
+    try:
+        import jax
+    except ImportError:
+        return
+    jax.config.update("jax_enable_x64", True)
+    import jax.numpy as jnp
+
+    given = [jnp.asarray(each) for each in _weights(fingers, factor)]
+    voltage = jnp.asarray(fingers.voltage)
+
+    def scanned(unroll: int) -> Callable[[], tuple]:
+        def one(decay, scale, direct):
+            def advance(state, level):
+                return decay * state + level, (direct * level + scale @ state) ** 2
+
+            return jax.lax.scan(advance, jnp.zeros_like(decay), voltage, unroll=unroll)[1]
+
+        def moments(*weights):
+            values = jax.vmap(one)(*weights)
+            return values.mean(axis=0), values.var(axis=0)
+
+        compiled = jax.jit(moments)
+        return lambda: tuple(np.asarray(each) for each in compiled(*given))
+
+    yield "jax.vmap(lax.scan)", scanned(1)
+    yield "jax.vmap(lax.scan), unroll=8", scanned(8)
+
+
+def batched_eigenvalues(nodes, weights, constant) -> Callable[[], np.ndarray]:
+    """Return the work by eigenvalues: zeros of sum w/(x - n) - c are those of diag(n) + sqrt(w) sqrt(w)^T/c."""
+    root = np.sqrt(weights / constant[:, np.newaxis])
+    matrices = root[:, :, np.newaxis] * root[:, np.newaxis, :]
+    places = np.arange(nodes.shape[1])
+    matrices[:, places, places] += nodes
+    return lambda: np.linalg.eigvalsh(matrices)
+
+
+def mean_square_of_powers(layer: tuple, draws: int) -> Callable[[], np.ndarray]:
+    """Return the work with complex powers in numpy, for some of the draws."""
+    high, strengths, times, alpha, loss = (each[:draws] for each in layer[:5])
+    s = 2j * np.pi * layer[5]
+
+    def work() -> np.ndarray:
+        relaxing = strengths[..., np.newaxis] / (
+            1 + (s * times[..., np.newaxis]) ** (1 - alpha[..., np.newaxis])
+        )
+        return high[:, np.newaxis] + relaxing.sum(axis=1) + loss[:, np.newaxis] / s
+
+    return work

@@ -1,0 +1,78 @@
+"""Kill a running study at random times, a hundred times, and compare its store with that of a study that was not killed.
+
+Run from the root of the repository with ``python -m benchmarks.study_kills`` (``... 10`` for ten kills). Each kill is
+SIGKILL to the command ``electrovib study``. A study that ends before its kill is begun anew under another seed.
+"""
+
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+FINGERS, SAMPLES = 60_000, 500
+KILLS = 100
+
+
+def command(path, seed):
+    asked = [
+        "-n",
+        str(FINGERS),
+        "--seed",
+        str(seed),
+        "-o",
+        str(path),
+        "--exceed",
+        "1 mN",
+        "--set",
+        f"time.samples={SAMPLES}",
+    ]
+    asked += ["--draws"] if seed % 2 else ["--budget-memory", "20 MB"]
+    return [sys.executable, "-m", "electrovib", "study", "vezzoli_2014/fig6_gap", "fingers", *asked]
+
+
+def content(folder):
+    return {each.relative_to(folder): each.read_bytes() for each in folder.rglob("*") if each.is_file()}
+
+
+def quiet(arguments):
+    return subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+
+def run(arguments):
+    with quiet(arguments) as process:
+        error = process.communicate()[1]
+        assert process.returncode == 0, error
+
+
+def main(kills=KILLS):
+    generator, done, seed = random.Random(1), 0, 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        while done < kills:
+            seed += 1
+            begin = time.perf_counter()
+            run(command(folder / f"whole{seed}.zarr", seed))
+            whole = time.perf_counter() - begin
+            path, here = folder / f"killed{seed}.zarr", 0
+            while done < kills:
+                with quiet(command(path, seed)) as process:
+                    try:
+                        process.wait(generator.uniform(0.0, whole))
+                        assert process.returncode == 0, process.stderr.read()
+                        break
+                    except subprocess.TimeoutExpired:
+                        process.kill()
+                        done, here = done + 1, here + 1
+            run(command(path, seed))
+            same = content(path) == content(folder / f"whole{seed}.zarr")
+            print(
+                f"seed {seed}: {here} kills, {done} in all; {'the same bytes' if same else 'DIFFERENT'}",
+                flush=True,
+            )
+            assert same
+
+
+if __name__ == "__main__":
+    main(*(int(each) for each in sys.argv[1:]))

@@ -1,0 +1,142 @@
+"""Forces of the paper's figures for many fingers at once, in closed form; tests compare them with the solvers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from electrovib.core.arrays import Complex, Real
+from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
+from electrovib.papers.vezzoli_2014 import values
+from electrovib.papers.vezzoli_2014.laws import literal_response
+
+SKIN: Final = "stack.stratum_corneum.thickness"
+PERMITTIVITY: Final = "stack.stratum_corneum.material.permittivity"
+CONDUCTIVITY: Final = "stack.stratum_corneum.material.conductivity"
+EXPONENT: Final = "stack.stratum_corneum.material.exponent"
+GAP: Final = "stack.gap.thickness"
+LEAK: Final = "stack.gap.material.conductivity"
+FRICTION: Final = "friction.coefficient"
+ANCHOR: Final = 100.0
+"""Frequency of the permittivity of the constant-phase skin of figure 7 [Hz]."""
+AMPLITUDE: Final = 100.0
+"""Voltage of figure 7, as `compute.frequency_force` takes it [V]."""
+
+
+def lateral_by_law(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real:
+    """Compute the lateral force at the end of the rising ramp of figure 6, under law (1) with the causal charge loss.
+
+    Parameters
+    ----------
+    at : mapping of str to ndarray, shape (n,)
+        Thickness, permittivity and conductivity of the stratum corneum, and friction, by path, in SI.
+    ramp : float
+        Duration of the ramp to 1000 V [s].
+
+    Returns
+    -------
+    force : ndarray, shape (n,)
+        Coefficient of friction times attraction [N].
+    """
+    skin, film = _skin(at), values.FILM_PERMITTIVITY * eps0 / values.FILM_THICKNESS
+    tau = (film + skin) * at[SKIN] / at[CONDUCTIVITY]
+    effective = values.VOLTAGE * tau / ramp * -np.expm1(-ramp / tau)
+    electrical = values.FILM_THICKNESS / values.FILM_PERMITTIVITY + at[SKIN] / at[PERMITTIVITY]
+    length = values.FILM_THICKNESS + at[SKIN]
+    return np.asarray(
+        at[FRICTION] * eps0 * values.AREA * effective**2 / (2 * electrical * length), dtype=float
+    )
+
+
+def lateral_in_gap(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real:
+    """Compute the lateral force at the end of the rising ramp of figure 6, with the Maxwell stress in a leaky gap.
+
+    Parameters
+    ----------
+    at : mapping of str to ndarray, shape (n,)
+        As for `lateral_by_law`, with thickness and conductivity of the gap.
+    ramp : float
+        Duration of the ramp to 1000 V [s].
+
+    Returns
+    -------
+    force : ndarray, shape (n,)
+        Coefficient of friction times attraction [N].
+
+    Notes
+    -----
+    The step response of the gap voltage is a sum of two exponentials, whose rates are the zeros of
+    C_g C_s + C_i (C_g + C_s) times s^2, and so on: film, gap and skin in series, without the resistance of the body.
+    """
+    film, gap, skin = values.FILM_PERMITTIVITY * eps0 / values.FILM_THICKNESS, eps0 / at[GAP], _skin(at)
+    leak, loss = at[LEAK] / at[GAP], at[CONDUCTIVITY] / at[SKIN]
+    square = gap * skin + film * (skin + gap)
+    linear = leak * skin + loss * gap + film * (loss + leak)
+    root = np.sqrt(linear**2 - 4 * square * leak * loss)
+    fast = (linear + root) / (2 * square)
+    slow = leak * loss / (square * fast)
+    response = np.zeros_like(fast)
+    for rate, other in ((fast, slow), (slow, fast)):
+        weight = film * (skin * rate - loss) / (square * (rate - other))
+        response += weight * -np.expm1(-rate * ramp) / (rate * ramp)
+    field = values.VOLTAGE * response / at[GAP]
+    return np.asarray(at[FRICTION] * values.AREA * eps0 * field**2 / 2, dtype=float)
+
+
+def mean_by_law(at: Mapping[str, Real], frequency: Real) -> Real:
+    """Compute the mean attraction of figure 7 over frequency, by the law as printed.
+
+    Parameters
+    ----------
+    at : mapping of str to ndarray, shape (n,)
+        Thickness, permittivity at 100 Hz, exponent and conductivity of a constant-phase skin, by path, in SI.
+    frequency : ndarray, shape (m,)
+        Hz.
+
+    Returns
+    -------
+    force : ndarray, shape (n, m)
+        Mean attraction on 1 cm2 of the thin coating under 100 V [N].
+    """
+    bound, whole = _dispersive(at, frequency)
+    skin = at[SKIN][:, None]
+    film = values.COATING_PERMITTIVITY * eps0 / values.COATING_THICKNESS
+    gain = np.abs(literal_response(frequency, insulator=film, skin=eps0 * whole / skin))
+    electrical = values.COATING_THICKNESS / values.COATING_PERMITTIVITY + skin / bound.real
+    length = values.COATING_THICKNESS + skin
+    return np.asarray(eps0 * values.AREA * (AMPLITUDE * gain) ** 2 / (4 * electrical * length))
+
+
+def mean_in_gap(at: Mapping[str, Real], frequency: Real) -> Real:
+    """Compute the mean attraction of figure 7 over frequency, with the Maxwell stress in a gap of air that does not conduct.
+
+    Parameters
+    ----------
+    at : mapping of str to ndarray, shape (n,)
+        As for `mean_by_law`, with the thickness of the gap.
+    frequency : ndarray, shape (m,)
+        Hz.
+
+    Returns
+    -------
+    force : ndarray, shape (n, m)
+        Mean attraction on 1 cm2 of the thin coating under 100 V [N].
+    """
+    _, whole = _dispersive(at, frequency)
+    electrical = values.COATING_THICKNESS / values.COATING_PERMITTIVITY + at[SKIN][:, None] / whole
+    field = np.abs(AMPLITUDE / (electrical + at[GAP][:, None]))
+    return np.asarray(eps0 * values.AREA * field**2 / 4)
+
+
+def _skin(at: Mapping[str, Real]) -> Real:
+    return np.asarray(eps0 * at[PERMITTIVITY] / at[SKIN])
+
+
+def _dispersive(at: Mapping[str, Real], frequency: Real) -> tuple[Complex, Complex]:
+    """Return the bound and the whole relative permittivity of constant-phase skins, each of shape (n, m)."""
+    power = at[EXPONENT][:, None] - 1
+    bound = at[PERMITTIVITY][:, None] * (1j * frequency / ANCHOR) ** power / np.cos(power * np.pi / 2)
+    whole = bound + at[CONDUCTIVITY][:, None] / (2j * np.pi * frequency * eps0)
+    return np.asarray(bound, dtype=complex), np.asarray(whole, dtype=complex)

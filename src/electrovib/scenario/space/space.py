@@ -1,0 +1,273 @@
+"""A space of parameters: dotted paths with probability distributions, correlations, relations and groups."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.arrays import Real
+from electrovib.core.errors import InputError
+from electrovib.scenario.space.connected import connected
+from electrovib.scenario.space.consistency import wrong_groups, wrong_pairs
+from electrovib.scenario.space.correlation import Copula
+from electrovib.scenario.space.counter import checked_seed, uniform_shares
+from electrovib.scenario.space.relations import fulfil
+from electrovib.scenario.space.writing import space_lines, space_table, space_toml
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from numpy.typing import NDArray
+
+    from electrovib.scenario.distributions import Distribution
+    from electrovib.scenario.space.groups import Grouping
+    from electrovib.scenario.space.origin import Origin
+
+_OF_GROUP: Final = "groups of "
+"""Begin of the name of the stream that chooses the group."""
+_BLOCK: Final = 16384
+"""Draws that are computed together."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Space:
+    """Parameters of a scenario, each with a probability distribution.
+
+    Parameters
+    ----------
+    distributions : mapping of str to Distribution
+        Dotted path to the distribution of its values, in SI.
+    correlations : mapping of (str, str) to float
+        Pair of paths to the correlation coefficient of their normal variables (Gaussian copula); other pairs have 0.
+    relations : tuple of (str, str)
+        Pairs of paths; the value of the first is always less than that of the second.
+    groupings : mapping of str to Grouping
+        Name to a division of the population into groups with distributions of their own, which replace those in
+        `distributions`.
+    title : str
+        What the population is.
+    units : mapping of str to str
+        Dotted path to the SI unit of its values, for texts.
+    origins : mapping of str to Origin
+        Dotted path to the source of its distribution; ``groups.NAME.GROUP`` to that of a share, with a path behind it to
+        that of a distribution of the group.
+    omitted : mapping of str to str
+        Dotted path of an optional entry that the scenario cannot take, to the reason.
+
+    Notes
+    -----
+    Draw i of a parameter depends on the seed, the path and i alone: another parameter in the space, and other draws in the
+    same call, change nothing.
+    """
+
+    distributions: Mapping[str, Distribution] = field(default_factory=dict)
+    correlations: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    relations: tuple[tuple[str, str], ...] = ()
+    groupings: Mapping[str, Grouping] = field(default_factory=dict)
+    title: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
+    origins: Mapping[str, Origin] = field(default_factory=dict)
+    omitted: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse what does not fit together: every mistake at once."""
+        problems = [*wrong_groups(self), *wrong_pairs(self)]
+        if problems:
+            raise InputError(problems)
+        self._copula  # noqa: B018  # refuses correlations that contradict each other
+
+    def __repr__(self) -> str:
+        """Write title, distributions, correlations, relations and groups, a line each."""
+        return "\n  ".join([f"Space: {self.title or 'without a title'}", *space_lines(self)])
+
+    @functools.cached_property
+    def paths(self) -> tuple[str, ...]:
+        """Dotted paths of the parameters, in the order in which they were declared."""
+        own = (path for grouping in self.groupings.values() for path in grouping.paths)
+        return tuple(dict.fromkeys([*self.distributions, *own]))
+
+    @functools.cached_property
+    def streams(self) -> tuple[str, ...]:
+        """Names of the independent random numbers of a draw: the paths, and one for each division into groups."""
+        return (*self.paths, *(f"{_OF_GROUP}{name}" for name in self.groupings))
+
+    @functools.cached_property
+    def inputs(self) -> dict[str, tuple[str, ...]]:
+        """Name to the streams of each independent input: parameters that depend on each other are one input."""
+        groups = [(f"{_OF_GROUP}{name}", *each.paths) for name, each in self.groupings.items()]
+        sets = connected(self.streams, [*self.correlations, *self.relations, *groups])
+        return {" + ".join(self._names_of(each)): each for each in sets}
+
+    def values(self, shares: Mapping[str, Real]) -> dict[str, Real]:
+        """Return the values of parameters at given independent cumulative probabilities.
+
+        Parameters
+        ----------
+        shares : mapping of str to ndarray, shape (n,)
+            Stream, as in `streams`, to cumulative probabilities, dimensionless, above 0 and below 1. Of parameters that
+            depend on each other all streams are needed.
+
+        Returns
+        -------
+        values : dict of str to ndarray, shape (n,)
+            Path to values in SI, correlated and of their groups; they need not fulfil the relations, see `allowed`.
+        """
+        coupled = self._copula.applied(shares)
+        found = {}
+        for path in (each for each in self.paths if each in shares):
+            name = self._grouping_of.get(path)
+            default = self.distributions.get(path)
+            if name is not None:
+                grouping = self.groupings[name]
+                chosen = grouping.chosen(shares[f"{_OF_GROUP}{name}"])
+                found[path] = grouping.values(path, coupled[path], chosen, default)
+            elif default is not None:
+                found[path] = default.value(coupled[path])
+        return found
+
+    def allowed(self, values: Mapping[str, Real]) -> Any:
+        """Return which points fulfil the relations.
+
+        Parameters
+        ----------
+        values : mapping of str to ndarray, shape (n,)
+            Path to values in SI.
+
+        Returns
+        -------
+        allowed : ndarray of bool, shape (n,)
+            True where the first value of every relation is less than its second.
+        """
+        first = np.asarray(next(iter(values.values())))
+        kept = np.ones(first.shape, bool)
+        for less, more in self.relations:
+            if less in values and more in values:
+                kept &= np.asarray(values[less]) < np.asarray(values[more])
+        return kept
+
+    def draw(self, seed: int, start: int, stop: int) -> dict[str, Real]:
+        """Draw the values of consecutive fingers.
+
+        Parameters
+        ----------
+        seed : int
+            0 or more, below 2**64.
+        start, stop : int
+            Number of the first draw, and of the one after the last.
+
+        Returns
+        -------
+        values : dict of str to ndarray, shape (stop - start,)
+            Path to values in SI, which fulfil the relations. Draw i is the same, bit for bit, for any `start` and `stop`.
+
+        Raises
+        ------
+        InputError
+            If a seed or a range is not possible, or a relation is hardly ever fulfilled.
+
+        Notes
+        -----
+        A draw that does not fulfil a relation is repeated, with the parameters that depend on it; its group is kept, so
+        that the groups have the shares that are declared.
+        """
+        seed = checked_seed(seed)
+        if not 0 <= start <= stop:
+            raise InputError(f"draws {start} to {stop}: expected 0 <= start <= stop")
+        found = {path: np.empty(stop - start) for path in self.paths}
+        for first in range(start, stop, _BLOCK):  # whose arrays stay in the cache
+            last = min(first + _BLOCK, stop)
+            values = self.values(self._shares(seed, first, last))
+            if self.relations:
+                fulfil(self, values, seed=seed, start=first)
+            for path, each in values.items():
+                found[path][first - start : last - start] = each
+        return found
+
+    def draw_groups(self, seed: int, start: int, stop: int) -> dict[str, NDArray[np.str_]]:
+        """Return the groups of consecutive fingers, those of `draw`.
+
+        Parameters
+        ----------
+        seed : int
+            0 or more, below 2**64.
+        start, stop : int
+            Number of the first draw, and of the one after the last.
+
+        Returns
+        -------
+        groups : dict of str to ndarray of str, shape (stop - start,)
+            Name of a division of the population to the name of the group of each draw.
+        """
+        seed, found = checked_seed(seed), {}
+        for name, grouping in self.groupings.items():
+            share = uniform_shares(f"{_OF_GROUP}{name}", seed=seed, start=start, stop=stop)
+            found[name] = np.array(list(grouping.groups), dtype=np.str_)[grouping.chosen(share)]
+        return found
+
+    def related(self) -> tuple[tuple[str, ...], ...]:
+        """Return the sets of paths that are drawn again together where one of their relations is not fulfilled."""
+        links = [*self.correlations, *self.relations]
+        within = {path for pair in self.relations for path in pair}
+        return tuple(each for each in connected(self.paths, links) if within & set(each))
+
+    def shares_of(
+        self, paths: Collection[str], *, seed: int, start: int, stop: int, attempt: int
+    ) -> dict[str, Real]:
+        """Return the independent shares of some paths at a repetition; those that choose the group are always the first.
+
+        Parameters
+        ----------
+        paths : collection of str
+            Dotted paths.
+        seed, start, stop : int
+            As for `draw`.
+        attempt : int
+            Number of the repetition, 0 for the first draw.
+
+        Returns
+        -------
+        shares : dict of str to ndarray, shape (stop - start,)
+            Stream to cumulative probabilities, above 0 and below 1.
+        """
+        found = {
+            path: uniform_shares(path, seed=seed, start=start, stop=stop, attempt=attempt) for path in paths
+        }
+        for name in {self._grouping_of[path] for path in paths if path in self._grouping_of}:
+            stream = f"{_OF_GROUP}{name}"
+            found[stream] = uniform_shares(stream, seed=seed, start=start, stop=stop)
+        return found
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences to print wherever the space is used: entries that are unverified, and entries that were omitted."""
+        unverified = [where for where, origin in self.origins.items() if origin.is_unverified]
+        found = [f"{where}: the distribution is {self.origins[where].in_words}" for where in unverified]
+        return (*found, *(f"{path} is not drawn: {why}" for path, why in self.omitted.items()))
+
+    def as_table(self) -> dict[str, Any]:
+        """Return the space as nested tables with numbers in SI, from which `read_space` makes an equal one."""
+        return space_table(self)
+
+    def to_toml(self) -> str:
+        """Return the space as the text of a TOML file, from which `read_space` makes an equal one."""
+        return space_toml(self)
+
+    @functools.cached_property
+    def _copula(self) -> Copula:
+        return Copula(self.paths, self.correlations)
+
+    @functools.cached_property
+    def _grouping_of(self) -> dict[str, str]:
+        return {path: name for name, each in self.groupings.items() for path in each.paths}
+
+    def _shares(self, seed: int, start: int, stop: int) -> dict[str, Real]:
+        return {each: uniform_shares(each, seed=seed, start=start, stop=stop) for each in self.streams}
+
+    def _names_of(self, streams: tuple[str, ...]) -> list[str]:
+        """Return the names under which an input is shown: a division into groups stands for the paths that it sets."""
+        groups = [each for each in streams if each.startswith(_OF_GROUP)]
+        set_by_them = {path for each in groups for path in self.groupings[each.removeprefix(_OF_GROUP)].paths}
+        return groups + [each for each in streams if each not in groups and each not in set_by_them]

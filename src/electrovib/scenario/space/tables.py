@@ -1,0 +1,68 @@
+"""Tables of a space from a file, a name or nested tables."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
+from electrovib.core.files import note_input
+from electrovib.core.parsing import read_toml
+from electrovib.scenario.space.shipped import read_shipped, shipped_names
+
+PARTS: Final = ("schema", "title", "relations", "space", "correlation", "groups")
+"""Tables and values at the top of the file of a space."""
+
+
+def tables_of(source: object) -> tuple[Mapping[str, Any], Path]:
+    """Return the tables of a space, and the folder to which its files are relative.
+
+    Parameters
+    ----------
+    source : str, Path or mapping
+        A TOML file, tables, or the name of a shipped population.
+
+    Returns
+    -------
+    tables : mapping
+        With the parts of `PARTS`.
+    folder : Path
+        Folder of the file; the working folder for others.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or population, or the file is not TOML.
+    """
+    if isinstance(source, Mapping):
+        whole = any(part in source for part in PARTS)
+        return (source if whole else {"space": source}), Path()
+    if not isinstance(source, (str, os.PathLike)):
+        raise InputError(
+            f"space = {shortened(repr(source), LONGEST_QUOTED)}: expected a .toml file, tables, a Space, or one of"
+            f" {', '.join(shipped_names())}"
+        )
+    if str(source) in shipped_names():
+        return read_shipped(str(source)), Path()
+    path = Path(source)
+    if path.suffix != ".toml" and not path.exists():
+        raise InputError(
+            f"'{source}' is neither a file nor a population of the package.{nearest(str(source), shipped_names())}"
+        )
+    note_input(path)
+    return _file_tables(path), path.parent
+
+
+def _file_tables(path: Path) -> Mapping[str, Any]:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise InputError(f"{error.strerror or error}. Give a .toml file of a space", path=path) from None
+    except UnicodeDecodeError:
+        raise InputError("not a text in UTF-8; a space is TOML, saved as UTF-8", path=path) from None
+    try:
+        return read_toml(text)
+    except ValueError as error:
+        raise InputError(f"not valid TOML: {error}", path=path) from None

@@ -1,0 +1,277 @@
+"""A scenario as a function of values that differ from finger to finger, for many fingers in one call."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError, nearest
+from electrovib.core.paths import quantity_at
+from electrovib.core.signals import SIGNALS
+from electrovib.scenario import Source, read_scenario
+from electrovib.solve.choice import refuse_unsolved
+from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
+from electrovib.solve.population.together.compare import compare
+from electrovib.solve.population.together.over_frequency import OverFrequency
+from electrovib.solve.population.together.over_time import OverTime
+from electrovib.solve.population.together.refusal import NotTogetherError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.population.together.forces import Squares
+
+TOGETHER: Final = (
+    "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without"
+    " memory)"
+)
+"""Method that is stated where fingers are computed in arrays."""
+_GRIDS = ("time", "frequency")
+"""Parts of a scenario that are the same for all fingers."""
+
+
+def population(
+    scenario: Source,
+    free: Sequence[str],
+    signals: Sequence[str] = ("electrostatic_force",),
+    time: ArrayLike | None = None,
+) -> Population:
+    """Prepare a scenario for many fingers that differ in a few parameters.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Experiment with the values that all fingers share, as for `electrovib.load`.
+    free : sequence of str
+        Dotted paths of the parameters that differ, for instance ``["stack.stratum_corneum.thickness"]``.
+    signals : sequence of str
+        Names of the signals to return, all over time or all over frequency.
+    time : array_like, shape (n,), optional
+        Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
+
+    Returns
+    -------
+    Population
+        A function of the values of many fingers.
+
+    Raises
+    ------
+    InputError
+        If a path or a signal does not exist, a path is that of a grid, signals over time and over frequency are mixed, or
+        the models of the scenario cannot be combined.
+    NotCausalError
+        If the force law has no response in time to the drive of the scenario.
+    """
+    return Population(read_scenario(scenario), free=free, signals=signals, time=time)
+
+
+class Population:
+    """Signals of many fingers, each the scenario with its own values of a few parameters.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment with the values that all fingers share.
+    free : sequence of str
+        Dotted paths of the parameters that differ between fingers.
+    signals : sequence of str
+        Names of the signals, all over time or all over frequency.
+    time : array_like, shape (n,), optional
+        Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
+
+    Attributes
+    ----------
+    method : str
+        How the fingers are computed, together or one by one, and why.
+    kernel : str
+        Kernel over fingers on which the last bits of the numbers depend.
+    free, names : tuple of str
+        Paths that differ between fingers; signals.
+    time : ndarray, shape (n,), or None
+        Output times [s]; None for signals over frequency.
+    frequency : ndarray, shape (n,), or None
+        Frequencies [Hz]; None for signals over time.
+
+    Raises
+    ------
+    InputError
+        As for `population`.
+
+    Notes
+    -----
+    The numbers of a finger are bit for bit independent of the other fingers in a call.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        free: Sequence[str],
+        signals: Sequence[str] = ("electrostatic_force",),
+        time: ArrayLike | None = None,
+    ) -> None:
+        self.free = (free,) if isinstance(free, str) else tuple(free)
+        self.names = (signals,) if isinstance(signals, str) else tuple(signals)
+        _refuse(scenario, self.free, self.names)
+        refuse_unsolved(scenario)
+        self.scenario = scenario
+        self.time: Real | None = None
+        self.frequency: Real | None = None
+        if over_which(self.names) == "time":
+            self.time = scenario.time.times(scenario.drive) if time is None else _checked(time)
+        elif time is None:
+            self.frequency = scenario.frequency.frequencies()
+        else:
+            raise InputError("time: signals over frequency have no output times; omit it")
+        self._alone = OneByOne(scenario, self.free, self.names, self.time)
+        self.method, self.kernel = TOGETHER, KERNEL
+        self._together: OverTime | OverFrequency | None = None
+        try:
+            self._together = self._in_arrays()
+            self.kernel = self._together.kernel
+        except NotTogetherError as reason:
+            self.method = f"one by one: {reason}"
+
+    def _in_arrays(self) -> OverTime | OverFrequency:
+        """Return the computation in arrays, after a comparison with one by one for two fingers."""
+        found: OverTime | OverFrequency
+        if self.time is not None:
+            found = OverTime(self.scenario, self.free, self.names, self.time, self._alone)
+        else:
+            assert self.frequency is not None
+            found = OverFrequency(self.scenario, self.free, self.names, self.frequency)
+        compare(found, self._alone, self.scenario)
+        return found
+
+    def signals(
+        self,
+        draws: Mapping[str, ArrayLike],
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> dict[str, Any]:
+        """Compute the signals of fingers.
+
+        Parameters
+        ----------
+        draws : mapping of str to array_like, shape (fingers,)
+            Path to the value of each finger, in SI units; a free path that is omitted keeps the value of the scenario.
+        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
+            Arrays of float64, or of float32 to which the signals are rounded, that receive them, by name.
+        threads : int, optional
+            Threads of a compiled kernel; by default one for each available processor.
+
+        Returns
+        -------
+        signals : dict of str to ndarray, shape (fingers, n) or (fingers, layers, n)
+            Each signal in its unit, in the order of the fingers.
+
+        Raises
+        ------
+        InputError
+            If a path is not free, the arrays have different lengths, a value is outside its range, or the models of a
+            finger cannot be combined.
+        """
+        columns = self.columns(draws)
+        if self._together is None:
+            return self._alone.signals(columns, out=out)
+        return self._together.signals(columns, out=out, threads=threads)
+
+    def squares(self, draws: Mapping[str, ArrayLike], *, threads: int | None = None) -> Squares | None:
+        """Return the attraction of fingers in the form from which means and variances are computed without storing it.
+
+        Parameters
+        ----------
+        draws : mapping of str to array_like, shape (fingers,)
+            As for `signals`, in SI units.
+        threads : int, optional
+            Threads of a compiled kernel; by default one for each available processor.
+
+        Returns
+        -------
+        squares : Squares or None
+            Arguments of `kernels.square_moments_many`, whose results at `places` are those of the output times; None where
+            the fingers have no such form. That depends on the scenario, and on the fingers of the call: the first finger
+            has to be the first of a block of 1024.
+
+        Raises
+        ------
+        InputError
+            As for `signals`.
+        """
+        return (
+            self._together.squares(self.columns(draws), threads=threads)
+            if isinstance(self._together, OverTime)
+            else None
+        )
+
+    def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
+        """Return the values of all free parameters for each finger.
+
+        Parameters
+        ----------
+        draws : mapping of str to array_like, shape (fingers,)
+            As for `signals`, in SI units.
+
+        Returns
+        -------
+        columns : dict of str to ndarray, shape (fingers,)
+            Each free path with its values, in SI units.
+
+        Raises
+        ------
+        InputError
+            If a path is not free, or the arrays have different lengths.
+        """
+        foreign = [path for path in draws if path not in self.free]
+        if foreign:
+            listed = ", ".join(self.free)
+            raise InputError(f"{foreign[0]}: not a free parameter; the free parameters are {listed}")
+        given = {path: np.atleast_1d(np.asarray(values, dtype=float)) for path, values in draws.items()}
+        shapes = {values.shape for values in given.values()}
+        if len(shapes) != 1 or any(len(shape) != 1 or not shape[0] for shape in shapes):
+            counts = ", ".join(f"{path} has {values.shape}" for path, values in given.items())
+            raise InputError(
+                f"draws: one value for each finger is needed in every array, and at least one finger; {counts or 'none given'}"
+            )
+        count = shapes.pop()
+        begin = self._alone.prepared.begin
+        return {path: given[path] if path in given else np.full(count, begin[path]) for path in self.free}
+
+
+def _checked(time: ArrayLike) -> Real:
+    """Return output times as an array; refuse times that are not increasing from 0 or later."""
+    times = np.array(time, dtype=float)
+    if times.ndim != 1 or not times.size or not (times[0] >= 0 and np.all(np.diff(times) > 0)):
+        raise InputError("time: expected increasing output times from 0 s or later, at least one")
+    if not np.isfinite(times[-1]):
+        raise InputError("time: expected finite output times")
+    return times
+
+
+def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -> None:
+    """Refuse unknown signals, grids that differ between fingers, and parameters without a value; all at once."""
+    problems: list[str] = [
+        f"signals = '{name}': not a signal.{nearest(name, SIGNALS)}"
+        for name in names
+        if name not in SIGNALS or not SIGNALS[name].dims
+    ]
+    problems += [
+        f"{path}: the grid is the same for all fingers; choose another parameter"
+        for path in free
+        if path.partition(".")[0] in _GRIDS
+    ]
+    for path in free:
+        try:
+            quantity_at(scenario, path)
+        except InputError as error:
+            problems += error.problems
+    if not free:
+        problems.append("free: name at least one parameter that differs between fingers")
+    if problems:
+        raise InputError(problems)

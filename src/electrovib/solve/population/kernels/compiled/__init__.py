@@ -1,0 +1,31 @@
+"""Kernels compiled by numba: vectors of fingers, in tiles on several threads."""
+
+from electrovib.solve.population.kernels.compiled.calls import (
+    moments,
+    name,
+    secular,
+    square_moments,
+    step,
+)
+from electrovib.solve.population.kernels.compiled.sweeps import (
+    cole_cole,
+    count,
+    mean_square,
+    octaves,
+    order_statistics,
+    transfer,
+)
+
+__all__ = [
+    "cole_cole",
+    "count",
+    "mean_square",
+    "moments",
+    "name",
+    "octaves",
+    "order_statistics",
+    "secular",
+    "square_moments",
+    "step",
+    "transfer",
+]

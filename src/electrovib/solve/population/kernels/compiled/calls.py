@@ -1,0 +1,195 @@
+"""Calls of the compiled kernels: memory, threads, and the order in which results are put together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.solve.population.kernels.compiled import roots, tiles
+from electrovib.solve.population.kernels.compiled.stepping import TIMES
+from electrovib.solve.population.kernels.threads import in_threads, ranges
+from electrovib.solve.population.kernels.time_steps import BLOCK
+from electrovib.solve.recursion.vectors.width import WIDTH
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.core.arrays import Indices, Real
+
+_KNOWN: Final = 64  # durations of steps whose weights are in memory together
+_TOGETHER: Final = 128  # fingers of one call
+_INTERVAL: Final = 4096  # times whose moments are formed together
+_ALIGNED: Final = 8  # numbers in a line of the cache
+
+
+def name() -> str:
+    """Return the version of numba and the width of the vectors."""
+    import numba
+
+    return f"numba {numba.__version__}, width {WIDTH}"
+
+
+def aligned(size: int) -> Real:
+    """Return memory that begins at a line of the cache.
+
+    Parameters
+    ----------
+    size : int
+        Number of float64 numbers.
+
+    Returns
+    -------
+    memory : ndarray, shape (size,)
+        Not initialised.
+    """
+    whole = np.empty(size + _ALIGNED)
+    begin = -(whole.ctypes.data // whole.itemsize) % _ALIGNED
+    return whole[begin : begin + size]
+
+
+class _Drive:
+    """Arguments that all tiles share."""
+
+    def __init__(self, fingers: Any) -> None:
+        kind, duration = fingers.steps
+        starts = np.flatnonzero(np.diff(kind, prepend=-1)).astype(np.int64)
+        self.pieces = np.append(starts, kind.size), kind[starts].astype(np.int64), duration
+        self.fingers = fingers.rates, fingers.residues, fingers.direct, fingers.state
+        self.voltage, self.kinds = fingers.voltage, max(1, duration.size)
+        self.modes = fingers.rates.shape[1]
+
+    def memory(self, tiles_: int) -> tuple[Real, Indices, Indices]:
+        """Return memory of some tiles: for numbers, and for the indices and counts of durations."""
+        slots = min(self.kinds, _KNOWN)
+        size = (2 * self.modes + 2 + TIMES + slots * (5 * self.modes + 1)) * WIDTH
+        size += -size % _ALIGNED
+        return (
+            aligned(tiles_ * size),
+            np.zeros((tiles_, slots), np.int64),
+            np.zeros((tiles_, self.kinds), np.int64),
+        )
+
+
+def step(fingers: Any, factor: Real | None, result: Any, threads: int | None) -> None:
+    """Write the responses of fingers, or factor times their squares.
+
+    Parameters
+    ----------
+    fingers : Fingers
+        Sums of modes and their drive.
+    factor : ndarray, shape (fingers,), optional
+        Then factor times the square is written.
+    result : ndarray, shape (fingers, n)
+        float64 or float32, written into.
+    threads : int, optional
+        Number of threads.
+    """
+    drive, factors = _Drive(fingers), np.zeros(0) if factor is None else factor
+
+    def work(part: tuple[int, int]) -> None:
+        memory, state = drive.memory(1), aligned(drive.modes * WIDTH)
+        tiles.step_tiles(drive.fingers, factors, drive.voltage, drive.pieces, *part, *memory, state, result)
+
+    in_threads(work, ranges(len(result), _TOGETHER), threads)
+
+
+def square_moments(fingers: Any, factor: Real, threads: int | None) -> Sequence[tuple[int, Real, Real]]:
+    """Return the moments of factor times the squared responses of each block.
+
+    Parameters
+    ----------
+    fingers : Fingers
+        Sums of modes and their drive.
+    factor : ndarray, shape (fingers,)
+        Factor of each finger.
+    threads : int, optional
+        Number of threads.
+
+    Returns
+    -------
+    moments : list of (int, ndarray, ndarray)
+        Number of fingers, mean, and sum of squared deviations, of each block.
+    """
+    drive = _Drive(fingers)
+    found = _blocks(len(factor), fingers.voltage.size)
+    parts = ranges(len(factor), BLOCK)
+    length = min(_INTERVAL, fingers.voltage.size)
+
+    def work(place: int) -> None:
+        states = aligned(BLOCK * drive.modes)
+        sums = aligned(2 * length * WIDTH).reshape(2, -1)
+        memory, into = drive.memory(tiles.FOUR), found[place][1:]
+        tiles.square_moments_of_block(
+            drive.fingers,
+            factor,
+            drive.voltage,
+            drive.pieces,
+            parts[place],
+            *memory,
+            states,
+            sums,
+            *into,
+        )
+
+    in_threads(work, range(len(parts)), threads)
+    return found
+
+
+def moments(values: Any, threads: int | None) -> Sequence[tuple[int, Real, Real]]:
+    """Return the moments of each block of rows of a table.
+
+    Parameters
+    ----------
+    values : ndarray, shape (fingers, n)
+        float64 or float32.
+    threads : int, optional
+        Number of threads.
+
+    Returns
+    -------
+    moments : list of (int, ndarray, ndarray)
+        Number of fingers, mean, and sum of squared deviations, of each block.
+    """
+    found = _blocks(*values.shape)
+    parts = ranges(len(values), BLOCK)
+    in_threads(
+        lambda place: tiles.moments_of_block(values, *parts[place], *found[place][1:]),
+        range(len(parts)),
+        threads,
+    )
+    return found
+
+
+def _blocks(count: int, times: int) -> list[tuple[int, Real, Real]]:
+    """Return the number of fingers of each block, and memory for its moments."""
+    return [(end - begin, np.empty(times), np.empty(times)) for begin, end in ranges(count, BLOCK)]
+
+
+def secular(
+    nodes: Real, weights: Real, constant: Real, offsets: Real, origins: Indices, threads: int | None
+) -> Indices:
+    """Write offsets and origins of the roots of fingers, and return the fingers that need more digits.
+
+    Parameters
+    ----------
+    nodes, weights, constant : ndarray, shape (fingers, nodes) twice, and (fingers,)
+        Poles, their weights, and the constant, all in their range.
+    offsets, origins : ndarray, shape (fingers, nodes)
+        Written into.
+    threads : int, optional
+        Number of threads.
+
+    Returns
+    -------
+    remaining : ndarray of int
+        Indices of fingers that are lost by cancellation.
+    """
+    lost = np.zeros(len(nodes), bool)
+
+    def work(part: tuple[int, int]) -> None:
+        memory = aligned((2 * nodes.shape[1] + 4) * WIDTH)
+        roots.roots_of(nodes, weights, constant, *part, memory, offsets, origins, lost)
+
+    in_threads(work, ranges(len(nodes), _TOGETHER), threads)
+    return np.flatnonzero(lost)

@@ -1,0 +1,190 @@
+"""Calls of the compiled kernels of columns and of frequencies: memory and threads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.solve.population.kernels.compiled import frequencies, selection
+from electrovib.solve.population.kernels.compiled.calls import aligned
+from electrovib.solve.population.kernels.threads import in_threads, ranges
+from electrovib.solve.recursion.vectors.width import WIDTH
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Complex, Indices, Real
+
+_COLUMNS: Final = selection.COLUMNS  # columns of one call
+_FINGERS: Final = 512  # fingers of one call
+
+
+def order_statistics(values: NDArray[np.float32], places: Indices, threads: int | None) -> Real:
+    """Return the numbers at some places in the order of each column.
+
+    Parameters
+    ----------
+    values : ndarray of float32, shape (fingers, n)
+        Contiguous.
+    places : ndarray of int, shape (p,)
+        Increasing.
+    threads : int, optional
+        Number of threads.
+
+    Returns
+    -------
+    ordered : ndarray, shape (p, n)
+        nan in a column with nan.
+    """
+    count, columns = values.shape
+    patterns, found = values.view(np.int32), np.empty((places.size, columns), np.int32)
+
+    def work(part: tuple[int, int]) -> None:
+        # rows begin at different lines of a page, or they would displace each other from the cache
+        length = count + -count % 1024 + 16
+        keys, some = np.empty((selection.COLUMNS, length), np.int32), np.empty((2, count + 1), np.int32)
+        counts = np.empty(selection.BUCKETS, np.int32)
+        selection.order_statistics(patterns, places, *part, keys, some[0], some[1], counts, found)
+
+    in_threads(work, ranges(columns, _COLUMNS), threads)
+    bits = found ^ ((found >> 31) & np.int32(0x7FFFFFFF))
+    return bits.view(np.float32).astype(np.float64) + 0.0  # -0 becomes 0
+
+
+def octaves(values: NDArray[np.float32], threads: int | None) -> tuple[NDArray[np.bool_], bool]:
+    """Return which octaves have values at each time, and whether no value is nan.
+
+    Parameters
+    ----------
+    values : ndarray of float32, shape (fingers, n)
+        Contiguous.
+    threads : int, optional
+        Number of threads.
+
+    Returns
+    -------
+    found : ndarray of bool, shape (n, 512)
+        Octaves with values.
+    valid : bool
+        False with a nan.
+    """
+    parts, patterns = ranges(values.shape[1], _COLUMNS), values.view(np.int32)
+    found, valid = np.zeros((values.shape[1], 512), bool), np.ones((len(parts), 1), bool)
+
+    def work(place: int) -> None:
+        selection.octaves_of(patterns, *parts[place], found, valid[place])
+
+    in_threads(work, range(len(parts)), threads)
+    return found, bool(valid.all())
+
+
+def count(
+    values: NDArray[np.float32], pages: NDArray[np.int32], counts: NDArray[np.int64], threads: int | None
+) -> None:
+    """Add values to the counts of a histogram.
+
+    Parameters
+    ----------
+    values : ndarray of float32, shape (fingers, n)
+        Contiguous.
+    pages, counts : ndarray
+        Of the histogram; the counts are written into.
+    threads : int, optional
+        Number of threads.
+    """
+    patterns = values.view(np.int32)
+
+    def work(part: tuple[int, int]) -> None:
+        selection.count_bins(patterns, pages, *part, counts)
+
+    in_threads(work, ranges(values.shape[1], _COLUMNS), threads)
+
+
+def _filled_up(angular: Real) -> Real:
+    """Return frequencies with some more, so that they are whole vectors."""
+    whole = aligned(angular.size + -angular.size % WIDTH)
+    whole[:] = 1.0
+    whole[: angular.size] = angular
+    return whole
+
+
+def transfer(
+    rates: Real, residues: Real, direct: Real, angular: Real, result: Complex, threads: int | None
+) -> None:
+    """Write the transfer functions of fingers.
+
+    Parameters
+    ----------
+    rates, residues, direct, angular : ndarray
+        As for `transfer_over_frequency`, with angular frequencies [1/s].
+    result : ndarray of complex, shape (fingers, n)
+        Written into.
+    threads : int, optional
+        Number of threads.
+    """
+    whole, out = _filled_up(angular), result.view(np.float64).reshape(*result.shape, 2)
+
+    def work(part: tuple[int, int]) -> None:
+        memory, pairs = aligned(2 * whole.size), np.empty(((rates.shape[1] + 1) // 2, 6))
+        frequencies.transfers(rates, residues, direct, whole, *part, memory, pairs, out)
+
+    in_threads(work, ranges(len(direct), _FINGERS), threads)
+
+
+def mean_square(
+    rates: Real, residues: Real, direct: Real, angular: Real, half: Real, result: Real, threads: int | None
+) -> None:
+    """Write a factor times the squared magnitudes of the transfer functions of fingers.
+
+    Parameters
+    ----------
+    rates, residues, direct, angular : ndarray
+        As for `transfer`.
+    half : ndarray, shape (fingers,)
+        Factor of each finger.
+    result : ndarray, shape (fingers, n)
+        Written into.
+    threads : int, optional
+        Number of threads.
+    """
+    whole = _filled_up(angular)
+
+    def work(part: tuple[int, int]) -> None:
+        memory, pairs = aligned(whole.size), np.empty(((rates.shape[1] + 1) // 2, 6))
+        frequencies.mean_squares(rates, residues, direct, whole, half, *part, memory, pairs, result)
+
+    in_threads(work, ranges(len(direct), _FINGERS), threads)
+
+
+def cole_cole(
+    level: Real,
+    strength: Real,
+    time: Real,
+    alpha: Real,
+    leak: Real,
+    angular: Real,
+    result: Any,
+    threads: int | None,
+) -> None:
+    """Write the permittivities of Cole-Cole materials of fingers.
+
+    Parameters
+    ----------
+    level, strength, time, alpha, leak, angular : ndarray
+        As for `cole_cole_over_frequency`, with angular frequencies [1/s].
+    result : ndarray of complex, shape (fingers, n)
+        Written into.
+    threads : int, optional
+        Number of threads.
+    """
+    whole, power = _filled_up(angular), 1.0 - alpha
+    turned = np.pi / 2 * power
+    terms = np.stack([strength, power, power * np.log(time), np.cos(turned), np.sin(turned)], axis=-1)
+    logarithm, inverse, out = np.log(whole), 1.0 / whole, result.view(np.float64).reshape(*result.shape, 2)
+
+    def work(part: tuple[int, int]) -> None:
+        memory = aligned(2 * whole.size)
+        frequencies.permittivities(level, terms, leak, inverse, logarithm, *part, memory, out)
+
+    in_threads(work, ranges(len(level), _FINGERS), threads)

@@ -1,0 +1,67 @@
+"""Parts of a computation on several threads."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+
+def thread_count(threads: int | None) -> int:
+    """Return the number of threads of a kernel.
+
+    Parameters
+    ----------
+    threads : int, optional
+        As asked for; None for one thread for each available processor.
+
+    Returns
+    -------
+    count : int
+        Number of threads, at least 1.
+    """
+    if threads is not None:
+        return max(1, int(threads))
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_threads(work: Callable[[Any], object], parts: Sequence[Any], threads: int | None) -> None:
+    """Do some work for each part, on several threads.
+
+    Parameters
+    ----------
+    work : callable
+        Takes a part, and writes its results to a place of their own; other threads run meanwhile.
+    parts : sequence
+        Begun in this order.
+    threads : int, optional
+        Number of threads; None for one for each available processor.
+    """
+    count = min(thread_count(threads), len(parts))
+    if count <= 1:
+        for part in parts:
+            work(part)
+        return
+    with ThreadPoolExecutor(count) as pool:
+        list(pool.map(work, parts))
+
+
+def ranges(count: int, size: int) -> list[tuple[int, int]]:
+    """Return consecutive ranges of at most a size.
+
+    Parameters
+    ----------
+    count : int
+        Number of things.
+    size : int
+        Number of things in a range, but for the last one.
+
+    Returns
+    -------
+    ranges : list of (int, int)
+        Begin and end of each.
+    """
+    return [(begin, min(begin + size, count)) for begin in range(0, count, size)]

@@ -1,0 +1,269 @@
+"""A scenario whose numbers are columns with one value for each finger, and the Debye sums of its materials."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from electrovib.core.changes import stored_path
+from electrovib.core.errors import InputError
+from electrovib.physics.material.plain import Constant
+from electrovib.physics.material.relaxations import ColeCole, Debye, Prony
+from electrovib.solve.population.together.refusal import NotTogetherError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Complex, Real
+    from electrovib.core.model import Model
+    from electrovib.core.quantity import Quantity
+    from electrovib.physics.material import Material
+    from electrovib.scenario import Scenario
+
+M = TypeVar("M", bound="Model")
+
+Column = Any
+"""A number that all fingers share, or a column of shape (fingers, 1)."""
+
+
+def with_columns(model: M, columns: Mapping[str, Any]) -> M:
+    """Return a copy of a model with columns in the place of some numbers; nothing is validated.
+
+    Parameters
+    ----------
+    model : Model
+        A scenario, or a part of one.
+    columns : mapping of str to ndarray, shape (fingers, 1)
+        Dotted path of a stored parameter to its values, in SI units.
+
+    Returns
+    -------
+    Model
+        Copy whose formulas give one row for each finger.
+    """
+    tree: dict[str, Any] = {}
+    for path, column in columns.items():
+        *parents, last = path.split(".")
+        branch = tree
+        for key in parents:
+            branch = branch.setdefault(key, {})
+        branch[last] = column
+    copied: M = _copied(model, tree)
+    return copied
+
+
+def _copied(model: Any, tree: Mapping[str, Any]) -> Any:
+    if isinstance(model, tuple):
+        return tuple(
+            _copied(each, tree[str(index)]) if str(index) in tree else each
+            for index, each in enumerate(model)
+        )
+    content = dict(model)
+    update = {
+        key: _copied(content[key], change) if isinstance(change, dict) else change
+        for key, change in tree.items()
+    }
+    if not set(update) & set(model.__pydantic_extra__ or {}):
+        return model.model_copy(update=update)
+    # layers are the extra fields of a stack
+    copied = model.model_copy()
+    object.__setattr__(copied, "__pydantic_extra__", {**model.__pydantic_extra__, **update})
+    return copied
+
+
+def check_ranges(quantities: Mapping[str, Quantity], columns: Mapping[str, Real]) -> None:
+    """Refuse values outside the range of their parameters.
+
+    Parameters
+    ----------
+    quantities : mapping of str to Quantity
+        Dotted path to the declaration of a parameter.
+    columns : mapping of str to ndarray, shape (fingers,)
+        The same paths to values, in SI units.
+
+    Raises
+    ------
+    InputError
+        For each path with the first value that is not finite or outside its range, and its finger.
+    """
+    problems = []
+    for path, values in columns.items():
+        quantity = quantities[path]
+        wrong = ~((values >= quantity.low) & (values <= quantity.high))
+        if np.any(wrong):
+            finger = int(np.argmax(wrong))
+            problems.append(
+                f"{path} = {values[finger]:.6g}: must lie between {quantity.range()} (finger {finger} of the call)"
+            )
+    if problems:
+        raise InputError(problems)
+
+
+@dataclass(frozen=True, eq=False)
+class ManyDebye:
+    """Debye terms of the bound permittivity of a layer, each number shared or a column.
+
+    Parameters
+    ----------
+    high : float or ndarray, shape (fingers, 1)
+        Relative permittivity far above all relaxations [1].
+    strengths, relaxation_times : tuple of float or ndarray, shape (fingers, 1)
+        Strength [1] and time [s] of each relaxation.
+    """
+
+    high: Column
+    strengths: tuple[Column, ...] = ()
+    relaxation_times: tuple[Column, ...] = ()
+
+
+class ManyMaterial:
+    """A material whose parameters are columns: its formulas, with its Debye terms.
+
+    Parameters
+    ----------
+    material : Material
+        Copy of the material with columns, as `with_columns` makes it.
+    debye : ManyDebye or None
+        Its Debye terms; None if it is no finite sum of them.
+    free : tuple of str
+        Paths of the columns in the material.
+    """
+
+    def __init__(self, material: Material, debye: ManyDebye | None, free: tuple[str, ...] = ()) -> None:
+        self._material, self._debye, self._free = material, debye, free
+        self._known: dict[str, tuple[Real, Complex]] = {}
+
+    def __getattr__(self, name: str) -> Any:
+        """Return an attribute of the material with columns."""
+        return getattr(self._material, name)
+
+    def debye(self) -> ManyDebye | None:
+        """Return the Debye terms; None if the material is no finite sum of them."""
+        return self._debye
+
+    def bound_permittivity(self, frequency: Real) -> Complex:
+        """Return the relative permittivity of the bound charge [1] at frequencies [Hz], a row for each finger that differs."""
+        return self._over(frequency, "bound_permittivity")
+
+    def complex_permittivity(self, frequency: Real) -> Complex:
+        """Return the relative permittivity with conduction [1] at frequencies [Hz], a row for each finger that differs."""
+        return self._over(frequency, "complex_permittivity")
+
+    def _over(self, frequency: Real, name: str) -> Complex:
+        """Return a permittivity, computed once for the same array of frequencies."""
+        known = self._known.get(name)
+        if known is None or known[0] is not frequency:
+            known = self._known[name] = frequency, self._rows(frequency, name)
+        return known[1]
+
+    def _rows(self, frequency: Real, name: str) -> Complex:
+        formula: Any = getattr(self._material, name)
+        if not self._free:
+            return np.asarray(formula(frequency))
+        rows = [value_of(self._material, path) for path in self._free]
+        shape = len(rows[0]), len(frequency)
+        for axis in (frequency, np.broadcast_to(frequency, shape)):
+            try:
+                found = np.asarray(formula(axis))
+            except (TypeError, ValueError):
+                continue
+            if found.shape == shape:
+                return found
+        # a formula of numbers, not of arrays
+        single = (
+            {path: float(row[finger, 0]) for path, row in zip(self._free, rows, strict=True)}
+            for finger in range(shape[0])
+        )
+        return np.array([getattr(with_columns(self._material, point), name)(frequency) for point in single])
+
+
+def value_of(model: Any, path: str) -> Any:
+    """Return what a model has at a dotted path of stored parameters."""
+    for key in path.split("."):
+        model = model[int(key)] if isinstance(model, tuple) else getattr(model, key)
+    return model
+
+
+def debye_of(path: str, material: Any, free: tuple[str, ...]) -> ManyDebye | None:
+    """Return the Debye terms of a material with columns.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path of the layer, for messages.
+    material : Material
+        With columns as its free parameters.
+    free : tuple of str
+        Free parameters of the material, by their paths in it.
+
+    Returns
+    -------
+    ManyDebye or None
+        Terms; None if the material is no finite sum of them and its bound permittivity is the same for all fingers.
+
+    Raises
+    ------
+    NotTogetherError
+        If the bound permittivity differs between fingers and its terms are not parameters of the material.
+    """
+    varied = [name for name in free if name != "conductivity"]
+    if not varied:
+        exact = material.debye()  # does not depend on the conductivity
+        return None if exact is None else ManyDebye(exact.high, exact.strengths, exact.relaxation_times)
+    if isinstance(material, Constant):
+        return ManyDebye(material.permittivity)
+    if isinstance(material, Debye):
+        return ManyDebye(material.permittivity_high, (material.strength,), (material.relaxation_time,))
+    if isinstance(material, Prony) or _is_unbroadened(material):
+        strengths = tuple(term.strength for term in material.terms)
+        return ManyDebye(
+            material.permittivity_high, strengths, tuple(term.relaxation_time for term in material.terms)
+        )
+    try:
+        exact = material.debye()  # refuses columns: a sum without them is the same for all fingers
+    except (TypeError, ValueError):
+        raise NotTogetherError(
+            f"{path}.material.{varied[0]} is not a term of a finite sum of relaxations, so that each finger needs a"
+            " formula of its own"
+        ) from None
+    return None if exact is None else ManyDebye(exact.high, exact.strengths, exact.relaxation_times)
+
+
+def _is_unbroadened(material: Any) -> bool:
+    if not isinstance(material, ColeCole):
+        return False
+    return all(isinstance(term.broadening, float) and term.broadening == 0 for term in material.terms)
+
+
+def free_of_material(free: tuple[str, ...], name: str) -> tuple[str, ...]:
+    """Return the free parameters of the material of a layer, by their paths in the material."""
+    start = f"stack.{name}.material."
+    return tuple(path.removeprefix(start) for path in free if path.startswith(start))
+
+
+def flat(value: Column) -> Any:
+    """Return a shared number as it is, and a column (fingers, 1) as a contiguous row (fingers,)."""
+    return np.ascontiguousarray(value[:, 0]) if isinstance(value, np.ndarray) and value.ndim == 2 else value
+
+
+def stored_columns(scenario: Scenario, columns: Mapping[str, Real]) -> dict[str, Real]:
+    """Return the values of fingers as columns, by the paths under which the scenario stores them.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment whose parameters they are.
+    columns : mapping of str to ndarray, shape (fingers,)
+        Dotted path to values, in SI units.
+
+    Returns
+    -------
+    columns : dict of str to ndarray, shape (fingers, 1)
+        The same values.
+    """
+    return {
+        stored_path(scenario, path): np.ascontiguousarray(values, dtype=float)[:, None]
+        for path, values in columns.items()
+    }

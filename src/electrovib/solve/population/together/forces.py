@@ -1,0 +1,177 @@
+"""Attraction and friction of many fingers, by the text of the force law and of the friction law."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from electrovib.solve.electrics.attraction import attraction, total_pull
+from electrovib.solve.electrics.methods import TRANSIENT
+from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.mechanics.friction_chain import FrictionChain
+from electrovib.solve.population.together.tile import write_sum
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Indices, Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.population.together.tile import FingerTile
+    from electrovib.solve.population.together.transfers import Transfers
+
+
+class Squares(NamedTuple):
+    """The attraction of fingers as a factor times the square of a sum of modes, on a grid with the corners of the drive.
+
+    Parameters
+    ----------
+    rates, residues, state : ndarray, shape (fingers, modes)
+        As for `kernels.first_order_hold_many`.
+    direct : ndarray, shape (fingers,)
+        As for `kernels.first_order_hold_many`.
+    voltage, time : ndarray, shape (m,)
+        Drive [V] and times of the grid [s], the same for every call.
+    factor : ndarray, shape (fingers,)
+        Attraction over the square of the response.
+    places : ndarray of int, shape (n,)
+        Index of each output time in the grid.
+    """
+
+    rates: Real
+    residues: Real
+    direct: Real
+    state: Real
+    voltage: Real
+    time: Real
+    factor: Real
+    places: Indices
+
+
+class QuadraticForce(NamedTuple):
+    """The attraction of fingers as a factor times the square of a linear quantity.
+
+    Parameters
+    ----------
+    base : Transfers
+        The quantity, per volt.
+    factor : ndarray, shape (rows,)
+        Factor of each finger, in N over the unit of the quantity squared.
+    """
+
+    base: Transfers
+    factor: Real
+
+
+def quadratic_force(scenario: Scenario, rows: int, asked: Mapping[str, Transfers]) -> QuadraticForce | None:
+    """Return the attraction of a quadratic law as a factor times the square of one linear quantity.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With columns, and a law for which `is_quadratic` holds.
+    rows : int
+        Number of rows of the columns.
+    asked : mapping of str to Transfers
+        Amplitudes of the law.
+
+    Returns
+    -------
+    force : QuadraticForce or None
+        None where the amplitudes are not multiples of one quantity.
+    """
+    bases = {id(each.base or each): each.base or each for each in asked.values()}
+    if len(bases) != 1:
+        return None
+    (base,) = bases.values()
+    shares = {
+        name: np.broadcast_to(1.0 if each.base is None else each.share, rows)[:, None]
+        for name, each in asked.items()
+    }
+    factor = attraction(scenario, total_pull(scenario, shares))
+    return QuadraticForce(base, np.ascontiguousarray(np.broadcast_to(factor, (rows, 1))[:, 0]))
+
+
+def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, threads: int | None) -> None:
+    """Write the attraction of fingers.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (fingers, n)
+        Written into [N].
+    tile : FingerTile
+        The fingers.
+    time : ndarray, shape (n,)
+        Output times [s].
+    quadratic : bool
+        Whether `is_quadratic` holds for the law.
+    threads : int, optional
+        Threads of the kernel.
+    """
+    asked = tile.scenario.force.amplitudes(tile.section)
+    square = quadratic_force(tile.scenario, tile.rows, asked) if quadratic else None
+    if square is not None:
+        responses = tile.responses(square.base)
+        for some in tile.parts():
+            write_sum(rows[some], responses, some, factor=square.factor, threads=threads)
+        return
+    each = {name: tile.responses(transfers) for name, transfers in asked.items()}
+    for some in tile.parts():
+        values = {name: np.empty(rows[some].shape) for name in each}
+        for name, responses in each.items():
+            write_sum(values[name], responses, some, threads=threads)
+        member = tile.some(some)
+        rows[some] = attraction(member, total_pull(member, values), time)
+
+
+def write_friction(rows: Real, force: Real, tile: FingerTile, time: Real) -> None:
+    """Write the friction of fingers without memory.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (fingers, n)
+        Written into [N]; NaN where it is not determined.
+    force : ndarray, shape (fingers, n)
+        Attraction [N].
+    tile : FingerTile
+        The fingers.
+    time : ndarray, shape (n,)
+        Output times [s].
+    """
+    for some in tile.parts():
+        solution = Solution(found={}, method=TRANSIENT, reason="", force=force[some])
+        chain = FrictionChain(tile.some(some), time, solution, lambda _, found=solution: found)  # type: ignore[misc]
+        rows[some] = chain.known(chain.steady(time, force[some]))
+
+
+def squares_of(tile: FingerTile) -> Squares | None:
+    """Return the attraction of fingers under a quadratic law as the arguments of a kernel that streams statistics.
+
+    Parameters
+    ----------
+    tile : FingerTile
+        Fingers under a law for which `is_quadratic` holds.
+
+    Returns
+    -------
+    squares : Squares or None
+        None where the drive is not one sum of straight pieces for all fingers, or a finger has another form.
+    """
+    square = quadratic_force(tile.scenario, tile.rows, tile.scenario.force.amplitudes(tile.section))
+    some = slice(0, tile.fingers)
+    if square is None or not np.all(tile.section.modes.regular[some]):
+        return None
+    responses = tile.responses(square.base)
+    if len(responses) > 1 or not responses[0].is_alone_stepped:
+        return None
+    (response,) = responses
+    return Squares(
+        rates=response.rates[some],
+        residues=response.residues[some],
+        direct=response.direct[some],
+        state=response.state[some],
+        voltage=response.drive.voltage,
+        time=response.drive.time,
+        factor=square.factor[some],
+        places=response.drive.places,
+    )

@@ -1,0 +1,228 @@
+"""Signals over time of many fingers, in arrays over fingers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.changes import stored_path
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.core.paths import quantity_at
+from electrovib.physics.interface import beside_interface
+from electrovib.scenario import PeriodicState
+from electrovib.solve.population.kernels import kernel_name
+from electrovib.solve.population.together.accepted import refuse_apart
+from electrovib.solve.population.together.amplitude import shared_drive
+from electrovib.solve.population.together.arrays import check_ranges
+from electrovib.solve.population.together.forces import squares_of, write_forces, write_friction
+from electrovib.solve.population.together.quadratic import is_quadratic
+from electrovib.solve.population.together.reduced import count_poles, shared_reductions
+from electrovib.solve.population.together.refusal import NotTogetherError
+from electrovib.solve.population.together.tile import FingerTile
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.population.one_by_one import OneByOne
+    from electrovib.solve.population.together.forces import Squares
+    from electrovib.solve.population.together.transfers import Transfers
+
+AT_ONCE: Final = (1024, 256)
+"""Fingers whose modes are in memory together: with few poles, and with many."""
+FEW_POLES: Final = 8
+"""Number of poles of the layers up to which they are few."""
+
+
+class OverTime:
+    """Fingers of a scenario with linear layers, a fixed gap and a drive of straight pieces or sines, in arrays.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment with the values that all fingers share.
+    free : tuple of str
+        Dotted paths of the parameters that differ between fingers.
+    names : tuple of str
+        Signals over time.
+    time : ndarray, shape (n,)
+        Output times [s].
+    alone : OneByOne
+        The same fingers one by one, for those whose numbers have another form.
+
+    Raises
+    ------
+    NotTogetherError
+        If arrays over fingers do not cover the scenario; with the reason.
+    """
+
+    def __init__(
+        self, scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...], time: Real, alone: OneByOne
+    ) -> None:
+        refuse_apart(scenario, free, names)
+        self.scenario, self.free, self.names, self.time = scenario, free, names, time
+        self.alone = alone
+        settled = isinstance(scenario.time.initial_state, PeriodicState)
+        of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
+        self.drive = shared_drive(scenario, of_drive, time, settled=settled)
+        self.reduced = shared_reductions(scenario, free, time)
+        self.at_once = AT_ONCE[count_poles(scenario, self.reduced) > FEW_POLES]
+        self.is_quadratic = is_quadratic(scenario.force)
+        self._quantities = {path: quantity_at(scenario, path) for path in free}
+        self.kernel = kernel_name()
+
+    def signals(
+        self,
+        draws: Mapping[str, Real],
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> dict[str, Any]:
+        """Return the signals of fingers.
+
+        Parameters
+        ----------
+        draws : mapping of str to ndarray, shape (fingers,)
+            Dotted path to the value of each finger, in SI units.
+        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
+            Arrays of float64, or of float32 to which the signals are rounded, that receive them.
+        threads : int, optional
+            Threads of the kernel.
+
+        Returns
+        -------
+        signals : dict of str to ndarray, shape (fingers, n) or (fingers, layers, n)
+            Each signal in its unit.
+
+        Raises
+        ------
+        InputError
+            If a value is outside its range; names the first such finger.
+        """
+        check_ranges(self._quantities, draws)
+        fingers = len(next(iter(draws.values())))
+        found: dict[str, Any] = dict(out or {})
+        for name in self.names:
+            found.setdefault(name, np.empty(self._shape(name, fingers)))
+        for begin in range(0, fingers, self.at_once):
+            part = slice(begin, min(begin + self.at_once, fingers))
+            some = {path: values[part] for path, values in draws.items()}
+            self._write({name: found[name][part] for name in self.names}, some, threads)
+        return {name: found[name] for name in self.names}
+
+    def squares(self, draws: Mapping[str, Real], *, threads: int | None = None) -> Squares | None:
+        """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics.
+
+        Parameters
+        ----------
+        draws : mapping of str to ndarray, shape (fingers,)
+            Dotted path to the value of each finger, in SI units.
+        threads : int, optional
+            Threads of the kernel.
+
+        Returns
+        -------
+        squares : Squares or None
+            Arguments of `kernels.square_moments_many`; None where the law is not quadratic, the drive is not one sum of
+            straight pieces for all fingers, or a finger has another form.
+
+        Raises
+        ------
+        InputError
+            If a value is outside its range; names the first such finger.
+        """
+        check_ranges(self._quantities, draws)
+        if not self.is_quadratic or self.names != ("electrostatic_force",):
+            return None
+        return squares_of(self.tile(draws, threads=threads))
+
+    def tile(self, draws: Mapping[str, Real], *, threads: int | None = None) -> FingerTile:
+        """Return fingers in arrays.
+
+        Parameters
+        ----------
+        draws : mapping of str to ndarray, shape (fingers,)
+            Dotted path to the value of each finger, in SI units.
+        threads : int, optional
+            Threads of the kernel.
+
+        Returns
+        -------
+        FingerTile
+            With their stacks as relaxation modes.
+        """
+        return FingerTile.of(self.scenario, draws, self.reduced, self.drive, threads=threads)
+
+    def _shape(self, name: str, fingers: int) -> tuple[int, ...]:
+        if name in {"field", "displacement"}:
+            return fingers, len(self.scenario.stack.layers), len(self.time)
+        return fingers, len(self.time)
+
+    def _write(self, found: Mapping[str, Any], draws: Mapping[str, Real], threads: int | None) -> None:
+        """Write the signals of some fingers, those of another form one by one."""
+        tile = self.tile(draws, threads=threads)
+        regular = tile.section.modes.regular[: tile.fingers]
+        if np.all(regular):
+            for name, rows in found.items():
+                if name != "lateral_force":
+                    self._fill(rows, name, tile, threads)
+            if "lateral_force" in found:
+                self._rub(found, tile, threads)
+            return
+        for kept, engine in ((~regular, self.alone), (regular, self)):
+            if np.any(kept):
+                chosen = {path: values[kept] for path, values in draws.items()}
+                for name, rows in engine.signals(chosen).items():
+                    found[name][kept] = rows
+
+    def _fill(self, rows: Real, name: str, tile: FingerTile, threads: int | None) -> None:
+        """Write one signal of fingers."""
+        if name == "electrostatic_force":
+            write_forces(rows, tile, self.time, quadratic=self.is_quadratic, threads=threads)
+        elif name == "drive_voltage":
+            total = np.zeros(rows.shape)
+            for factor, drive in self.drive.terms(tile.columns):
+                total += (factor if isinstance(factor, float) else factor[: len(rows)]) * drive.values()
+            rows[:] = total
+        elif name in {"normal_force", "sliding_speed"}:
+            rows[:] = self._given(name, tile)[: len(rows)]
+        elif name in {"field", "displacement"}:
+            for place, layer in enumerate(tile.section.names):
+                tile.write(rows[:, place], getattr(tile.section[layer], name), threads)
+        else:
+            tile.write(rows, _quantity(name, tile), threads)
+
+    def _rub(self, found: Mapping[str, Any], tile: FingerTile, threads: int | None) -> None:
+        """Write the friction of fingers, under the attraction that has been written if it is not rounded."""
+        rows, force = found["lateral_force"], found.get("electrostatic_force")
+        if force is None or force.dtype != np.float64:
+            force = np.empty((len(rows), len(self.time)))
+            write_forces(force, tile, self.time, quadratic=self.is_quadratic, threads=threads)
+        write_friction(rows, force, tile, self.time)
+
+    def _given(self, name: str, tile: FingerTile) -> Real:
+        """Return the load or the speed, shape (rows, n)."""
+        load, motion = tile.scenario.load, tile.scenario.motion
+        if name == "sliding_speed" and motion.speed is None:
+            raise InputError("signals: this scenario has no 'sliding_speed'. Declare motion.speed")
+        found = load.forces(self.time) if name == "normal_force" else motion.speeds(self.time)
+        return np.broadcast_to(found, (tile.rows, len(self.time)))
+
+
+def _quantity(name: str, tile: FingerTile) -> Transfers:
+    """Return a linear quantity by the name of its signal."""
+    section = tile.section
+    if name == "stack_voltage":
+        return section.voltage
+    if name == "effective_voltage":
+        found: Transfers | None = tile.scenario.force.effective_voltage(section)
+        if found is None:
+            raise NotTogetherError("the force law has no effective voltage")
+        return found
+    gap = beside_interface(section.roles, "gap")
+    return section.interface_displacement.times(1 / eps0) if gap is None else section[gap].field

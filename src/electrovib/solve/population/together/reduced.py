@@ -1,0 +1,154 @@
+"""Materials that are reduced to Debye terms once for all fingers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.solve.population.together.arrays import ManyDebye, ManyMaterial, value_of
+from electrovib.solve.population.together.refusal import NotTogetherError
+from electrovib.solve.stack.expand import reductions
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Real
+    from electrovib.physics.debye_sum import DebyeSum
+    from electrovib.scenario import Scenario
+
+
+AT: Final = 1e3
+"""Frequency at which the scale of a permittivity is evaluated [Hz]; any other gives the same."""
+_FACTORS: Final = ((0.9, 1.05, 0.97), (1.1, 0.95, 1.08), (0.8, 0.93, 1.02))
+_CONSTANT: Final = 1e-13
+"""Relative variation over frequency up to which the ratio of two permittivities is constant."""
+
+
+@dataclass(frozen=True, eq=False)
+class SharedReduction:
+    """Bound permittivity of a material as Debye terms, which is that of each finger up to a factor.
+
+    Parameters
+    ----------
+    debye : DebyeSum
+        Terms for the values of the scenario.
+    level : float
+        Modulus of the declared bound permittivity of the scenario at the frequency `AT` [1].
+    is_scaled : bool
+        Whether the fingers differ by a factor.
+    """
+
+    debye: DebyeSum
+    level: float
+    is_scaled: bool
+
+    def of_fingers(self, material: ManyMaterial) -> ManyDebye:
+        """Return the terms for each finger, with the relaxation times and the relative error of the scenario.
+
+        Parameters
+        ----------
+        material : ManyMaterial
+            With columns.
+
+        Returns
+        -------
+        ManyDebye
+            Strengths times the factor of each finger.
+        """
+        known = self.debye
+        if not self.is_scaled:
+            return ManyDebye(known.high, known.strengths, known.relaxation_times)
+        factor = np.abs(material.bound_permittivity(np.array([AT]))) / self.level
+        strengths = tuple(strength * factor for strength in known.strengths)
+        return ManyDebye(known.high * factor, strengths, known.relaxation_times)
+
+
+def shared_reductions(scenario: Scenario, free: tuple[str, ...], time: Real) -> dict[str, SharedReduction]:
+    """Reduce the bound permittivities that are no finite sums of Debye terms, once for all fingers.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment with the values that all fingers share.
+    free : tuple of str
+        Paths that differ between fingers.
+    time : ndarray, shape (n,)
+        Output times [s].
+
+    Returns
+    -------
+    reduced : dict of str to SharedReduction
+        Name of a layer to its reduced permittivity, whose relative error is that of every finger.
+
+    Raises
+    ------
+    NotTogetherError
+        If the permittivities of fingers differ by more than a factor.
+    """
+    layers = scenario.stack.layers
+    scaled = {}
+    for name in [name for name, layer in layers.items() if layer.material.debye() is None]:
+        start = f"stack.{name}.material."
+        changed = [path.removeprefix(start) for path in free if path.startswith(start)]
+        shape = [path for path in changed if path != "conductivity"]
+        if "conductivity" in changed and not _is_apart(layers[name].material):
+            raise NotTogetherError(
+                f"the bound permittivity of stack.{name}.material depends on its conductivity"
+            )
+        if shape and not _is_factor(layers[name].material, shape):
+            raise NotTogetherError(
+                f"{start}{shape[0]} changes a permittivity that each finger has to reduce by itself"
+            )
+        scaled[name] = bool(shape)
+    if not scaled:
+        return {}
+    found = reductions(scenario, time)
+    return {
+        name: SharedReduction(
+            found[name].debye,
+            float(np.abs(layers[name].material.bound_permittivity(np.array([AT]))[0])),
+            is_scaled,
+        )
+        for name, is_scaled in scaled.items()
+    }
+
+
+def _is_factor(material: Any, paths: list[str]) -> bool:
+    """Return whether parameters of a material multiply its bound permittivity by the same number at all frequencies."""
+    frequency = np.geomspace(1e-2, 1e8, 41)
+    base = material.bound_permittivity(frequency)
+    for factors in _FACTORS:
+        point = {path: value_of(material, path) * factors[place % 3] for place, path in enumerate(paths)}
+        try:
+            other = material.replace(point)
+        except InputError:
+            return False
+        ratio = other.bound_permittivity(frequency) / base
+        if np.any(np.abs(ratio / np.abs(ratio[0]) - 1) > _CONSTANT):
+            return False
+        if other.slowest_relaxation != material.slowest_relaxation:
+            return False
+    return True
+
+
+def count_poles(scenario: Scenario, reduced: Mapping[str, SharedReduction]) -> int:
+    """Return the number of poles of all layers of a scenario, with its reduced permittivities."""
+    sums = [
+        reduced[name].debye if name in reduced else layer.material.debye()
+        for name, layer in scenario.stack.layers.items()
+    ]
+    return sum(1 + len(each.strengths) for each in sums if each is not None)
+
+
+def _is_apart(material: Any) -> bool:
+    """Return whether the bound permittivity does not depend on the conductivity."""
+    frequency = np.geomspace(1e-2, 1e8, 21)
+    try:
+        other = material.replace({"conductivity": 0.5 * material.conductivity or 1e-6})
+    except InputError:
+        return False
+    one, two = (each.bound_permittivity(frequency) for each in (material, other))
+    return bool(np.array_equal(one, two)) and material.slowest_relaxation == other.slowest_relaxation

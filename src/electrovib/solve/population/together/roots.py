@@ -1,0 +1,85 @@
+"""Roots of the secular equations of many fingers, with their distances from the nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.solve.population.kernels import secular_roots_many
+from electrovib.solve.population.together.pairs import slopes_and_inverses
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
+
+NEAREST = 1e-30
+"""Smallest distance of two nodes [1/s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class ManyRootsOf:
+    """Roots between and above the nodes of each finger.
+
+    Parameters
+    ----------
+    values, slope : ndarray, shape (roots, fingers)
+        Roots [1/s], and minus the derivative of the sum of poles there.
+    inverses : ndarray, shape (roots, nodes, fingers)
+        One over the distance of each root from each node [s].
+    """
+
+    values: Real
+    slope: Real
+    inverses: Real
+
+
+def roots_of(
+    nodes: Real, weights: Real, constant: Any, regular: NDArray[np.bool_], threads: int | None
+) -> tuple[ManyRootsOf, NDArray[np.bool_]]:
+    """Solve sum weight/(x - node) = constant for many fingers.
+
+    Parameters
+    ----------
+    nodes, weights : ndarray, shape (nodes, fingers)
+        Nodes in any order [1/s], and their weights, above 0.
+    constant : float or ndarray, shape (fingers,)
+        0 for all fingers, or above 0.
+    regular : ndarray of bool, shape (fingers,)
+        Fingers whose nodes, weights and constant are in range; the others get meaningless roots.
+    threads : int, optional
+        Threads of the kernel.
+
+    Returns
+    -------
+    roots : ManyRootsOf
+        One root between neighbouring nodes, and one above the last for a constant above 0.
+    apart : ndarray of bool, shape (fingers,)
+        Fingers whose nodes all differ.
+    """
+    count, fingers = nodes.shape
+    order = np.argsort(nodes, axis=0, kind="stable")
+    ordered = np.take_along_axis(nodes, order, axis=0)
+    level = np.broadcast_to(np.asarray(constant, dtype=float), fingers)
+    above = isinstance(constant, np.ndarray) or constant > 0
+    apart = np.all(ordered[1:] - ordered[:-1] >= NEAREST, axis=0) if count > 1 else np.ones(fingers, bool)
+    if above:
+        apart = apart & (level > 0)
+    usable = apart & regular
+    heavy = np.take_along_axis(weights, order, axis=0)
+    if not np.all(usable):
+        ordered = np.where(usable, ordered, np.arange(count, dtype=float)[:, None])
+        heavy, level = np.where(usable, heavy, 1.0), np.where(usable, level, 1.0 if above else 0.0)
+    found = secular_roots_many(
+        np.ascontiguousarray(ordered.T),
+        np.ascontiguousarray(heavy.T),
+        np.ascontiguousarray(level),
+        threads=threads,
+    )
+    roots = count if above else count - 1
+    offsets = np.ascontiguousarray(found.offsets.T[:roots])
+    begins = np.take_along_axis(ordered, np.ascontiguousarray(found.origins.T[:roots]), axis=0)
+    slope, inverses = slopes_and_inverses(nodes, weights, begins, offsets)
+    return ManyRootsOf(begins + offsets, slope, inverses), apart

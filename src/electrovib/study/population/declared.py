@@ -1,0 +1,237 @@
+"""What a study is: scenario, space, number of fingers, seed and the statistics that are asked for."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from electrovib.core.amounts import amount_of_memory
+from electrovib.core.errors import InputError, gathered, nearest
+from electrovib.core.own_models import use_models, used_files
+from electrovib.core.signals import SIGNALS
+from electrovib.core.trace import STUDY_FORMAT
+from electrovib.core.units import parse_quantity
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.scenario.space import Space, SpaceSource, read_space
+from electrovib.study.population.texts import numbers_of, scenario_text
+
+FORMAT: Final = f"{STUDY_FORMAT} 1"
+"""Value of the attribute ``format`` of a store and of a result."""
+BLOCK: Final = 1024
+"""Number of fingers in a block of the sums; part of the definition of the results."""
+PERCENTILES: Final = (5.0, 50.0, 95.0)
+MEMORY: Final = "1 GB"
+_MOST_FINGERS: Final = 10**12
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeclaredStudy:
+    """A study before it is run.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment with the values that are common to all fingers.
+    space : Space
+        Parameters that differ between fingers, with their distributions.
+    fingers : int
+        Number of fingers drawn.
+    seed : int
+        Seed of the draws, 0 or above.
+    signals : tuple of str
+        Signals over time, or over frequency.
+    percentiles : tuple of float
+        Percentiles of the bands, above 0 and below 100 [%]; increasing.
+    thresholds : dict of str to tuple of float
+        Signal to the values whose exceedance is counted, in the SI unit of the signal; increasing.
+    draws : bool
+        Whether the signals of every finger are kept.
+    memory : float
+        Memory for the values from which the percentiles are taken [bytes].
+    """
+
+    scenario: Scenario
+    space: Space
+    fingers: int
+    seed: int
+    signals: tuple[str, ...]
+    percentiles: tuple[float, ...]
+    thresholds: Mapping[str, tuple[float, ...]]
+    draws: bool
+    memory: float
+
+    @property
+    def axis(self) -> str:
+        """Dimension over which the signals run, ``time`` or ``frequency``."""
+        return SIGNALS[self.signals[0]].dims[0]
+
+    def identity(self) -> dict[str, Any]:
+        """Return what distinguishes this study from another one whose results differ, as structured text."""
+        return {
+            "scenario": self.scenario.canonical(),
+            "space": numbers_of(self.space),
+            "n": self.fingers,
+            "seed": self.seed,
+            "signal": list(self.signals),
+            "percentiles": list(self.percentiles),
+            "exceed": {name: list(values) for name, values in self.thresholds.items()},
+            "draws": self.draws,
+        }
+
+    def to_text(self) -> str:
+        """Write the study as one text that `from_text` reads: scenario and space as TOML, never as objects."""
+        return json.dumps(
+            {
+                "scenario": scenario_text(self.scenario),
+                "space": self.space.to_toml(),
+                "fingers": self.fingers,
+                "seed": self.seed,
+                "signals": self.signals,
+                "percentiles": self.percentiles,
+                "thresholds": self.thresholds,
+                "draws": self.draws,
+                "memory": self.memory,
+                "own_models": used_files(),
+            }
+        )
+
+    @classmethod
+    def from_text(cls, text: str) -> DeclaredStudy:
+        """Read a study from the text of `to_text`."""
+        content = json.loads(text)
+        for file in content["own_models"]:
+            use_models(file)
+        scenario = read_scenario(tomllib.loads(content["scenario"]))
+        return cls(
+            scenario=scenario,
+            space=read_space(scenario, tomllib.loads(content["space"])),
+            fingers=content["fingers"],
+            seed=content["seed"],
+            signals=tuple(content["signals"]),
+            percentiles=tuple(content["percentiles"]),
+            thresholds={name: tuple(values) for name, values in content["thresholds"].items()},
+            draws=content["draws"],
+            memory=content["memory"],
+        )
+
+
+def read_study(
+    scenario: Source,
+    space: SpaceSource,
+    *,
+    n: int,
+    seed: int,
+    signal: str | Sequence[str],
+    percentiles: Sequence[float | str],
+    exceed: Sequence[str | float] | str | float,
+    draws: bool,
+    budget_memory: float | str,
+) -> DeclaredStudy:
+    """Read the arguments of `electrovib.study`, and report all mistakes at once.
+
+    Parameters
+    ----------
+    scenario, space, n, seed, signal, percentiles, exceed, draws, budget_memory
+        As for `electrovib.study`.
+
+    Returns
+    -------
+    declared : DeclaredStudy
+        The study, in SI.
+
+    Raises
+    ------
+    InputError
+        With one sentence for each mistake.
+    """
+    problems: list[str] = []
+    names = tuple(dict.fromkeys([signal] if isinstance(signal, str) else signal))
+    problems += _signal_problems(names)
+    if isinstance(n, bool) or not isinstance(n, int) or not 1 <= n <= _MOST_FINGERS:
+        problems.append(
+            f"n = {n}: expected a number of fingers, a whole number from 1 to {_MOST_FINGERS:.0e}"
+        )
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        problems.append(f"seed = {seed}: expected a whole number, 0 or above")
+    shares, thresholds, memory = tuple[float, ...](), dict[str, tuple[float, ...]](), 0.0
+    with gathered(problems):
+        shares = _percentiles(percentiles)
+    with gathered(problems):
+        thresholds = {} if _signal_problems(names) else _thresholds(names, exceed)
+    with gathered(problems):
+        memory = amount_of_memory("budget_memory", budget_memory)
+    found, described = None, None
+    with gathered(problems):
+        found = read_scenario(scenario)
+        described = read_space(found, space)
+    if problems or found is None or described is None:
+        raise InputError(problems)
+    return DeclaredStudy(
+        scenario=found,
+        space=described,
+        fingers=n,
+        seed=seed,
+        signals=names,
+        percentiles=shares,
+        thresholds=thresholds,
+        draws=bool(draws),
+        memory=memory,
+    )
+
+
+def _signal_problems(names: Sequence[str]) -> list[str]:
+    """List the names that are no signal over time or frequency, and signals over different axes."""
+    known = {name: each.dims[0] for name, each in SIGNALS.items() if len(each.dims) == 1}
+    problems = [
+        f"signal = {name}: not a signal of a study.{nearest(name, known)}"
+        for name in names
+        if name not in known
+    ]
+    if not names:
+        problems.append("signal: name at least one, for instance electrostatic_force")
+    if not problems and len({known[name] for name in names}) > 1:
+        listed = ", ".join(f"{name} over {known[name]}" for name in names)
+        problems.append(f"signal: {listed}; expected signals over the same axis, run two studies")
+    return problems
+
+
+def _percentiles(given: Sequence[float | str]) -> tuple[float, ...]:
+    try:
+        found = sorted({float(each) for each in given})
+    except (TypeError, ValueError):
+        raise InputError(f"percentiles = {given!r}: expected numbers, for instance 5, 50, 95") from None
+    wrong = [each for each in found if not 0 < each < 100]
+    if wrong:
+        raise InputError(f"percentiles = {wrong[0]:g}: expected numbers above 0 and below 100")
+    return tuple(found)
+
+
+def _thresholds(
+    names: Sequence[str], exceed: Sequence[str | float] | str | float
+) -> dict[str, tuple[float, ...]]:
+    """Read each threshold in the unit of the signals that have this unit; a bare number is one of the first signal."""
+    given = [exceed] if isinstance(exceed, (str, float, int)) else list(exceed)
+    found = {name: set[float]() for name in names}
+    problems = []
+    for each in given:
+        read = {name: value for name in names if (value := _in_unit(each, SIGNALS[name].unit)) is not None}
+        if not read:
+            units = ", ".join(dict.fromkeys(SIGNALS[name].unit for name in names))
+            problems.append(f"exceed = {each}: expected a value in {units}, for instance '5 m{units[:1]}'")
+        for name, value in read.items() if isinstance(each, str) else list(read.items())[:1]:
+            found[name].add(value)
+    if problems:
+        raise InputError(problems)
+    return {name: tuple(sorted(values)) for name, values in found.items() if values}
+
+
+def _in_unit(given: str | float, unit: str) -> float | None:
+    try:
+        value = parse_quantity(given, unit) if isinstance(given, str) else float(given)
+    except (TypeError, ValueError):
+        return None
+    return value if math.isfinite(value) else None

@@ -1,0 +1,80 @@
+"""The folder of a store: errors of the file system as sentences, and what is removed from it."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+SUFFIX: Final = ".zarr"
+CHECKPOINT: Final = "checkpoint"
+"""Group of a store that holds what is needed to resume the study; absent once it is complete."""
+COMPLETE: Final = "complete"
+"""Attribute of a store whose study is complete."""
+PARTIAL: Final = ".partial"
+"""End of the names of files that are being written."""
+
+
+def clear(path: Path) -> None:
+    """Remove what a complete study no longer needs."""
+    shutil.rmtree(path / CHECKPOINT, ignore_errors=True)
+    remove_partial(path)
+
+
+def remove_partial(path: Path) -> None:
+    """Remove the files that a killed process was writing."""
+    for each in list(path.rglob(f"*{PARTIAL}")):
+        with suppress(OSError):
+            each.unlink()
+
+
+@contextmanager
+def written(path: Path, how: str = "written") -> Iterator[None]:
+    """Report an error of the file system as one sentence.
+
+    Parameters
+    ----------
+    path : Path
+        Folder of the store.
+    how : str
+        ``written`` or ``read``.
+
+    Yields
+    ------
+    None
+        Within the block.
+
+    Raises
+    ------
+    InputError
+        Instead of an OSError.
+    """
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(
+            f"cannot be {how}: {reason}. What was stored before is kept: remedy this, and the same command continues.",
+            path=path,
+        ) from error
+
+
+def require_zarr() -> None:
+    """Refuse to go on without zarr.
+
+    Raises
+    ------
+    InputError
+        With the line that installs it.
+    """
+    if importlib.util.find_spec("zarr") is None:
+        raise InputError(
+            "a study is stored with zarr, which is not installed: pip install 'electrovib[study]'"
+        )

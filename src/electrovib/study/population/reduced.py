@@ -1,0 +1,106 @@
+"""Statistics of some consecutive fingers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
+    from electrovib.solve.population.kernels import Histogram, Moments
+    from electrovib.study.population.counts import FingerCounts
+
+
+@dataclass
+class ReducedSignal:
+    """Statistics of one signal over some consecutive fingers.
+
+    Parameters
+    ----------
+    blocks : list of Moments
+        Of each block of 1024 fingers.
+    counts : FingerCounts
+        Of all fingers.
+    values : ndarray of float32, shape (fingers, n), or None
+        Signals of the fingers, where they are needed.
+    histogram : Histogram or None
+        Of the signals, in place of them where it is smaller.
+    """
+
+    blocks: list[Moments]
+    counts: FingerCounts
+    values: NDArray[np.float32] | None
+    histogram: Histogram | None
+
+
+@dataclass
+class TileResult:
+    """What is known of a tile of fingers.
+
+    Parameters
+    ----------
+    start, stop : int
+        Indices of the first finger and of the one after the last.
+    kernel : str
+        Kernels and vector width with which it was computed.
+    seconds : float
+        Computing time [s].
+    raw : dict of str to ndarray, shape (fingers, n)
+        Signals of a tile that is part of a block; empty otherwise.
+    reduced : dict of str to ReducedSignal
+        Signals of a tile of whole blocks; empty otherwise.
+    problems : list of str
+        Mistakes for which it cannot be computed.
+    """
+
+    start: int
+    stop: int
+    kernel: str = ""
+    seconds: float = 0.0
+    raw: dict[str, Real] = field(default_factory=dict)
+    reduced: dict[str, ReducedSignal] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+
+
+def count_in(histogram: Histogram, part: ReducedSignal, threads: int | None) -> None:
+    """Count signals in a histogram; a value that is not known is counted as 0, because no quantile is given at its sample.
+
+    Parameters
+    ----------
+    histogram : Histogram
+        Receives the values.
+    part : ReducedSignal
+        Signals, with the number of those that are not known.
+    threads : int or None
+        Of the kernel.
+    """
+    values = part.values
+    if values is not None:
+        if part.counts.unknown.any():
+            values = np.where(np.isnan(values), np.float32(0), values)
+        histogram.add(values, threads=threads)
+
+
+def binned(part: ReducedSignal, threads: int | None) -> None:
+    """Replace the kept values of a signal, if there are any, by their histogram."""
+    from electrovib.solve.population.kernels import Histogram
+
+    if part.values is not None:
+        part.histogram = Histogram(part.values.shape[1])
+        count_in(part.histogram, part, threads)
+        part.values = None
+
+
+def joined(one: ReducedSignal, other: ReducedSignal) -> ReducedSignal:
+    """Return the statistics of fingers that follow each other."""
+    one.counts.merge(other.counts)
+    found = ReducedSignal([*one.blocks, *other.blocks], one.counts, None, None)
+    if one.values is not None and other.values is not None:
+        found.values = np.concatenate([one.values, other.values])
+    if one.histogram is not None and other.histogram is not None:
+        found.histogram = one.histogram + other.histogram
+    return found

@@ -1,0 +1,256 @@
+"""Run a study: evaluate its fingers, keep what is complete, and return the bands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from electrovib.core.allowance import megabytes
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.study.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
+from electrovib.study.population.existing import open_study, refuse_full_disk, refuse_other_kernel, state_of
+from electrovib.study.population.folder import clear, written
+from electrovib.study.population.here import tiles_of_process
+from electrovib.study.population.lock import locked
+from electrovib.study.population.merged import MergedFingers
+from electrovib.study.population.origin import attributes
+from electrovib.study.population.result import StoredArray, arrays, dataset, draws_of
+from electrovib.study.population.store import StudyStore
+from electrovib.study.population.tile import Evaluator
+from electrovib.study.population.writer import CheckpointWriter
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.scenario import Source
+    from electrovib.scenario.space import SpaceSource
+    from electrovib.study.population.declared import DeclaredStudy
+    from electrovib.study.population.reduced import TileResult
+
+    Progress = Callable[[int, int], bool | None]
+
+
+class StudyCancelledError(ElectrovibError):
+    """A study that its caller has ended; what is stored can be continued."""
+
+
+def study(
+    scenario: Source,
+    space: SpaceSource,
+    *,
+    n: int,
+    seed: int,
+    output: str | Path | None = None,
+    signal: str | Sequence[str] = "electrostatic_force",
+    percentiles: Sequence[float | str] = PERCENTILES,
+    exceed: Sequence[str | float] | str | float = (),
+    draws: bool = False,
+    budget_memory: float | str = MEMORY,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> xarray.Dataset:
+    """Compute bands of a signal over a population of fingers.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Experiment, as for `electrovib.load`.
+    space : str, Path, mapping or Space
+        Parameters that differ between fingers: a TOML file, its table, a name such as ``"fingers"``, or a Space.
+    n : int
+        Number of fingers.
+    seed : int
+        Seed of the draws. Finger i depends on the seed and on i alone.
+    output : str or Path, optional
+        Folder of a zarr store, ``study.zarr``. A study that was interrupted continues there; a complete one is returned.
+    signal : str or sequence of str
+        Signals over time, or over frequency (``mean_force``).
+    percentiles : sequence of float
+        Percentiles over the fingers at every sample [%].
+    exceed : sequence of str or float
+        Thresholds, ``"5 mN"`` or in SI: the probability that a finger exceeds them at every sample, and at any.
+    draws : bool
+        Keep the parameters and signals of every finger too.
+    budget_memory : float or str
+        Memory for the values from which the percentiles are taken [bytes], or a text such as ``"1 GB"``; program, packages
+        and the fingers being evaluated take about 0.5 GB besides.
+    workers : int, optional
+        Number of worker processes of a Dask cluster on this machine, one thread each.
+    scheduler : str, optional
+        Address of a Dask scheduler, ``tcp://host:port``, instead of `workers`.
+    progress : callable, optional
+        Called with the number of fingers done and of all fingers; the study ends when it returns True.
+
+    Returns
+    -------
+    result : xarray.Dataset
+        For each signal its ``_percentile``, ``_mean``, ``_variance`` and ``_exceedance`` over the axis, in the unit of the
+        signal (variance: squared; exceedance: dimensionless, 0 to 1); with `draws` the signals along ``finger``, as
+        float32. The attributes state scenario, space, seed, versions, kernel and methods.
+
+    Raises
+    ------
+    InputError
+        For mistakes, all at once as far as possible; for a store that cannot be written or holds another study.
+    StudyCancelledError
+        If `progress` ends the study.
+
+    Notes
+    -----
+    The variance is that of the population, estimated over n - 1. Sums are formed in blocks of 1024 fingers and merged in
+    the order of their index. Percentiles are exact order statistics of float32 values while fingers x samples x 4 bytes
+    fit the memory, and otherwise come from histograms with a relative error below 0.3 %. All numbers are the same to the
+    last bit for any number of threads and workers, and after any interruption.
+    """
+    declared = read_study(
+        scenario,
+        space,
+        n=n,
+        seed=seed,
+        signal=signal,
+        percentiles=percentiles,
+        exceed=exceed,
+        draws=draws,
+        budget_memory=budget_memory,
+    )
+    where = _where(workers, scheduler)
+    if output is None:
+        return _in_memory(declared, where, progress)
+    path = Path(output)
+    if state_of(path, declared) == "complete":
+        return _complete(path)
+    evaluator = _evaluator(declared)
+    refuse_full_disk(path, evaluator)
+    made = not path.exists()
+    with written(path):
+        path.mkdir(exist_ok=True)
+    try:
+        _stored(path, evaluator, where, progress)
+    finally:
+        if made and not any(path.iterdir()):
+            path.rmdir()
+    return open_study(path)
+
+
+def _complete(path: Path) -> xarray.Dataset:
+    """Return a complete study, after removing what a process killed at its very end may have left."""
+    if (path / "checkpoint").exists():
+        with written(path), locked(path):
+            clear(path)
+    return open_study(path)
+
+
+def _where(workers: int | None, scheduler: str | None) -> dict[str, Any] | None:
+    """Return the arguments of a cluster, or None for this process."""
+    if workers is None and scheduler is None:
+        return None
+    if workers is not None and scheduler is not None:
+        raise InputError("workers, scheduler: give one of them; a scheduler has its own workers")
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+        raise InputError(f"workers = {workers}: expected a number of processes, 1 or more")
+    return {"workers": workers, "scheduler": scheduler}
+
+
+def _evaluator(declared: DeclaredStudy) -> Evaluator:
+    """Prepare the study, and refuse one whose blocks do not fit the memory."""
+    found = Evaluator(declared)
+    block = 2 * 8.0 * min(BLOCK, declared.fingers) * found.numbers
+    if block > declared.memory:
+        raise InputError(
+            f"budget_memory = {megabytes(declared.memory)}: the signals of a block of {min(BLOCK, declared.fingers)} fingers"
+            f" with {found.samples} samples take {megabytes(block)}; ask for fewer time.samples, or allow more"
+        )
+    return found
+
+
+def _in_memory(
+    declared: DeclaredStudy, where: dict[str, Any] | None, progress: Progress | None
+) -> xarray.Dataset:
+    """Run a study whose result is kept in memory only."""
+    evaluator = _evaluator(declared)
+    if declared.draws and not evaluator.exact:
+        raise InputError(
+            f"draws: the signals of all fingers exceed budget_memory = {megabytes(declared.memory)}; give an output, a store"
+            " to which they are written, or allow more"
+        )
+    merged = MergedFingers(evaluator, hold=declared.draws)
+    for tile in _tiles(merged, where, progress):
+        merged.add(tile)
+        _report(progress, merged)
+    found = arrays(evaluator, merged)
+    if declared.draws:
+        for name, each in merged.signals.items():
+            assert each.values is not None
+            dims, words = draws_of(name, declared.axis)
+            found[name] = StoredArray(dims, each.values, words)
+    return dataset(found, attributes(evaluator))
+
+
+def _stored(
+    path: Path, evaluator: Evaluator, where: dict[str, Any] | None, progress: Progress | None
+) -> None:
+    """Run or continue a study in its store."""
+    with ExitStack() as stack:
+        with written(path):
+            stack.enter_context(locked(path))
+        state = state_of(path, evaluator.declared)
+        if state == "complete":  # by another process, meanwhile
+            return
+        if state == "begun":
+            refuse_other_kernel(path, evaluator)
+        store = StudyStore(path, evaluator)
+        merged = MergedFingers(evaluator)
+        fingers, sums = store.restored()
+        if fingers:
+            merged.restore(fingers, sums)
+            for name, each in merged.signals.items():
+                if each.values is not None:
+                    store.restore_rows(name, each.values)
+        writer = CheckpointWriter(store, merged)
+        try:
+            _evaluate(merged, writer, where, progress)
+            writer.complete()
+            store.finish(arrays(evaluator, merged))
+        finally:
+            writer.close()
+
+
+def _evaluate(
+    merged: MergedFingers,
+    writer: CheckpointWriter,
+    where: dict[str, Any] | None,
+    progress: Progress | None,
+) -> None:
+    """Evaluate the fingers that are missing; keep what is complete if the study is interrupted."""
+    try:
+        _report(progress, merged)
+        for tile in _tiles(merged, where, progress):
+            writer.after(merged.add(tile))
+            _report(progress, merged)
+    except (KeyboardInterrupt, StudyCancelledError):
+        writer.finish()
+        raise
+
+
+def _report(progress: Progress | None, merged: MergedFingers) -> None:
+    done, total = merged.fingers, merged.declared.fingers
+    if progress is not None and progress(done, total) and done < total:
+        raise StudyCancelledError(
+            f"the study was ended after {done} of {total} fingers; the same call continues it"
+        )
+
+
+def _tiles(
+    merged: MergedFingers, where: dict[str, Any] | None, progress: Progress | None
+) -> Iterator[TileResult]:
+    """Yield the tiles that follow the fingers merged so far, in order."""
+    if where is None:
+        return tiles_of_process(merged.evaluator, merged.fingers, merged.values)
+    from electrovib.study.population.cluster import tiles_of_cluster
+
+    return tiles_of_cluster(
+        merged.evaluator, merged.fingers, waiting=lambda: _report(progress, merged), **where
+    )

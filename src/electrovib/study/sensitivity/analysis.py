@@ -1,0 +1,180 @@
+"""Sensitivity analysis of a quantity of a scenario."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.arrays import Real
+from electrovib.core.budget import Work, refuse_beyond
+from electrovib.core.errors import InputError
+from electrovib.core.paths import quantity_at
+from electrovib.scenario import Source, read_scenario
+from electrovib.scenario.space import SpaceSource, read_space
+from electrovib.scenario.space.counter import checked_seed
+from electrovib.solve.costs import CASE, CASE_MEMORY
+from electrovib.solve.effort import last_time, works
+from electrovib.solve.prepare import Prepared
+from electrovib.solve.quantities import read_name
+from electrovib.study.sensitivity.indices import Indices, check_power, sobol
+from electrovib.study.sensitivity.result import Elasticity, InputIndices, Sensitivity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from electrovib.scenario import Scenario
+    from electrovib.scenario.space import Space
+
+_CHUNK: Final = 256
+"""Evaluations between two reports of progress."""
+_STEP: Final = 1e-3
+"""Relative change of a parameter for an elasticity; the error of the difference is of the order of its square."""
+_EVALUATION_TIMES: Final = 200
+
+
+def analyse(
+    scenario: Source,
+    space: SpaceSource,
+    *,
+    quantity: str,
+    n: int,
+    seed: int,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sensitivity:
+    """Compute Sobol indices and local elasticities of a quantity.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Scenario with the values that stay fixed, as for `electrovib.load`.
+    space : str, Path, mapping or Space
+        Distributions of the others, as for `electrovib.read_space`.
+    quantity : str
+        Name as for `electrovib.sweep`: ``"mean electrostatic_force"``.
+    n : int
+        Number of base draws, a power of 2; the scenario is evaluated n (inputs + 2) times.
+    seed : int
+        Seed of the draws, from 0 to 2**64 - 1.
+    progress : callable, optional
+        Function of the number of evaluations done and of all evaluations.
+
+    Returns
+    -------
+    sensitivity : Sensitivity
+        Indices with 95 % intervals, elasticities, and the sample of the quantity.
+
+    Raises
+    ------
+    InputError
+        For every mistake in scenario, space and quantity; if the quantity is not finite for some draws, or does not vary.
+    BudgetError
+        Before the first evaluation, if all would take more time than `electrovib.budget` allows.
+    """
+    base = read_scenario(scenario)
+    found = read_space(base, space)
+    named = read_name(" ".join(quantity.split()), tuple(base.stack.layers))
+    seed = checked_seed(seed)
+    check_power(n)
+    _refuse_large(base, n * (len(found.inputs) + 2))
+    function = functools.partial(evaluate, base, named.name, progress=progress)
+    indices = sobol(found, function, n=n, seed=seed)
+    return Sensitivity(
+        scenario=base,
+        space=found,
+        quantity=named.name,
+        unit=named.unit,
+        n=n,
+        seed=seed,
+        indices=_ordered(found, indices),
+        elasticities=tuple(_elasticities(base, found, named.name)),
+        sample=indices.sample,
+    )
+
+
+def evaluate(
+    scenario: Scenario,
+    quantity: str,
+    values: Mapping[str, Real],
+    *,
+    progress: Callable[[int, int], None] | None = None,
+) -> Real:
+    """Evaluate a quantity for many values of the parameters of a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With the values that stay fixed.
+    quantity : str
+        Name of the quantity.
+    values : mapping of str to ndarray, shape (n,)
+        Dotted path to values in SI.
+    progress : callable, optional
+        Function of the number of evaluations done and of all evaluations.
+
+    Returns
+    -------
+    quantity : ndarray, shape (n,)
+        In its SI unit.
+    """
+    prepared = Prepared(scenario, free=tuple(values), quantities=[quantity])
+    count = len(next(iter(values.values())))
+    found = np.empty(count)
+    for start in range(0, count, _CHUNK):
+        if progress is not None:
+            progress(start, count)
+        part = slice(start, start + _CHUNK)
+        found[part] = prepared({path: each[part] for path, each in values.items()})[quantity]
+    return found
+
+
+def _refuse_large(scenario: Scenario, count: int) -> None:
+    """Refuse more evaluations than the budget allows, before the first."""
+    each = works(scenario, np.linspace(0.0, last_time(scenario), _EVALUATION_TIMES))
+    time = CASE + sum(work.time for work in each)
+    work = Work(
+        what=f"{count} evaluations",
+        time=count * time,
+        memory=CASE_MEMORY + 64.0 * count,
+        remedy="choose a smaller n",
+    )
+    refuse_beyond([work], what="this sensitivity analysis")
+
+
+def _ordered(space: Space, indices: Indices) -> tuple[InputIndices, ...]:
+    found = [
+        InputIndices(
+            name=name,
+            paths=tuple(each for each in streams if each in space.paths),
+            first=float(indices.first[i]),
+            first_interval=(float(indices.first_interval[0, i]), float(indices.first_interval[1, i])),
+            total=float(indices.total[i]),
+            total_interval=(float(indices.total_interval[0, i]), float(indices.total_interval[1, i])),
+        )
+        for i, (name, streams) in enumerate(space.inputs.items())
+    ]
+    return tuple(sorted(found, key=lambda each: -each.total))
+
+
+def _elasticities(scenario: Scenario, space: Space, quantity: str) -> list[Elasticity]:
+    """Differentiate the quantity at the medians by central differences."""
+    prepared = Prepared(scenario, free=space.paths, quantities=[quantity])
+    middle = space.values({stream: np.array([0.5]) for stream in space.streams})
+    medians = {path: float(value[0]) for path, value in middle.items()}
+    at = prepared(medians)[quantity]
+    found = []
+    for path, value in medians.items():
+        slope = math.nan
+        if value and at:
+            try:
+                down, up = (
+                    prepared(medians | {path: value * math.exp(step)})[quantity] for step in (-_STEP, _STEP)
+                )
+                slope = math.log(up / down) / (2 * _STEP) if up / down > 0 else math.nan
+            except InputError:  # the range of the parameter ends here
+                slope = math.nan
+        unit = quantity_at(scenario, path).unit
+        found.append(Elasticity(path=path, at=value, unit=unit, value=slope))
+    return found

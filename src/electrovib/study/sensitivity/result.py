@@ -1,0 +1,219 @@
+"""Results of a sensitivity analysis."""
+
+from __future__ import annotations
+
+import html
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.units import format_quantity
+from electrovib.study.catalogue.columns import as_html, laid_out
+from electrovib.study.reproduction import Table
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.scenario.space import Space
+
+INDICES: Final = (
+    "Input",
+    "Its parameters",
+    "First-order index",
+    "95 % interval",
+    "Total index",
+    "95 % interval",
+)
+_NEGLIGIBLE: Final = 0.01
+"""Total index below which an input is called without influence."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class InputIndices:
+    """Sobol indices of one independent input.
+
+    Parameters
+    ----------
+    name : str
+        A dotted path, a division into groups, or several that depend on each other.
+    paths : tuple of str
+        Dotted paths of its parameters.
+    first : float
+        Part of the variance that would be gone on average if the input were known, dimensionless.
+    first_interval : tuple of float
+        Ends of the 95 % interval of `first`.
+    total : float
+        Part of the variance that is left on average if all other inputs are known, dimensionless.
+    total_interval : tuple of float
+        Ends of the 95 % interval of `total`.
+    """
+
+    name: str
+    paths: tuple[str, ...]
+    first: float
+    first_interval: tuple[float, float]
+    total: float
+    total_interval: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Elasticity:
+    """Relative change of the quantity for a small relative change of a parameter, at one point.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path of the parameter.
+    at : float
+        Value of the parameter, in its SI unit `unit`.
+    unit : str
+        SI unit.
+    value : float
+        d ln quantity / d ln parameter, dimensionless; NaN where the parameter or the quantity is 0, or the range of the
+        parameter ends there.
+    """
+
+    path: str
+    at: float
+    unit: str
+    value: float
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Sensitivity:
+    """Sensitivity of a quantity to the parameters of a space.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Scenario with the values that stay fixed.
+    space : Space
+        Distributions of the others.
+    quantity, unit : str
+        Name of the quantity and its SI unit.
+    n, seed : int
+        Number of base draws, and seed.
+    indices : tuple of InputIndices
+        From the largest total index to the smallest.
+    elasticities : tuple of Elasticity
+        At the medians of the distributions, in the order of the space.
+    sample : ndarray, shape (2 n,)
+        Values of the quantity at independent draws, in its SI unit.
+    """
+
+    scenario: Scenario
+    space: Space
+    quantity: str
+    unit: str
+    n: int
+    seed: int
+    indices: tuple[InputIndices, ...]
+    elasticities: tuple[Elasticity, ...]
+    sample: Real
+
+    def __repr__(self) -> str:
+        """Write what the command line prints: the answer, then the tables."""
+        return "\n".join([self.answer, "", *(laid_out(table) for table in self.tables)]).rstrip("\n")
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(self.answer)}</p>" + "".join(as_html(table) for table in self.tables)
+
+    @property
+    def mean(self) -> float:
+        """Mean of the quantity over the space."""
+        return float(self.sample.mean())
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the quantity over the space."""
+        return float(self.sample.std())
+
+    @property
+    def evaluations(self) -> int:
+        """Number of scenarios that were evaluated for the indices."""
+        return self.n * (len(self.indices) + 2)
+
+    @property
+    def answer(self) -> str:
+        """Sentences that name what to measure first, and by how much the prediction would become narrower."""
+        first = self.indices[0]
+        low, high = first.total_interval
+        fall, least, most = (f"{100 * _narrowing(each):.0f}" for each in (first.first, *first.first_interval))
+        text = (
+            f"Measure {_named(first)} first: of the variance of {self.quantity} it has the largest total index,"
+            f" {first.total:.2f} (95 % interval {low:.2f} to {high:.2f}). If it were known exactly, the standard deviation,"
+            f" now {self._shown(self.deviation)} at a mean of {self._shown(self.mean)}, would fall by"
+            f" {fall} % on average ({least} to {most} %, root mean square; first-order index {first.first:.2f})."
+        )
+        near = [each.name for each in self.indices[1:] if each.total_interval[1] >= low]
+        if near:
+            text += f" With n = {self.n} its index is not distinguishable from that of {', '.join(near)}."
+        return text + self._between() + self._idle()
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """Indices and elasticities in words."""
+        rows = tuple(
+            (
+                each.name,
+                ", ".join(path for path in each.paths if path != each.name),
+                f"{each.first:z.3f}",
+                _interval(each.first_interval),
+                f"{each.total:z.3f}",
+                _interval(each.total_interval),
+            )
+            for each in self.indices
+        )
+        caption = (
+            f"{self.evaluations} evaluations (n = {self.n}, seed {self.seed}); parameters that depend on each other are one"
+            " input. The first-order index is the part of the variance that would be gone on average if the input were known,"
+            " the total index the part that is left on average if all others are known."
+        )
+        local = tuple(
+            (each.path, format_quantity(each.at, each.unit, digits=4), _number(each.value))
+            for each in self.elasticities
+        )
+        return (
+            Table("Sobol indices", INDICES, rows, caption=caption),
+            Table(
+                "Local elasticities",
+                ("Parameter", "At", "d ln quantity / d ln parameter"),
+                local,
+                caption="At the medians of the distributions, of groups at those of the group at half of all fingers.",
+            ),
+        )
+
+    def _shown(self, value: float) -> str:
+        return format_quantity(value, self.unit, digits=3)
+
+    def _between(self) -> str:
+        """State the part of the variance that is due to inputs together."""
+        rest = 1 - sum(each.first for each in self.indices)
+        return (
+            f" Interactions of the inputs hold {100 * rest:.0f} % of the variance."
+            if rest > _NEGLIGIBLE
+            else ""
+        )
+
+    def _idle(self) -> str:
+        idle = [each.name for each in self.indices if each.total_interval[1] < _NEGLIGIBLE]
+        if not idle:
+            return ""
+        return f" Without influence (total index below {_NEGLIGIBLE:g}): {', '.join(idle)}."
+
+
+def _named(each: InputIndices) -> str:
+    return each.name if each.name in each.paths else f"{' and '.join(each.paths)} (input '{each.name}')"
+
+
+def _narrowing(first: float) -> float:
+    """Return the part of the standard deviation that goes with the part of the variance of a first-order index."""
+    return 1 - math.sqrt(1 - min(max(first, 0.0), 1.0))
+
+
+def _interval(ends: tuple[float, float]) -> str:
+    return f"{ends[0]:z.3f} to {ends[1]:z.3f}"
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "not defined"

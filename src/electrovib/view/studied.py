@@ -1,0 +1,154 @@
+"""The page of a study: bands, exceedance probabilities, and the parameters that differ between fingers with their sources."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.status import UNVERIFIED, status_text
+from electrovib.study.population.words import method_words, nominal_validity, signal_words
+from electrovib.study.reproduction import Page, Table
+from electrovib.view.report_figures import PageFigure
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    import xarray
+    from matplotlib.axes import Axes
+
+_SIZE: Final = (9.4, 3.8)
+"""Width and height of a figure of the page [inch]."""
+_ABOUT: Final = ("title", "source", "status", "confidence", "choice", "optional", "model")
+"""Keys of the table of a distribution that are not its numbers."""
+
+
+def study_page(found: xarray.Dataset, *, title: str | None = None) -> str:
+    """Write the page of a study.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        Result of `electrovib.study`.
+    title : str, optional
+        Of the page.
+
+    Returns
+    -------
+    html : str
+        One file that needs nothing else.
+    """
+    from electrovib.view import summary
+    from electrovib.view.pages import page
+
+    names = [str(each) for each in found.attrs["signals"]]
+    answer = " ".join(f"{line[0].upper()}{line[1:]}." for name in names for line in signal_words(found, name))
+    return page(
+        "comparison.html.jinja",
+        title=title or f"Study of {found.attrs['fingers']} fingers: {found.attrs['title'] or 'a scenario'}",
+        answer=answer,
+        figures=[each for name in names for each in _figures(found, name)],
+        tables=[_parameters(found), _validity(found), _origin(found)],
+        pages=[Page("Scenario", (str(found.attrs["scenario_toml"]),))],
+        references=_sources(found),
+        versions=summary.versions(),
+    )
+
+
+def _figures(found: xarray.Dataset, name: str) -> list[PageFigure]:
+    from electrovib.view import plots
+
+    words = name.replace("_", " ")
+    title = f"{words[0].upper()}{words[1:]} over the fingers"
+    drawn = [_figure(found, name, plots.bands, title, _caption(found))]
+    if f"{name}_exceedance" in found:
+        drawn.append(_figure(found, name, plots.exceedance, f"{title}: exceedance probability", ""))
+    return drawn
+
+
+def _figure(
+    found: xarray.Dataset, name: str, plot: Callable[..., Axes], title: str, caption: str
+) -> PageFigure:
+    from electrovib.view.pages import markup
+    from electrovib.view.style import new_figure, style
+    from electrovib.view.svg import inline, to_svg
+
+    figure = new_figure(_SIZE)
+    with style():
+        plot(found, name, ax=figure.add_subplot())
+    svg = inline(to_svg(figure), name=f"{plot.__name__}-{name.replace('_', '-')}", words=title)
+    return PageFigure(title, markup(svg), caption)
+
+
+def _caption(found: xarray.Dataset) -> str:
+    """State how many fingers, and which parameters differ; those with unverified values are marked."""
+    rows = list(_entries(found))
+    names = dict.fromkeys(path for path, _, _ in rows)
+    doubtful = {path for path, _, content in rows if content.get("status") == UNVERIFIED}
+    listed = ", ".join(f"{path} ({status_text(UNVERIFIED)})" if path in doubtful else path for path in names)
+    return f"{found.attrs['fingers']} fingers, seed {found.attrs['seed']}. Parameters that differ between them: {listed}."
+
+
+def _entries(found: xarray.Dataset) -> Iterator[tuple[str, str, Mapping[str, Any]]]:
+    """Yield path, group and table of every distribution of the space."""
+    space = tomllib.loads(str(found.attrs["space_toml"]))
+    yield from ((path, "", content) for path, content in space.get("space", {}).items())
+    for name, groups in space.get("groups", {}).items():
+        for label, group in groups.items():
+            where = f"{name}: {label}, {100 * float(group['share']):g} % of the fingers"
+            yield from ((path, where, content) for path, content in group.get("space", {}).items())
+
+
+def _parameters(found: xarray.Dataset) -> Table:
+    rows = []
+    for path, group, content in _entries(found):
+        numbers = ", ".join(
+            f"{name} {_value(value)}" for name, value in content.items() if name not in _ABOUT
+        )
+        status = status_text(content["status"]) if content.get("status") else "not stated"
+        confidence = f", {content['confidence']} confidence" if content.get("confidence") else ""
+        source = "; ".join(
+            part
+            for part in (
+                content.get("source", ""),
+                f"a choice: {content['choice']}" if content.get("choice") else "",
+            )
+            if part
+        )
+        rows.append(
+            (path, group, f"{content['model']}: {numbers}", f"{status}{confidence}", source or "not stated")
+        )
+    space = tomllib.loads(str(found.attrs["space_toml"]))
+    relations = [f"{each}." for each in space.get("relations", [])]
+    relations += [
+        f"correlation of {pair}: {value:g}." for pair, value in space.get("correlation", {}).items()
+    ]
+    headings = ("Parameter", "Group", "Distribution", "Source status", "Source")
+    caption = " ".join([*relations, *(f"{remark}." for remark in found.attrs["space_remarks"])])
+    return Table("Parameters that differ between fingers", headings, tuple(rows), caption=caption)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, list):
+        return f"{len(value)} values"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _validity(found: xarray.Dataset) -> Table:
+    rows = tuple((each.name, each.state, each.text) for each in nominal_validity(found))
+    caption = "Of the scenario with its own values; the drawn fingers are not judged one by one."
+    return Table("Validity", ("Diagnostic", "State", "Finding"), rows, caption=caption)
+
+
+def _origin(found: xarray.Dataset) -> Table:
+    versions = ", ".join(f"{name} {each}" for name, each in found.attrs["versions"].items())
+    rows = [("Computation", line) for line in method_words(found)] + [("Versions", versions)]
+    caption = (
+        "Variance of the population, estimated over n - 1. Sums in blocks of 1024 fingers, merged in order."
+    )
+    return Table("Computation", ("", ""), tuple(rows), caption=caption)
+
+
+def _sources(found: xarray.Dataset) -> list[str]:
+    listed = (str(content["source"]) for _, _, content in _entries(found) if content.get("source"))
+    return list(dict.fromkeys(listed))

@@ -1,0 +1,157 @@
+"""The population of figures 6 and 7: closed forms against the solvers, and what the spread is due to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.papers.vezzoli_2014 import compute, values
+from electrovib.papers.vezzoli_2014.population import closed_forms as forms
+from electrovib.papers.vezzoli_2014.population import panels, predicted, rows, table
+from electrovib.papers.vezzoli_2014.population.predicted import SEED, population
+from electrovib.papers.vezzoli_2014.population.set_up import SET_UP, readings
+from electrovib.papers.vezzoli_2014.scenarios import scenarios
+from electrovib.physics.material import ConstantPhase
+
+FREQUENCY = np.array([100.0, 1e3, 1e4])
+
+
+@pytest.mark.parametrize(
+    ("figure", "function"), [("fig6", forms.lateral_by_law), ("fig6_gap", forms.lateral_in_gap)]
+)
+def test_the_closed_forms_of_figure_6_are_those_of_the_solver(figure, function):
+    space = population(figure)
+    drawn = space.draw(1, 0, 6)
+    name = "swing lateral_force"
+    solved = ev.prepare(scenarios()[figure], free=space.paths, quantities=[name])(drawn)[name]
+    np.testing.assert_allclose(function(drawn), solved, rtol=1e-6)
+
+
+def test_the_closed_forms_of_figure_7_are_those_of_the_solver():
+    drawn = population("fig7").draw(1, 0, 3)
+    gap = np.array([1e-6, 2e-6, 5e-6])
+    by_law, in_gap = (
+        forms.mean_by_law(drawn, FREQUENCY),
+        forms.mean_in_gap(drawn | {forms.GAP: gap}, FREQUENCY),
+    )
+    for number in range(3):
+        at = {path: each[number] for path, each in drawn.items()}
+        material = ConstantPhase(
+            permittivity=at[forms.PERMITTIVITY],
+            reference_frequency=100.0,
+            exponent=at[forms.EXPONENT],
+            conductivity=at[forms.CONDUCTIVITY],
+        )
+        expected = compute.frequency_force(material, FREQUENCY, thickness=at[forms.SKIN])
+        np.testing.assert_allclose(by_law[number], expected, rtol=1e-12)
+        changes = {
+            "force.model": "MaxwellStressInGap",
+            "stack.stratum_corneum.material": material,
+            "stack.stratum_corneum.thickness": at[forms.SKIN],
+            "stack.gap": {"thickness": gap[number]},
+            "circuit.return_path.resistance": 0.0,
+            "drive.frequency": 1e3,
+        }
+        solved = ev.sweep(scenarios()["fig7"].replace(changes), {}, quantities=["mean electrostatic_force"])
+        assert float(solved["mean electrostatic_force"]) == pytest.approx(in_gap[number, 1], rel=1e-3)
+
+
+def test_both_laws_have_the_same_nominal_time_constants():
+    space = population("fig6_gap")
+    groups, drawn = space.draw_groups(1, 0, 20_000)["moisture"], space.draw(1, 0, 20_000)
+    for group in ("dry", "moist"):
+        skin, leak = (drawn[path][groups == group] for path in (forms.CONDUCTIVITY, forms.LEAK))
+        factor = (1 + values.FILM_PERMITTIVITY * 1e-6 / values.FILM_THICKNESS) / values.SKIN_PERMITTIVITY
+        np.testing.assert_allclose(
+            np.quantile(leak, [0, 0.5, 1]), factor * np.quantile(skin, [0, 0.5, 1]), rtol=0.02
+        )
+
+
+def test_thickness_holds_next_to_nothing_of_the_spread_and_the_resistivities_most():
+    by_law, in_gap = predicted()
+    assert by_law.shares["groups of moisture"][0] > 0.6
+    assert in_gap.shares["groups of moisture"][0] > 0.7
+    assert by_law.shares[forms.SKIN][1] < 0.1
+    assert in_gap.shares[forms.SKIN][1] < 1e-3
+    dry_law, dry_gap = predicted("dry")
+    assert 0.02 < dry_law.shares[forms.SKIN][0] < 0.1 < dry_law.shares[forms.FRICTION][0]
+    assert dry_gap.shares[forms.LEAK][0] > 0.5
+    for each in (by_law, in_gap, dry_law, dry_gap):
+        assert sum(first for first, _ in each.shares.values()) == pytest.approx(1, abs=0.2)
+
+
+def test_the_range_of_eight_is_that_of_the_quantiles_of_its_ends():
+    """The smallest of eight independent values lies below the quantile q with probability 1 - (1 - q)^8."""
+    for each in predicted():
+        quantile = 1 - 0.5 ** (1 / 8)
+        low, high = np.quantile(each.force, [quantile, 1 - quantile])
+        assert each.of_subjects == (pytest.approx(low, rel=0.1), pytest.approx(high, rel=0.05))
+        assert each.central[0] < each.of_subjects[0] < each.of_subjects[1] < each.central[1]
+
+
+def test_rows_are_open_and_name_the_population():
+    found = {row.id: row for row in rows()}
+    assert set(found) == {"population_law_1", "population_gap"}
+    for row in found.values():
+        assert row.verdict == "open"
+        assert row.paper == (2.0, 5.0)
+        assert "population 'fingers'" in row.note
+    assert "thickness 1 %" in found["population_law_1"].brief
+    assert "thickness 0 %" in found["population_gap"].brief
+
+
+def test_the_table_has_every_input_under_both_laws_and_for_dry_fingers():
+    found = table()
+    assert len(found.headings) == 9
+    lines = {line[0]: line[1:] for line in found.rows}
+    assert lines["thickness of the gap"][:2] == ("", "")
+    assert all(lines["thickness of the stratum corneum"])
+    assert "-0.00" not in str(found.rows)
+    assert lines["eight subjects [mN]"][0].startswith("0.0027 to 1")
+
+
+def test_the_figures_show_the_measured_range_and_both_laws():
+    six, _, seven = panels()
+    assert [curve.label for curve in six.curves] == [
+        "measured, eight subjects", "law (1) of the paper", "Maxwell stress in a leaky gap",
+    ]  # fmt: skip
+    assert tuple(six.curves[0].x) == values.FORCE_MEASURED
+    for curve in six.curves[1:]:
+        assert (np.diff(curve.x) >= 0).all()
+        assert curve.y[0] < 0.01
+        assert curve.y[-1] > 0.99
+    thickness, law, median, *_ = seven.curves
+    assert (law.upper > median.y).all()
+    assert (median.y > law.y).all()
+    assert (law.upper / law.y > thickness.upper / thickness.y)[0]
+
+
+def test_eight_fingers_go_through_amplifier_sensors_and_digitiser():
+    """The reading is the friction of the attraction, delayed and rounded to levels of 2 N/2^16."""
+    drawn = population("fig6_gap").draw(SEED, 0, 8)
+    time, attraction = readings("fig6_gap")
+    assert attraction.shape == (8, len(time))
+    assert (attraction[:, 0] == 0).all()
+    levels = attraction * drawn[forms.FRICTION][:, None] / (2 / 2**16)
+    np.testing.assert_allclose(levels, np.round(levels), atol=1e-6)
+    after = time > values.RAMP - 1e-9
+    peaks = attraction[:, after][:, :4].max(axis=1) * drawn[forms.FRICTION]
+    np.testing.assert_allclose(peaks, forms.lateral_in_gap(drawn), rtol=0.1, atol=2 / 2**16)
+    scenario = scenarios()["fig6_gap"].replace(SET_UP)
+    assert scenario.rig.digitiser.bits == 16
+    assert scenario.circuit.amplifier.source_current == 250e-6
+
+
+def test_the_figure_of_the_set_up_has_a_line_for_each_finger():
+    _, panel, _ = panels()
+    band, *curves = panel.curves
+    assert (band.y[0], band.upper[0]) == values.attraction_of(values.FORCE_MEASURED)
+    for curve, figure in zip(curves, ("fig6", "fig6_gap"), strict=True):
+        time, attraction = readings(figure)
+        assert len(curve.x) == 8 * len(time)
+        for number in range(8):
+            part = slice(number * len(time), (number + 1) * len(time))
+            found = dict(zip(curve.x[part], curve.y[part], strict=True))
+            assert [found[each] for each in time] == list(attraction[number])
+        assert np.abs(attraction[:, [0, -1]]).max() < 2e-4

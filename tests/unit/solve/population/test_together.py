@@ -1,0 +1,485 @@
+"""Fingers in arrays are the same fingers as one by one, and no finger depends on the others."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import electrovib as ev
+from electrovib.core.errors import InputError
+from electrovib.physics.force import ForceLaw
+from electrovib.solve.population import population
+from electrovib.solve.population.kernels import merged, moments, secular_many, square_moments_many, stepping
+from electrovib.solve.population.together import pairs, steady_sines
+from electrovib.solve.population.together.quadratic import is_quadratic
+
+_SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
+fingers_of = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(fingers_of)
+difference, draw, times_of = fingers_of.difference, fingers_of.draw, fingers_of.times_of
+
+EQUAL = 1e-12
+SCALED = 1e-11
+"""Where a permittivity is scaled: a reduction of the scaled permittivity itself differs by some 1e-12 of the permittivity."""
+GAP = "vezzoli_2014/fig6_gap"
+CASES = {
+    GAP: (
+        "stack.insulator.thickness",
+        "stack.gap.thickness",
+        "stack.gap.material.conductivity",
+        "stack.stratum_corneum.material.permittivity",
+        "contact.area",
+        "circuit.source_resistance",
+        "drive.high",
+        "friction.coefficient",
+        "load.normal_force",
+    ),
+    "vezzoli_2014/fig6": ("stack.insulator.material.permittivity", "stack.stratum_corneum.thickness"),
+    "vezzoli_2014/fig6_static": ("stack.stratum_corneum.material.permittivity", "drive.low"),
+    "vezzoli_2014/fig2": ("stack.gap.thickness", "circuit.return_path.resistance"),
+    "kaczmarek_2006/biphasic": ("drive.drives.0.high", "drive.drives.1.high", "stack.gap.thickness"),
+    "kang_2017/offset": ("drive.drive.amplitude", "drive.drive.offset", "stack.insulator.thickness"),
+    "bau_2010/sine": ("drive.amplitude", "stack.stratum_corneum.material.conductivity", "contact.area"),
+    "strong_1970/display": ("drive.amplitude", "stack.insulator.thickness"),
+    "strong_1970/display_gap": ("stack.insulator.material.permittivity", "circuit.source_resistance"),
+    "rauf_2025/field_3": ("circuit.return_path.area", "contact.area", "stack.gap.thickness"),
+    "shultz_2018/at_rest": ("stack.stratum_corneum.thickness", "friction.coefficient"),
+    "nakamura_2017/charged": ("stack.gap.initial_charge", "stack.gap.thickness", "drive.level"),
+    "nakamura_2017/rise": ("stack.gap.material.conductivity", "stack.stratum_corneum.thickness"),
+}
+SKIN = {
+    "vardar_2017/square": ("stack.stratum_corneum.thickness", "stack.stratum_corneum.material.conductivity"),
+    "aliabbasi_2022/maximum": ("stack.stratum_corneum.thickness", "stack.gap.thickness"),
+    "rauf_2025/relaxor": ("stack.insulator.thickness", "circuit.return_path.area"),
+}
+
+
+def is_together(method):
+    return method.startswith("together")
+
+
+@pytest.mark.parametrize("scenario", CASES)
+def test_all_paths_at_once_agree_with_one_by_one(scenario):
+    found, method = difference(scenario, CASES[scenario])
+    assert is_together(method)
+    assert found < EQUAL
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.sampled_from(sorted(CASES)), st.data())
+def test_any_combination_agrees_with_one_by_one(scenario, data):
+    free = data.draw(st.lists(st.sampled_from(CASES[scenario]), min_size=1, unique=True))
+    names = data.draw(st.lists(st.sampled_from(fingers_of.OVER_TIME), min_size=1, max_size=3, unique=True))
+    found, method = difference(
+        scenario,
+        free,
+        names,
+        count=2,
+        seed=data.draw(st.integers(0, 99)),
+        time=times_of(ev.load(scenario), 100),
+    )
+    assert is_together(method)
+    assert found < EQUAL
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", [each.name for each in ev.scenarios()])
+def test_every_path_of_every_scenario_agrees_with_one_by_one(scenario):
+    member = ev.load(scenario)
+    marched = any(layer.leak for layer in member.stack.layers.values()) or member.motion.moved_gap is not None
+    if marched:
+        free = ["friction.coefficient"]
+        assert "the electrical solver is" in population(member, free).method
+        return
+    several, time = [], times_of(member, 100)
+    limit = EQUAL if all(layer.material.debye() for layer in member.stack.layers.values()) else SCALED
+    for path, value, _ in member.parameters():
+        if value is None or path.startswith(("time.", "frequency.")):
+            continue
+        if is_together(population(member, [path], fingers_of.OVER_TIME, time).method):
+            found, method = difference(scenario, [path], count=2, time=time)
+            assert found < limit, (path, method)
+            several.append(path)
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        free = [path for path in several if rng.random() < 0.5]
+        if free:
+            found, method = difference(scenario, free, count=3, seed=seed, time=time)
+            assert found < limit, (free, method)
+            assert is_together(method)
+
+
+def test_a_scaled_skin_keeps_its_relaxations():
+    """The reduction of each finger is that of the scenario times a factor, with the same relative error."""
+    member = ev.load("vardar_2017/square")
+    skin = "stack.stratum_corneum.material."
+    free = [skin + "permittivity", skin + "reference_frequency", skin + "conductivity"]
+    found, method = difference(member, free, ["electrostatic_force"], count=2, time=times_of(member, 100))
+    assert is_together(method)
+    assert found < SCALED
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scenario", SKIN)
+def test_reduced_skins_agree_with_one_by_one(scenario):
+    found, method = difference(scenario, SKIN[scenario])
+    assert is_together(method)
+    assert found < EQUAL
+
+
+@pytest.mark.parametrize(
+    ("changes", "free"),
+    [
+        (
+            {"circuit.return_path": {"model": "Floating", "capacitance": 150e-12}},
+            ("circuit.return_path.capacitance",),
+        ),
+        (
+            {"circuit.return_path": {"model": "Floating", "capacitance": 150e-12, "leak": 1e8}},
+            ("circuit.return_path.leak", "circuit.return_path.resistance", "contact.area"),
+        ),
+        (
+            {
+                "circuit.return_path": {"model": "Floating", "capacitance": 150e-12, "charge": 1e-9},
+                "stack.insulator.initial_charge": 1e-6,
+            },
+            (
+                "circuit.return_path.charge",
+                "stack.insulator.initial_charge",
+                "stack.insulator.thickness",
+                "drive.high",
+                "drive.low",
+            ),
+        ),
+        (
+            {"circuit.return_path": {"model": "SecondElectrode", "area": 5e-5}},
+            ("circuit.return_path.area", "stack.gap.thickness"),
+        ),
+        (
+            {"circuit.return_path": {"model": "Grounded", "resistance": 0.0}},
+            ("stack.gap.thickness", "stack.stratum_corneum.material.conductivity"),
+        ),
+        (
+            {
+                "stack.stratum_corneum.material": {
+                    "model": "Debye",
+                    "permittivity_high": 4.0,
+                    "strength": 1100.0,
+                    "relaxation_time": 1e-3,
+                    "conductivity": 1e-6,
+                }
+            },
+            (
+                "stack.stratum_corneum.material.strength",
+                "stack.stratum_corneum.material.relaxation_time",
+                "stack.stratum_corneum.material.conductivity",
+                "stack.stratum_corneum.material.permittivity_high",
+            ),
+        ),
+        (
+            {
+                "stack.stratum_corneum.material": {
+                    "model": "Prony",
+                    "permittivity_high": 50.0,
+                    "terms": [
+                        {"strength": 900.0, "relaxation_time": 2e-3},
+                        {"strength": 300.0, "relaxation_time": 2e-5},
+                    ],
+                    "conductivity": 0.0,
+                }
+            },
+            ("stack.stratum_corneum.material.terms.0.strength", "stack.stratum_corneum.thickness"),
+        ),
+        (
+            {"stack.gap.material": {"model": "BridgedAir", "bridged_share": 0.01, "spot_conductivity": 1e-6}},
+            ("stack.gap.material.spot_conductivity", "stack.gap.thickness"),
+        ),
+        (
+            {"friction": {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.2}},
+            ("friction.coefficient", "friction.exponent", "load.normal_force"),
+        ),
+        (
+            {"load.time_profile": {"model": "Press", "rise": 0.05}},
+            ("load.normal_force", "friction.coefficient"),
+        ),
+        (
+            {"drive": {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0}},
+            ("drive.high", "drive.low"),
+        ),
+        ({"drive": {"model": "Square", "high": 100.0, "low": -100.0, "frequency": 60.0}}, ("drive.high",)),
+        (
+            {"drive": {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0}},
+            ("drive.amplitude", "stack.gap.thickness"),
+        ),
+        (
+            {
+                "drive": {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0},
+                "time.initial_state": {"model": "PeriodicState"},
+            },
+            ("drive.high", "stack.gap.thickness"),
+        ),
+        (
+            {"drive": {"model": "PulseTrain", "high": 100.0, "width": 2e-3, "frequency": 50.0, "edge": 1e-4}},
+            ("drive.high", "stack.insulator.thickness"),
+        ),
+        (
+            {
+                "drive": {
+                    "model": "Sum",
+                    "drives": [
+                        {"model": "Sine", "amplitude": 50.0, "frequency": 35.0},
+                        {"model": "Step", "level": 20.0},
+                    ],
+                }
+            },
+            ("drive.drives.0.amplitude", "drive.drives.1.level", "stack.insulator.thickness"),
+        ),
+    ],
+)
+def test_other_circuits_materials_frictions_and_drives_agree(changes, free):
+    member = ev.load(GAP).replace(changes)
+    found, method = difference(member, free, time=np.linspace(0, 0.1, 61))
+    assert is_together(method), method
+    assert found < EQUAL
+
+
+@pytest.mark.parametrize(
+    "scenario", ["vezzoli_2014/fig2", "strong_1970/display_gap", "bau_2010/sine", "vezzoli_2014/fig6"]
+)
+def test_charge_at_time_0_agrees(scenario):
+    """Trapped between blocking layers, relaxing, and without a gap; in the periodic state only trapped charge remains."""
+    member = ev.load(scenario)
+    free = ["stack.insulator.initial_charge", "stack.insulator.thickness", "drive.amplitude"]
+    if scenario == "strong_1970/display_gap":
+        free[0] = "circuit.return_path.charge"
+        member = member.replace(
+            {"circuit.return_path": {"model": "Floating", "capacitance": 1e-10, "leak": 1e9}}
+        )
+    free = [path for path in free if path in {each for each, _, _ in member.parameters()}]
+    found, method = difference(member, free)
+    assert is_together(method)
+    assert found < EQUAL
+
+
+def test_outputs_at_and_beside_corners_agree():
+    member = ev.load(GAP).replace(
+        {"drive": {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0}}
+    )
+    period = 1 / 60
+    time = np.unique(
+        [0.0, period / 2, np.nextafter(period, 0), np.nextafter(period, 1), 1.5 * period, 2.25 * period]
+    )
+    assert difference(member, ["stack.gap.thickness"], time=time)[0] < EQUAL
+    assert difference(member, ["stack.gap.thickness"], time=time[2:])[0] < EQUAL
+    assert difference(member, ["stack.gap.thickness"], time=np.array([0.3]))[0] < EQUAL
+
+
+@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "strong_1970/display_gap", "vardar_2017/square"])
+def test_a_finger_does_not_depend_on_the_others(scenario):
+    """Bit for bit, for every signal, in calls of 1, 7 and 1024 fingers."""
+    member = ev.load(scenario)
+    free, names = (CASES | SKIN)[scenario], fingers_of.OVER_TIME
+    many = population(member, free, names, times_of(member, 100))
+    given = draw(member, free, 1031)
+    whole = many.signals(given)
+    for size, places in ((1, (0, 5, 1030)), (7, (0, 511, 1024)), (1024, (0, 7))):
+        for begin in places:
+            part = many.signals({path: values[begin : begin + size] for path, values in given.items()})
+            for name in names:
+                np.testing.assert_array_equal(part[name], whole[name][begin : begin + size])
+    backwards = many.signals({path: values[::-1] for path, values in given.items()})
+    for name in names:
+        np.testing.assert_array_equal(backwards[name][::-1], whole[name])
+
+
+def test_fingers_of_another_form_are_computed_one_by_one():
+    """A conductivity of 0 among others, and two equal rates, have another number of modes."""
+    member = ev.load(GAP)
+    free = ["stack.gap.material.conductivity", "stack.stratum_corneum.thickness", "circuit.source_resistance"]
+    given = draw(member, free, 12)
+    given[free[0]][[2, 7]] = 0.0
+    skin, gap = member.stack.stratum_corneum.material, member.stack.gap.material
+    given[free[0]][4] = skin.conductivity / skin.permittivity * gap.permittivity
+    assert difference(member, free, draws=given)[0] < EQUAL
+    many = population(member, free, time=times_of(member))
+    whole = many.signals(given)["electrostatic_force"]
+    for finger in range(12):
+        one = many.signals({path: values[[finger]] for path, values in given.items()})
+        np.testing.assert_array_equal(one["electrostatic_force"][0], whole[finger])
+
+
+@pytest.mark.parametrize(
+    ("scenario", "free", "names", "words"),
+    [
+        (GAP, "drive.rise", "electrostatic_force", "changes more of the drive than its amplitude"),
+        ("bau_2010/sine", "drive.phase", "electrostatic_force", "not linear in drive.phase"),
+        (GAP, "stack.gap.thickness", "current", "the signal current"),
+        (
+            "kim_2015/current",
+            "contact.area",
+            "electrostatic_force",
+            "the electrical solver is 'current drive'",
+        ),
+        (
+            "kaczmarek_2006/gap_positive",
+            "contact.area",
+            "electrostatic_force",
+            "solver is 'nonlinear branch'",
+        ),
+        ("shultz_2018/sliding", "motion.speed", "lateral_force", "motion.speed is no number of"),
+        ("persson_2018/coating", "contact.area", "electrostatic_force", "does not run on arrays"),
+        (
+            "meyer_2013/first_order",
+            "stack.insulator.material.conductivity",
+            "interface_field",
+            "has no period",
+        ),
+    ],
+)
+def test_what_is_one_by_one_has_a_reason(scenario, free, names, words):
+    many = population(scenario, [free], [names], np.linspace(0.0, 0.2, 5))
+    assert many.method.startswith("one by one: ")
+    assert words in many.method
+    assert many.kernel == "one scenario at a time"
+
+
+class MixesFingers(ForceLaw):
+    """A law whose formula takes the largest of all fields, which in arrays is that of another finger."""
+
+    evaluation_surface = "gap"
+
+    def pressure(self, E):
+        return 1e-12 * E**2 / (1 + 1e-14 * np.max(np.abs(E)) ** 2)
+
+
+def test_a_law_that_would_mix_fingers_is_found_out():
+    member = ev.load(GAP).replace({"force": {"model": "MixesFingers"}})
+    found, method = difference(member, ["stack.gap.thickness"], ["electrostatic_force"])
+    assert "differs from that of one finger" in method
+    assert found == 0
+
+
+def test_values_outside_their_range_are_refused():
+    many = population(GAP, ["stack.gap.thickness", "contact.area"])
+    assert is_together(many.method)
+    with pytest.raises(
+        InputError, match=r"stack.gap.thickness = 1: must lie between .*finger 1 of the call"
+    ) as error:
+        many.signals({"stack.gap.thickness": [1e-6, 1.0], "contact.area": [np.nan, 1e-4]})
+    assert len(error.value.problems) == 2
+
+
+@pytest.mark.parametrize("scenario", [GAP, "strong_1970/display_gap", "vezzoli_2014/fig6"])
+def test_means_without_storing_are_those_of_the_signals(scenario):
+    member = ev.load(scenario)
+    free = [path for path in CASES[scenario] if not path.startswith(("friction", "load"))]
+    many = population(member, free, time=times_of(member))
+    given = draw(member, free, 1100)
+    squares = many.squares(given)
+    if scenario == "strong_1970/display_gap":  # a sine, not straight pieces
+        assert squares is None
+        return
+    *numbers, factor, places = squares
+    expected = moments(many.signals(given)["electrostatic_force"])
+    found = merged(square_moments_many(*numbers, factor=factor))
+    assert found.fingers == expected.fingers == 1100
+    np.testing.assert_allclose(
+        found.mean[places], expected.mean, rtol=1e-12, atol=1e-12 * expected.mean.max()
+    )
+    largest = expected.squares.max()
+    np.testing.assert_allclose(found.squares[places], expected.squares, rtol=1e-11, atol=1e-12 * largest)
+
+
+def test_a_law_that_is_not_quadratic_has_no_squares():
+    member = ev.load(GAP).replace({"force": {"model": "MixesFingers"}})
+    assert not is_quadratic(member.force)
+    assert is_quadratic(ev.load(GAP).force)
+    assert is_quadratic(ev.load("vardar_2017/square").force)
+    assert (
+        population(member, ["stack.gap.thickness"], time=times_of(member)).squares(
+            {"stack.gap.thickness": [1e-5]}
+        )
+        is None
+    )
+    both = population(
+        GAP, ["stack.gap.thickness"], ["electrostatic_force", "lateral_force"], times_of(member)
+    )
+    assert both.squares({"stack.gap.thickness": [1e-5]}) is None
+
+
+class ThresholdLaw(ForceLaw):
+    """A law that is quadratic up to a field that is not reached before."""
+
+    evaluation_surface = "gap"
+
+    def pressure(self, E):
+        return np.where(np.abs(E) < 3e8, 4e-12 * E**2, 0.0)
+
+
+def test_a_law_that_is_quadratic_up_to_a_limit_is_not_quadratic():
+    member = ev.load(GAP).replace({"force": {"model": "ThresholdLaw"}})
+    assert not is_quadratic(member.force)
+    assert difference(member, ["stack.gap.thickness"])[0] < EQUAL
+
+
+@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kang_2017/offset", "vardar_2017/square"])
+def test_numpy_and_compiled_kernels_agree(scenario, monkeypatch):
+    if secular_many.compiled() is None:
+        pytest.skip("no compiled kernel in this process")
+    member = ev.load(scenario)
+    free, time = (CASES | SKIN)[scenario][:2], times_of(member, 20)
+    given = draw(member, free, 40)
+    many = population(member, free, time=time)
+    compiled = many.signals(given)["electrostatic_force"]
+    for module in (secular_many, stepping, pairs, steady_sines):
+        monkeypatch.setattr(module, "compiled", lambda: None)
+    plain = many.signals(given)["electrostatic_force"]
+    peaks = np.max(np.abs(plain), axis=1, keepdims=True)
+    assert np.max(np.abs(plain - compiled) / peaks) < EQUAL
+
+
+def test_the_compiled_sums_of_pairs_and_sines_have_the_bits_of_numpy(monkeypatch):
+    rng = np.random.default_rng(4)
+    nodes, begins = rng.uniform(0, 10, (5, 13)), rng.uniform(0, 10, (4, 13))
+    given = nodes, rng.uniform(0.1, 1, (5, 13)), begins, rng.uniform(0.1, 1, (4, 13))
+    waves = {"cosines": rng.normal(size=(3, 37)), "sines": rng.normal(size=(3, 37))}
+    options = waves | {"in_phase": rng.normal(size=(3, 13)), "behind": rng.normal(size=(3, 13))}
+    kinds = [
+        {"start": start, "level": level, "factor": factor}
+        for start in (None, rng.normal(size=(13, 37)))
+        for level in (None, rng.normal(size=13))
+        for factor in (None, rng.normal(size=13))
+    ]
+
+    def both():
+        written = []
+        for kind in kinds:
+            for dtype in (np.float64, np.float32):
+                written.append(np.empty((13, 37), dtype))
+                steady_sines.write_sines(written[-1], **options, **kind)
+        return [*pairs.slopes_and_inverses(*given), *written]
+
+    compiled = both()
+    for module in (pairs, steady_sines):
+        monkeypatch.setattr(module, "compiled", lambda: None)
+    for one, other in zip(compiled, both(), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kaczmarek_2006/biphasic", "kim_2015/current"])
+def test_signals_are_written_into_given_arrays(scenario):
+    member = ev.load(scenario)
+    free = ["stack.gap.thickness", "stack.insulator.thickness"]
+    names, time = ("electrostatic_force", "drive_voltage"), times_of(member, 100)
+    many, given = population(member, free, names, time), draw(member, free, 11)
+    expected = many.signals(given)
+    out = {"electrostatic_force": np.empty((20, len(time)), np.float32)[3:14]}
+    found = many.signals(given, out=out)
+    assert found["electrostatic_force"] is out["electrostatic_force"]
+    np.testing.assert_array_equal(
+        out["electrostatic_force"], expected["electrostatic_force"].astype(np.float32)
+    )
+    np.testing.assert_array_equal(found["drive_voltage"], expected["drive_voltage"])

@@ -1,0 +1,220 @@
+"""Responses of many fingers: the plain loop, closed forms, and nothing that depends on the company."""
+
+import numpy as np
+import pytest
+
+from electrovib.core.errors import InputError
+from electrovib.solve.population.kernels import (
+    block_moments,
+    first_order_hold_many,
+    merged,
+    moments,
+    square_moments_many,
+)
+from electrovib.solve.population.kernels.time_steps import step_weights, time_steps
+from electrovib.solve.recursion import hold_weights, march_loop
+
+SAME = 1e-12
+
+
+def some_fingers(seed, fingers, modes):
+    """Rates over nine decades, residues of both signs, states that are not at rest."""
+    random = np.random.default_rng(seed)
+    rates = 10 ** random.uniform(-2, 7, (fingers, modes))
+    gains = random.normal(size=(fingers, modes))
+    return {
+        "rates": rates,
+        "residues": gains * rates,
+        "direct": random.normal(size=fingers),
+        "state": random.normal(size=(fingers, modes)),
+    }
+
+
+def some_times(kind, seed=1):
+    random = np.random.default_rng(seed)
+    if kind == "even":
+        return np.linspace(0.0, 7e-3, 700)
+    if kind == "corners":
+        return np.unique(
+            np.concatenate([np.linspace(0, 7e-3, 500), [1e-5 * np.pi, 2e-3, 2.0000123e-3, 6.9e-3]])
+        )
+    if kind == "discontinuous":
+        return np.insert(
+            np.linspace(0.0, 7e-3, 300), [5, 100, 100], [7e-3 * 4 / 299, 7e-3 * 99 / 299, 7e-3 * 99 / 299]
+        )
+    return np.cumsum(random.exponential(1e-5, 300))
+
+
+def drive(times, seed=2):
+    return np.random.default_rng(seed).normal(size=times.size)
+
+
+@pytest.mark.parametrize("modes", [1, 3, 12])
+@pytest.mark.parametrize("kind", ["even", "corners", "discontinuous", "uneven"])
+def test_responses_are_those_of_the_plain_loop(kernel, kind, modes):
+    given, times = some_fingers(3, 11, modes), some_times(kind)
+    voltage = drive(times)
+    found = first_order_hold_many(**given, voltage=voltage, time=times)
+    assert found.shape == (11, times.size)
+    for finger, response in enumerate(found):
+        rates, gains = given["rates"][finger], given["residues"][finger] / given["rates"][finger]
+        expected, _ = march_loop(
+            -rates,
+            [gains],
+            [given["direct"][finger]],
+            voltage[:-1],
+            voltage[1:],
+            np.diff(times),
+            given["state"][finger] / gains,
+        )
+        assert np.max(np.abs(response - expected[0])) <= SAME * np.max(np.abs(expected))
+
+
+def test_numba_is_numpy(with_kernel):
+    given, times = some_fingers(4, 1050, 7), some_times("corners")
+    given["residues"][::3, 2] = 0.0  # a mode that fills up the row, and one that charge alone excites
+    given["rates"][::5, 1], given["state"][::5, 1] = 0.0, 0.3
+    given |= {"voltage": drive(times), "time": times}
+    names = "numpy", "numba"
+    one, other = (with_kernel(name, first_order_hold_many, **given) for name in names)
+    assert np.max(np.abs(one - other)) <= SAME * np.max(np.abs(one))
+    factor = np.linspace(1, 2, 1050)
+    one, other = (merged(with_kernel(name, square_moments_many, **given, factor=factor)) for name in names)
+    assert one.fingers == other.fingers == 1050
+    assert np.allclose(one.mean, other.mean, rtol=SAME, atol=0)
+    assert np.allclose(one.squares, other.squares, rtol=SAME, atol=0)
+
+
+def test_a_ramp_and_a_rest_in_closed_form(kernel):
+    """v = t to 1 s, then 1: s = residue (t - mean)/rate on the ramp, and an exponential after it."""
+    rate, residue = 3.0, 2.0
+    times = np.linspace(0, 2, 401)
+    found = first_order_hold_many([[rate]], [[residue]], [0.5], [[0.0]], np.minimum(times, 1), times)[0]
+
+    def ramp(t):
+        return residue / rate * (t + np.expm1(-rate * t) / rate)
+
+    level = residue / rate
+    after = level + (ramp(1.0) - level) * np.exp(-rate * (times - 1))
+    expected = 0.5 * np.minimum(times, 1) + np.where(times <= 1, ramp(times), after)
+    assert np.max(np.abs(found - expected)) < 1e-14
+
+
+def test_a_rate_of_zero_integrates_and_trapped_charge_stays(kernel):
+    times = np.linspace(0, 1, 101)
+    given = {"rates": [[0.0, 0.0]], "residues": [[2.0, 0.0]], "direct": [0.0], "state": [[0.0, 5.0]]}
+    found = first_order_hold_many(**given, voltage=times, time=times)[0]
+    assert np.allclose(found, times**2 + 5, rtol=1e-14, atol=0)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+@pytest.mark.parametrize("kind", ["even", "corners"])
+def test_a_finger_does_not_depend_on_the_company(kernel, kind, threads):
+    given, times = some_fingers(5, 1100, 5), some_times(kind)
+    shared = {"voltage": drive(times), "time": times}
+    found = first_order_hold_many(**given, **shared, threads=threads)
+    for part in (slice(0, 1), slice(3, 4), slice(5, 42), slice(1023, 1030), slice(1097, 1100)):
+        some = {name: values[part] for name, values in given.items()}
+        assert np.array_equal(first_order_hold_many(**some, **shared, threads=1), found[part])
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_moments_do_not_depend_on_tiles_or_threads(kernel, threads):
+    given, times = some_fingers(6, 2500, 4), some_times("corners")
+    shared = {"voltage": drive(times), "time": times}
+    whole = merged(square_moments_many(**given, **shared, factor=2.0, threads=2))
+    parts = []
+    for begin in (0, 1024, 2048):
+        some = {name: values[begin : begin + 1024] for name, values in given.items()}
+        parts += square_moments_many(**some, **shared, factor=2.0, threads=threads)
+    again = merged(parts)
+    assert np.array_equal(again.mean, whole.mean)
+    assert np.array_equal(again.squares, whole.squares)
+    values = 2.0 * first_order_hold_many(**given, **shared) ** 2
+    stored = moments(values)
+    assert np.allclose(stored.mean, whole.mean, rtol=SAME, atol=0)
+    assert np.allclose(stored.squares, whole.squares, rtol=SAME, atol=0)
+    blocks = [*block_moments(values[:1024]), *block_moments(values[1024:], threads=threads)]
+    assert np.array_equal(merged(blocks).mean, stored.mean)
+    assert np.array_equal(merged(blocks).squares, stored.squares)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_moments_are_mean_and_variance(kernel, dtype):
+    """With a mean far above the spread the digits of the variance stay."""
+    values = (1000 + np.random.default_rng(7).normal(size=(3001, 17))).astype(dtype)
+    found = moments(values)
+    assert found.fingers == 3001
+    assert np.allclose(found.mean, values.mean(axis=0, dtype=float), rtol=1e-14, atol=0)
+    assert np.allclose(found.variance(), values.astype(float).var(axis=0, ddof=1), rtol=1e-11, atol=0)
+
+
+def test_factor_and_single_precision(kernel):
+    given, times = some_fingers(8, 20, 3), some_times("even")
+    given |= {"voltage": drive(times), "time": times}
+    response, factor = first_order_hold_many(**given), np.linspace(1, 3, 20)
+    force = first_order_hold_many(**given, factor=factor, dtype=np.float32)
+    assert force.dtype == np.float32
+    expected = (factor[:, np.newaxis] * response**2).astype(np.float32)
+    assert np.max(np.abs(force / expected - 1)) < 2e-7
+    assert np.array_equal(first_order_hold_many(**given, dtype=np.float32), response.astype(np.float32))
+
+
+def test_slow_modes_keep_their_digits_over_long_records(kernel):
+    """The response of a slow mode to 1 V from rest after very many steps is one exponential."""
+    times = np.arange(60_001) * 1e-6
+    rates = np.array([[1.0, 7.0], [30.0, 0.1]])
+    found = first_order_hold_many(rates, rates, [0.0, 0.0], np.zeros((2, 2)), np.ones(times.size), times)
+    expected = -np.expm1(-rates[:, :, np.newaxis] * times).sum(axis=1)
+    assert np.max(np.abs(found - expected) / np.max(expected, axis=1, keepdims=True)) < 2e-13
+
+
+def test_weights_of_a_step_are_those_of_the_hold():
+    z = np.geomspace(1e-12, 1e4, 500)
+    decay, first, last = hold_weights(-z)
+    found = step_weights(z, 1.0)
+    assert np.allclose(found.decay, decay, rtol=2e-14, atol=0)
+    assert np.allclose(found.earlier * z, first, rtol=4e-15, atol=0)
+    assert np.allclose(found.later * z, last, rtol=4e-15, atol=0)
+
+
+def test_equal_steps_count_once():
+    assert time_steps(0.3 + np.linspace(0, 1e-2, 1001)).duration.size == 1
+    steps = time_steps([0.0, 0.0, 1.0, 2.0, 2.5, 3.0])
+    assert steps.duration.tolist() == [0.0, 0.5, 1.0]
+    assert steps.kind.tolist() == [0, 2, 2, 1, 1]
+    assert time_steps([1.0]).kind.size == 0
+
+
+def test_one_time_is_the_state_itself(kernel):
+    found = first_order_hold_many([[1.0, 2.0]], [[1.0, 1.0]], [2.0], [[3.0, 4.0]], [10.0], [0.0])
+    assert found.tolist() == [[27.0]]
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"time": [0.0, 2.0, 1.0]}, "sort the times"),
+        ({"time": [0.0, 1.0]}, "voltage has shape"),
+        ({"rates": [[-1.0]]}, "minus the poles"),
+        ({"state": [[0.0, 1.0]]}, "shapes"),
+        ({"time": []}, "at least one"),
+    ],
+)
+def test_what_disagrees_is_refused(changed, message):
+    given = {"rates": [[1.0]], "residues": [[1.0]], "direct": [0.0], "state": [[0.0]]}
+    given |= {"voltage": [0.0, 1.0, 2.0], "time": [0.0, 1.0, 2.0]}
+    with pytest.raises(InputError, match=message):
+        first_order_hold_many(**given | changed)
+
+
+def test_memory_for_the_result_is_used_and_checked(kernel):
+    given, times = some_fingers(8, 20, 3), some_times("even")
+    given |= {"voltage": drive(times), "time": times}
+    memory = np.full((20, times.size), np.nan)
+    assert first_order_hold_many(**given, out=memory) is memory
+    assert np.array_equal(memory, first_order_hold_many(**given))
+    with pytest.raises(InputError, match="out has shape"):
+        first_order_hold_many(**given, out=memory, dtype=np.float32)
+    with pytest.raises(InputError, match="out has shape"):
+        first_order_hold_many(**given, out=memory[:, ::2])

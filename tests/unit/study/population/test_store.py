@@ -1,0 +1,286 @@
+"""The store of a study: what it refuses, what it survives, and what it leaves."""
+
+from __future__ import annotations
+
+import errno
+import json
+import subprocess
+import sys
+
+import pytest
+from stand_in_population import StandInPopulation
+from zarr.storage import LocalStore
+
+from electrovib.core.errors import InputError
+from electrovib.study.population import StudyCancelledError, open_study
+from electrovib.study.population.lock import locked
+from electrovib.study.population.writer import CheckpointWriter
+
+
+def content(folder):
+    return {each.relative_to(folder): each.read_bytes() for each in folder.rglob("*") if each.is_file()}
+
+
+def ended(quick, path, after=1, **asked):
+    """Begin a study and end it after some fingers."""
+    with pytest.raises(StudyCancelledError):
+        quick(**{"n": 5000} | asked, output=path, progress=lambda done, _: done >= after)
+    return path
+
+
+def test_a_complete_study_is_returned_without_being_computed(quick, tmp_path, monkeypatch):
+    quick(n=100, output=tmp_path / "a.zarr")
+    monkeypatch.setattr(StandInPopulation, "signals", None)
+    assert quick(n=100, output=tmp_path / "a.zarr").attrs["fingers"] == 100
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"n": 101}, "n is 100 there and 101 here"),
+        ({"seed": 4}, "seed is 3 there and 4 here"),
+        ({"percentiles": [50]}, "percentiles is"),
+        ({"draws": True}, "draws is false there and true here"),
+        ({"exceed": "2 mN"}, "exceed is"),
+        ({"signal": "lateral_force"}, "signal is"),
+    ],
+)
+def test_another_study_is_refused_and_nothing_is_changed(quick, tmp_path, change, words):
+    quick(n=100, output=tmp_path / "a.zarr")
+    before = content(tmp_path)
+    with pytest.raises(InputError, match=words):
+        quick(**{"n": 100} | change, output=tmp_path / "a.zarr")
+    assert content(tmp_path) == before
+
+
+def test_another_scenario_or_space_is_refused_but_not_another_title(quick, tmp_path):
+    from stand_in_population import PATH, SPACE
+
+    from electrovib.scenario import load
+    from electrovib.study.population import study
+
+    quick(n=100, output=tmp_path / "a.zarr")
+    scenario = load("vezzoli_2014/fig6")
+    with pytest.raises(InputError, match="its scenario is not the same"):
+        study(scenario.replace({"drive.high": "10 V"}), SPACE, n=100, seed=3, output=tmp_path / "a.zarr")
+    with pytest.raises(InputError, match="its space is not the same"):
+        study(scenario, {PATH: SPACE[PATH] | {"factor": 1.6}}, n=100, seed=3, output=tmp_path / "a.zarr")
+    other = scenario.model_copy(update={"title": "another title"})
+    source = {PATH: SPACE[PATH] | {"source": "a book"}}
+    assert study(other, source, n=100, seed=3, output=tmp_path / "a.zarr").attrs["fingers"] == 100
+
+
+@pytest.mark.parametrize("name", ["a.csv", "study", "a.nc"])
+def test_a_name_that_is_not_of_a_store_is_refused(quick, tmp_path, name):
+    with pytest.raises(InputError, match=r"ends in \.zarr"):
+        quick(n=10, output=tmp_path / name)
+
+
+def test_what_is_no_study_is_not_touched(quick, tmp_path):
+    (tmp_path / "file.zarr").write_text("text")
+    (tmp_path / "folder.zarr").mkdir()
+    (tmp_path / "folder.zarr" / "mine.txt").write_text("text")
+    (tmp_path / "other.zarr").mkdir()
+    (tmp_path / "other.zarr" / "zarr.json").write_text('{"attributes": {}}')
+    (tmp_path / "broken.zarr").mkdir()
+    (tmp_path / "broken.zarr" / "zarr.json").write_text('{"attri')
+    before = content(tmp_path)
+    for name, words in (
+        ("file", "is a file"),
+        ("folder", "no study of electrovib"),
+        ("other", "no study of electrovib"),
+        ("broken", "is damaged"),
+    ):
+        with pytest.raises(InputError, match=words):
+            quick(n=10, output=tmp_path / f"{name}.zarr")
+        with pytest.raises(InputError, match="no study of electrovib"):
+            open_study(tmp_path / f"{name}.zarr")
+    assert content(tmp_path) == before
+
+
+def test_an_incomplete_study_is_not_opened(quick, tmp_path):
+    path = ended(quick, tmp_path / "a.zarr")
+    with pytest.raises(InputError, match="is not complete; the command that began it continues it"):
+        open_study(path)
+
+
+def test_another_kernel_is_refused_while_incomplete(quick, tmp_path, monkeypatch):
+    path = ended(quick, tmp_path / "a.zarr")
+    monkeypatch.setattr(StandInPopulation, "kernel", "numba 0.68.1, width 4")
+    with pytest.raises(
+        InputError, match=r"begun with kernel 'stand-in; .*', here 'numba 0.68.1, width 4; .*'"
+    ):
+        quick(n=5000, output=path)
+    monkeypatch.setattr(StandInPopulation, "kernel", "stand-in")
+    quick(n=5000, output=path)
+    monkeypatch.setattr(StandInPopulation, "kernel", "numba 0.68.1, width 4")
+    quick(n=5000, output=path)  # complete
+
+
+def test_another_version_is_refused_while_incomplete(quick, tmp_path, monkeypatch):
+    path = ended(quick, tmp_path / "a.zarr")
+    versions = {"electrovib": "0.1.0", "numpy": "1.0"}
+    monkeypatch.setattr("electrovib.study.population.origin.computing_versions", lambda: versions)
+    with pytest.raises(InputError, match=r"begun with numpy '.*', here '1.0'"):
+        quick(n=5000, output=path)
+
+
+def test_another_memory_that_changes_the_percentiles_is_refused(quick, tmp_path):
+    path = ended(quick, tmp_path / "a.zarr", budget_memory="1 GB")
+    with pytest.raises(InputError, match="percentiles from 'exact"):
+        quick(n=5000, output=path, budget_memory="120 kB")
+
+
+def faulty(monkeypatch, at, error):
+    """Let the write of number `at` to a store fail; return the list of what was written."""
+    written, original = [], LocalStore.set
+
+    async def put(self, key, value):
+        written.append(key)
+        if len(written) == at:
+            raise error
+        await original(self, key, value)
+
+    monkeypatch.setattr(LocalStore, "set", put)
+    return written
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
+def test_a_full_disk_at_any_write_loses_nothing(quick, tiles, tmp_path, monkeypatch, memory):
+    tiles(1024)
+    original = CheckpointWriter.after
+
+    def after(self, rows):  # a checkpoint after every tile
+        original(self, rows)
+        self._drain()
+
+    monkeypatch.setattr(CheckpointWriter, "after", after)
+    monkeypatch.setattr("electrovib.study.population.writer.PAUSE", 0.0)
+    monkeypatch.setattr("electrovib.study.population.writer._SHARE", 0.0)
+    asked = {"n": 4500, "draws": True, "budget_memory": memory}
+    quick(**asked, output=tmp_path / "reference.zarr")
+    reference = content(tmp_path / "reference.zarr")
+    full = OSError(errno.ENOSPC, "No space left on device")
+    at, path = 1, tmp_path / "full.zarr"
+    while True:
+        with monkeypatch.context() as patched:
+            written = faulty(patched, at, full)
+            said = ""
+            try:
+                quick(**asked, output=path)
+            except InputError as error:
+                said = str(error)
+            if len(written) < at:
+                break
+        assert "No space left on device" in said
+        assert "What was stored before is kept" in said
+        quick(**asked, output=path)
+        assert content(path) == reference, f"write {at}: {written[at - 1]}"
+        for each in sorted(path.rglob("*"), reverse=True):
+            each.rmdir() if each.is_dir() else each.unlink()
+        path.rmdir()
+        at += 1 if at < 12 else 7
+    assert at > 60
+
+
+def test_files_that_a_kill_left_are_removed(quick, tmp_path):
+    path = ended(quick, tmp_path / "a.zarr")
+    (path / "checkpoint" / "x.0123.partial").write_text("half")
+    (path / "y.0123.partial").write_text("half")
+    quick(n=5000, output=path)
+    assert not list(path.rglob("*.partial"))
+    assert not (path / "checkpoint").exists()
+    (path / "checkpoint").mkdir()  # killed between the mark of completeness and the removal
+    quick(n=5000, output=path)
+    assert not (path / "checkpoint").exists()
+
+
+def test_a_folder_that_a_kill_left_empty_is_used(quick, tmp_path):
+    (tmp_path / "a.zarr").mkdir()
+    (tmp_path / "a.zarr" / ".lock").write_text("")
+    (tmp_path / "a.zarr" / "zarr.0123.partial").write_text("")
+    assert quick(n=10, output=tmp_path / "a.zarr").attrs["fingers"] == 10
+    assert not list((tmp_path / "a.zarr").glob("*.partial"))
+
+
+def test_a_folder_that_cannot_be_made_is_an_error_before_anything_is_computed(quick, tmp_path, monkeypatch):
+    monkeypatch.setattr(StandInPopulation, "signals", None)
+    with pytest.raises(InputError, match="cannot be written: No such file or directory"):
+        quick(n=10, output=tmp_path / "missing" / "a.zarr")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written: Not a directory"):
+        quick(n=10, output=tmp_path / "file" / "a.zarr")
+
+
+def test_a_study_that_is_refused_at_once_leaves_no_folder(quick, tmp_path, monkeypatch):
+    monkeypatch.setattr("shutil.disk_usage", lambda _: type("Usage", (), {"free": 1000})())
+    with pytest.raises(InputError, match="omit --draws"):
+        quick(n=5000, draws=True, output=tmp_path / "a.zarr")
+    assert not list(tmp_path.iterdir())
+
+
+def test_draws_beyond_the_memory_need_a_store(quick):
+    with pytest.raises(InputError, match="give an output"):
+        quick(n=9000, draws=True, budget_memory="200 kB")
+
+
+def test_a_block_beyond_the_memory_is_refused(quick):
+    with pytest.raises(InputError, match=r"ask for fewer time\.samples"):
+        quick(n=9000, budget_memory="100 kB")
+
+
+def test_a_store_that_is_being_written_is_refused(quick, tmp_path):
+    path = ended(quick, tmp_path / "a.zarr")
+    with locked(path), pytest.raises(InputError, match=r"another process \(process \d+ on .*\) is writing"):
+        quick(n=5000, output=path)
+    assert quick(n=5000, output=path).attrs["fingers"] == 5000
+    assert not (path / ".lock").exists()
+
+
+HOLD = """
+import sys, time
+from pathlib import Path
+from electrovib.study.population.lock import locked
+from electrovib.study.population.writer import CheckpointWriter
+with locked(Path(sys.argv[1])):
+    print("held", flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize("locks", ["of the system", "none"])
+def test_the_lock_of_a_killed_process_is_free(tmp_path, monkeypatch, locks):
+    script = HOLD
+    if locks == "none":
+        monkeypatch.setattr("electrovib.study.population.lock._kind", lambda: None)
+        script = "import electrovib.study.population.lock as lock\nlock._kind = lambda: None\n" + HOLD
+    holder = subprocess.Popen(
+        [sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert holder.stdout.readline() == "held\n"
+        assert json.loads((tmp_path / ".lock").read_text())["process"] == holder.pid
+        with pytest.raises(InputError, match=f"process {holder.pid} "), locked(tmp_path):
+            pass
+    finally:
+        holder.kill()
+        holder.wait()
+        holder.stdout.close()
+    with locked(tmp_path):
+        assert (tmp_path / ".lock").exists()
+    assert not (tmp_path / ".lock").exists()
+
+
+def test_a_file_system_without_locks_uses_the_name_of_the_process(tmp_path, monkeypatch):
+    class Without:
+        __name__ = "fcntl"
+        LOCK_EX = LOCK_NB = 0
+
+        @staticmethod
+        def flock(*_):
+            raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr("electrovib.study.population.lock._kind", Without)
+    with locked(tmp_path), pytest.raises(InputError, match="If it has ended, remove"), locked(tmp_path):
+        pass

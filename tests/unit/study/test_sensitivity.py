@@ -1,0 +1,233 @@
+"""Sobol indices of functions with published values and closed forms, and of scenarios."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import sobol_indices
+
+import electrovib as ev
+from electrovib.core.budget import BudgetError
+from electrovib.core.errors import InputError
+from electrovib.scenario.distributions import Normal, Uniform
+from electrovib.scenario.space import Group, Grouping, Space
+from electrovib.study.sensitivity import analysis
+from electrovib.study.sensitivity.indices import _bootstrap, sobol
+
+STATIC = "vezzoli_2014/fig6_static"
+AREA, VOLTAGE = "contact.area", "drive.high"
+LOG_NORMAL = {
+    AREA: {"model": "LogNormal", "median": "1 cm2", "factor": math.exp(0.3)},
+    VOLTAGE: {"model": "LogNormal", "median": "500 V", "factor": math.exp(0.2)},
+}
+
+
+def ishigami(at):
+    x, y, z = (at[name] for name in "abc")
+    return np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
+
+
+def test_the_ishigami_function_has_its_published_indices():
+    """T. Ishigami, T. Homma 1990, with 7 and 0.1: exact values from its variance decomposition."""
+    space = Space(distributions={name: Uniform(low=-math.pi, high=math.pi) for name in "abc"})
+    found = sobol(space, ishigami, n=2**14, seed=1)
+    np.testing.assert_allclose(found.first, [0.3139, 0.4424, 0.0], atol=0.01)
+    np.testing.assert_allclose(found.total, [0.5576, 0.4424, 0.2437], atol=0.01)
+    for index, ends in ((found.first, found.first_interval), (found.total, found.total_interval)):
+        assert (ends[0] < index).all()
+        assert (index < ends[1]).all()
+        assert (ends[1] - ends[0] < 0.06).all()
+
+
+def test_the_g_function_has_its_published_indices():
+    """I. M. Sobol 1998 with a = 0, 1, 4.5, 9, 99: first and total indices in closed form."""
+    a = np.array([0, 1, 4.5, 9, 99])
+    space = Space(distributions={str(i): Uniform(low=0.0, high=1.0) for i in range(5)})
+
+    def g(at):
+        return math.prod((np.abs(4 * at[str(i)] - 2) + a[i]) / (1 + a[i]) for i in range(5))
+
+    found = sobol(space, g, n=4096, seed=2)
+    partial = 1 / (3 * (1 + a) ** 2)
+    whole = np.prod(1 + partial) - 1
+    np.testing.assert_allclose(found.first, partial / whole, atol=0.01)
+    np.testing.assert_allclose(found.total, partial / (1 + partial) * (1 + whole) / whole, atol=0.01)
+    assert found.first[0] == pytest.approx(0.716, abs=0.012)  # as printed for a longer list of a
+
+
+@pytest.mark.slow
+def test_the_static_law_has_the_indices_of_a_product_of_log_normal_factors():
+    """The force of a static law is area times voltage squared, so its variance decomposes in closed form."""
+    found = ev.sensitivity(STATIC, LOG_NORMAL, quantity="peak electrostatic_force", n=1024, seed=3)
+    spread = {AREA: math.exp(0.3**2) - 1, VOLTAGE: math.exp(0.4**2) - 1}
+    whole = math.prod(1 + each for each in spread.values()) - 1
+    assert [each.name for each in found.indices] == [VOLTAGE, AREA]
+    for each in found.indices:
+        assert each.first == pytest.approx(spread[each.name] / whole, abs=0.02)
+        others = math.prod(1 + value for name, value in spread.items() if name != each.name)
+        assert each.total == pytest.approx(spread[each.name] * others / whole, abs=0.02)
+    mean = 56.553e-3 * 0.25 * math.exp(0.3**2 / 2 + 0.4**2 / 2)
+    assert found.mean == pytest.approx(mean, rel=0.01)
+    assert found.deviation == pytest.approx(mean * math.sqrt(whole), rel=0.05)
+    assert found.answer.startswith(f"Measure {VOLTAGE} first")
+    assert found.evaluations == 1024 * 4
+
+
+LINEAR = Space(
+    distributions={name: Normal(mean=0.0, deviation=1.0) for name in "abc"},
+    correlations={("a", "b"): 0.5},
+)
+
+
+def total(at):
+    return sum(at.values())
+
+
+def test_correlated_parameters_are_one_input():
+    found = sobol(LINEAR, total, n=2048, seed=1)
+    assert list(LINEAR.inputs) == ["a + b", "c"]
+    np.testing.assert_allclose(found.first, [3 / 4, 1 / 4], atol=0.01)
+    np.testing.assert_allclose(found.total, [3 / 4, 1 / 4], atol=0.01)
+    assert found.sample.var() == pytest.approx(4, rel=0.02)
+
+
+def test_parameters_with_a_relation_are_one_input():
+    """For a < b, both uniform, a is 1/18 and their covariance 1/36: a + b has a variance of 1/6."""
+    unit = {name: Uniform(low=0.0, high=1.0) for name in "abc"}
+    space = Space(distributions=unit, relations=(("a", "b"),))
+    found = sobol(space, total, n=4096, seed=1)
+    assert list(space.inputs) == ["a + b", "c"]
+    np.testing.assert_allclose(found.first, [2 / 3, 1 / 3], atol=0.03)
+    values = []
+    sobol(space, lambda at: values.append(at) or total(at), n=64, seed=1)
+    assert (values[0]["a"] < values[0]["b"]).all()
+
+
+def test_groups_are_one_input_with_the_parameters_that_they_set():
+    groups = {
+        name: Group(share=0.5, distributions={"a": Uniform(low=low, high=low + 1)})
+        for name, low in (("dry", 0.0), ("moist", 4.0))
+    }
+    space = Space(
+        distributions={"b": Uniform(low=0.0, high=1.0)}, groupings={"moisture": Grouping(groups=groups)}
+    )
+    found = sobol(space, total, n=1024, seed=1)
+    assert list(space.inputs) == ["b", "groups of moisture"]
+    np.testing.assert_allclose(found.first, [1 / 50, 49 / 50], atol=0.01)  # 1/12 against 1/12 + 2 squared
+
+
+def test_the_intervals_contain_the_index_as_often_as_they_state():
+    """Random draws, by a relation that always holds: for those the bootstrap is made."""
+    low, high = Uniform(low=0.0, high=1.0), Uniform(low=2.0, high=4.0)
+    space = Space(
+        distributions={"a": low, "b": high, "c": low, "d": high}, relations=(("a", "b"), ("c", "d"))
+    )
+    inside = []
+    for seed in range(60):
+        found = sobol(space, lambda at: at["a"] + at["b"] + 2 * (at["c"] + at["d"]), n=128, seed=seed)
+        for index, ends in ((0.2, found.first_interval), (0.2, found.total_interval)):
+            inside.append(ends[0, 0] < index < ends[1, 0])
+    assert 0.89 < np.mean(inside) < 0.99
+
+
+def test_the_bootstrap_resamples_the_estimators_of_scipy():
+    generator = np.random.default_rng(1)
+    a, b = generator.normal(3, 1, (2, 512))
+    mixed = np.stack([a + 0.1 * b, b])
+    found = sobol_indices(func={"f_A": a[None], "f_B": b[None], "f_AB": mixed[:, None]}, n=512)
+    expected = found.bootstrap(confidence_level=0.95, n_resamples=999)
+    low, high = _bootstrap(a, b, mixed, generator)
+    for ours, theirs in ((0, expected.first_order), (1, expected.total_order)):
+        np.testing.assert_allclose(low[ours], np.ravel(theirs.confidence_interval.low), atol=0.03)
+        np.testing.assert_allclose(high[ours], np.ravel(theirs.confidence_interval.high), atol=0.03)
+
+
+def test_chunks_change_nothing_and_the_seed_something(monkeypatch):
+    asked = {"quantity": "peak electrostatic_force", "n": 8}
+    whole = ev.sensitivity(STATIC, LOG_NORMAL, seed=1, **asked)
+    monkeypatch.setattr(analysis, "_CHUNK", 3)
+    again = ev.sensitivity(STATIC, LOG_NORMAL, seed=1, **asked)
+    assert again.indices == whole.indices
+    assert again.sample.tobytes() == whole.sample.tobytes()
+    assert ev.sensitivity(STATIC, LOG_NORMAL, seed=2, **asked).indices != whole.indices
+    slopes = {each.path: each.value for each in whole.elasticities}
+    assert slopes == {AREA: pytest.approx(1, rel=1e-6), VOLTAGE: pytest.approx(2, rel=1e-6)}
+    with pytest.raises(TypeError, match="seed"):
+        ev.sensitivity(STATIC, LOG_NORMAL, **asked)
+
+
+def test_the_answer_names_what_cannot_be_distinguished_and_what_has_no_influence():
+    free = LOG_NORMAL | {"friction.coefficient": {"model": "Uniform", "low": 0.4, "high": 0.6}}
+    free[VOLTAGE] = {"model": "LogNormal", "median": "500 V", "factor": math.exp(0.15)}
+    found = ev.sensitivity(STATIC, free, quantity="peak electrostatic_force", n=32, seed=1)
+    names = {each.name for each in found.indices[:2]}
+    assert names == {AREA, VOLTAGE}
+    assert f"not distinguishable from that of {found.indices[1].name}" in found.answer
+    assert found.answer.endswith("Without influence (total index below 0.01): friction.coefficient.")
+    first = found.indices[0]
+    fall, least, most = (
+        f"{100 * (1 - math.sqrt(1 - min(max(each, 0), 1))):.0f}"
+        for each in (first.first, *first.first_interval)
+    )
+    assert f"would fall by {fall} % on average ({least} to {most} %, " in found.answer
+
+
+def test_an_elasticity_at_the_end_of_a_range_is_not_defined():
+    free = {"stack.insulator.material.permittivity": {"model": "Empirical", "values": [1]}} | LOG_NORMAL
+    found = ev.sensitivity(STATIC, free, quantity="peak electrostatic_force", n=4, seed=1)
+    assert math.isnan(found.elasticities[0].value)
+    assert "not defined" in found.tables[1].rows[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"n": 100}, "n = 100: expected a power of 2, for instance 128"),
+        ({"n": 1}, "power of 2"),
+        ({"n": 64.0}, "power of 2"),
+        ({"seed": -1}, "seed = -1"),
+        ({"quantity": "peak electrostatic_forc"}, "Did you mean"),
+        ({"space": "finger"}, "Did you mean 'fingers'"),
+        ({"space": {"friction.coefficient": 0.5}}, "same value for every draw"),
+        ({"scenario": "vezzoli_2014/fig"}, "vezzoli_2014"),
+    ],
+)
+def test_mistakes_are_one_sentence(changes, words):
+    asked = {
+        "scenario": STATIC,
+        "space": LOG_NORMAL,
+        "quantity": "peak electrostatic_force",
+        "n": 4,
+        "seed": 1,
+    }
+    asked |= changes
+    with pytest.raises(InputError, match=words):
+        ev.sensitivity(asked.pop("scenario"), asked.pop("space"), **asked)
+
+
+def test_values_that_are_not_finite_are_refused_with_a_draw():
+    with pytest.raises(InputError, match=r"share of 0\.5 of the draws, for instance at a = -"):
+        sobol(LINEAR, lambda at: np.where(at["a"] < 0, np.nan, 1.0), n=4096, seed=1)
+
+
+def test_more_evaluations_than_the_budget_allows_are_refused_before_the_first():
+    with pytest.raises(BudgetError, match="Choose a smaller n"):
+        ev.sensitivity(STATIC, LOG_NORMAL, quantity="peak electrostatic_force", n=2**20, seed=1)
+
+
+def test_progress_counts_every_evaluation(monkeypatch):
+    monkeypatch.setattr(analysis, "_CHUNK", 8)
+    seen = []
+    ev.sensitivity(
+        STATIC,
+        LOG_NORMAL,
+        quantity="peak electrostatic_force",
+        n=4,
+        seed=1,
+        progress=lambda *at: seen.append(at),
+    )
+    assert seen == [(0, 16), (8, 16)]
+    assert all(done < whole for (done, whole), _ in itertools.pairwise(seen))
