@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from electrovib.apps.fit_separately import fit_separately as fit_separately
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
+    from electrovib.bench.run import plan_bench as plan_bench
+    from electrovib.bench.run import run_bench as run_bench
     from electrovib.core.budget import budget as budget
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
@@ -89,6 +91,7 @@ _PLACES = {
     "open_study": "electrovib.study.population",
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
+    "plan_bench": "electrovib.bench.run",
     "prepare": "electrovib.solve.prepare",
     "Space": "electrovib.scenario.space",
     "read_space": "electrovib.scenario.space",
@@ -97,6 +100,7 @@ _PLACES = {
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
     "run": "electrovib.apps.run",
+    "run_bench": "electrovib.bench.run",
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",

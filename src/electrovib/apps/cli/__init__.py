@@ -8,6 +8,7 @@ from typing import Final, NoReturn
 import typer
 
 from electrovib.apps.cli import (
+    bench,
     check,
     compare,
     equilibrium,
@@ -56,6 +57,7 @@ for _command in (
     fit_material,
     fit_power_law,
     times,
+    bench,
     reproduce,
     sensitivity,
     scenarios,
