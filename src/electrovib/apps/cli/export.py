@@ -6,6 +6,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from electrovib.apps.cli.export_options import (
+    FullScale,
+    FurtherLimits,
+    Gain,
+    Instrument,
+    LargestError,
+    Output,
+    Place,
+    Ramp,
+    Rate,
+)
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
@@ -23,53 +34,15 @@ def command(
     scenario: Annotated[
         str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.")
     ],
-    place: Annotated[
-        str,
-        typer.Argument(metavar="[OUTPUT]", help="The file to write, if not given by -o.", show_default=False),
-    ] = "",
-    output: Annotated[
-        str,
-        typer.Option(
-            "--output",
-            "-o",
-            help="A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.",
-            show_default=False,
-        ),
-    ] = "",
-    limits: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="FILE.toml", help="Further limits of a waveform; the strictest counts. Repeatable."
-        ),
-    ] = None,
-    instrument: Annotated[
-        str,
-        typer.Option(
-            "--as", metavar="hp_33120a", help="Instrument whose codes are written.", show_default=False
-        ),
-    ] = "",
-    rate: Annotated[
-        str,
-        typer.Option(metavar="FREQUENCY", help="Samples per second; chosen if absent.", show_default=False),
-    ] = "",
-    ramp: Annotated[
-        str,
-        typer.Option(
-            metavar="TIME",
-            help="Multiply the drive by ramps from and to 0 V of this duration.",
-            show_default=False,
-        ),
-    ] = "",
-    largest_error: Annotated[
-        float,
-        typer.Option(metavar="SHARE", help="Error over the largest voltage above which nothing is written."),
-    ] = 0.01,
-    full_scale: Annotated[
-        str, typer.Option(metavar="VOLTAGE", help="Voltage of the drive at full scale.", show_default=False)
-    ] = "",
-    gain: Annotated[
-        float, typer.Option(metavar="NUMBER", help="Voltage of the drive over that of the instrument.")
-    ] = 1.0,
+    place: Place = "",
+    output: Output = "",
+    limits: FurtherLimits = None,
+    instrument: Instrument = "",
+    rate: Rate = "",
+    ramp: Ramp = "",
+    largest_error: LargestError = 0.01,
+    full_scale: FullScale = "",
+    gain: Gain = 1.0,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
