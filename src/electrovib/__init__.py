@@ -15,10 +15,13 @@ if TYPE_CHECKING:
     from electrovib.apps.fit_separately import fit_separately as fit_separately
     from electrovib.apps.init import init as init
     from electrovib.apps.run import run as run
+    from electrovib.bench.run import plan_bench as plan_bench
+    from electrovib.bench.run import run_bench as run_bench
     from electrovib.core.budget import budget as budget
     from electrovib.data.traces import open_trace as open_trace
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
+    from electrovib.export.waveform import export_waveform as export_waveform
     from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
     from electrovib.recordings.fit.sampling import Sampling as Sampling
     from electrovib.recordings.importing import calibrate as calibrate
@@ -43,6 +46,8 @@ if TYPE_CHECKING:
     from electrovib.study.catalogue import models as models
     from electrovib.study.catalogue import scenarios as scenarios
     from electrovib.study.catalogue import spaces as spaces
+    from electrovib.study.check import check as check
+    from electrovib.study.check.series import series_resistor as series_resistor
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
@@ -62,9 +67,11 @@ _PLACES = {
     "Sensor": "electrovib.recordings.transitions",
     "budget": "electrovib.core.budget",
     "calibrate": "electrovib.recordings.importing",
+    "check": "electrovib.study.check",
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
+    "export_waveform": "electrovib.export.waveform",
     "fit": "electrovib.apps.fit",
     "fit_material": "electrovib.apps.fit_material",
     "fit_power_law": "electrovib.recordings.fit.power_law",
@@ -84,6 +91,7 @@ _PLACES = {
     "open_study": "electrovib.study.population",
     "open_trace": "electrovib.data.traces",
     "perceive": "electrovib.study.perceive",
+    "plan_bench": "electrovib.bench.run",
     "prepare": "electrovib.solve.prepare",
     "Space": "electrovib.scenario.space",
     "read_space": "electrovib.scenario.space",
@@ -92,12 +100,14 @@ _PLACES = {
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
     "run": "electrovib.apps.run",
+    "run_bench": "electrovib.bench.run",
     "save": "electrovib.export.save",
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",
     "spaces": "electrovib.study.catalogue",
     "sensitivity": "electrovib.view.sensitivity",
     "simulate": "electrovib.solve.simulate",
+    "series_resistor": "electrovib.study.check.series",
     "sweep": "electrovib.study.sweep",
     "compare_surfaces": "electrovib.study.surfaces",
 }

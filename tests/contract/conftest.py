@@ -30,7 +30,7 @@ from electrovib.physics.stack import Layer, Stack
 def model_classes():
     """Every class of the package and of contributed papers, without those that other tests define."""
     find_members(Drive)  # imports all physics and papers
-    for room in ("electrovib.scenario", "electrovib.solve"):
+    for room in ("electrovib.scenario", "electrovib.solve", "electrovib.bench"):
         folder = importlib.import_module(room)
         for info in pkgutil.walk_packages(folder.__path__, f"{room}."):
             importlib.import_module(info.name)

@@ -62,6 +62,9 @@ USES = {
     "compare_materials": lambda scenario: [each.force for each in ev.compare_materials(scenario, materials=["silica"]).entries],
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
+    "export_waveform": lambda scenario: ev.export_waveform(
+        scenario, "out.csv", limits={"voltage": 1e3, "current": 1}, force=True
+    ).waveform.voltages,
     "fit": lambda scenario: [*ev.fit(scenario, record(), free=["stack.insulator.thickness"]).best.estimate.values.values()],
     "fit_separately": lambda scenario: [
         row.value for row in ev.fit_separately(scenario, record(), free=["stack.insulator.thickness"]).fits[0].rows
@@ -70,11 +73,14 @@ USES = {
     "load": ev.load,
     "perceive": lambda scenario: ev.perceive(scenario).level,
     "plot.stack": drawn,
+    "plan_bench": lambda scenario: ev.plan_bench(scenario).codes,
     "prepare": lambda scenario: [
         *ev.prepare(scenario, free=["load.normal_force"], quantities=[MEAN])({"load.normal_force": 1.0}).values()
     ],
     "read_space": lambda scenario: ev.read_space(scenario, LOADS).draw(1, 0, 4)["load.normal_force"],
     "run": lambda scenario: ev.run(scenario)[FORCE].values,
+    "series_resistor": lambda scenario: ev.series_resistor(scenario, limits={"body_current": 1e-3}).resistance,
+    "run_bench": lambda scenario: ev.run_bench(scenario, simulate=True).lateral_force.values,
     "sensitivity": lambda scenario: [
         each.total for each in ev.sensitivity(scenario, LOADS, quantity=MEAN, n=4, seed=1).indices
     ],

@@ -23,6 +23,8 @@ class Form(StrEnum):
     SCENARIO = "scenario"
     TABLE = "table as CSV"
     SPACE = "space of parameters"
+    CHECK = "check of limits as JSON"
+    WAVEFORM = "waveform"
 
 
 WRITTEN_BY: Final = "written_by"

@@ -22,11 +22,12 @@ class _Callable(ModuleType):
         *,
         set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
         force: bool = False,
+        **options: Any,
     ) -> Path:
-        """Write a scenario for a circuit simulator; see `electrovib.export.scenario.export`."""
+        """Write a scenario for a circuit simulator, or its drive as a waveform; see `electrovib.export.scenario.export`."""
         from electrovib.export.scenario import export
 
-        return export(scenario, path, set=set, force=force)
+        return export(scenario, path, set=set, force=force, **options)
 
 
 sys.modules[__name__].__class__ = _Callable

@@ -12,6 +12,7 @@ from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form
 from electrovib.export.spice.netlist import netlist
+from electrovib.export.waveform import FORMATS, export_waveform
 from electrovib.physics.limits import broken
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.effort import refuse_large
@@ -30,19 +31,23 @@ def export(
     *,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     force: bool = False,
+    **options: Any,
 ) -> Path:
-    """Write a scenario as a netlist for a circuit simulator.
+    """Write a scenario as a netlist for a circuit simulator, or its drive as a waveform.
 
     Parameters
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         As for `electrovib.load`.
     path : str or Path
-        The output: ``.cir``, a netlist that ``ngspice -b`` runs as it is.
+        The output: ``.cir``, a netlist that ``ngspice -b`` runs as it is, or a waveform: ``.csv``, ``.npy``, ``.mat``,
+        ``.wav`` or ``.pwl``.
     set : mapping of str to value, optional
         Dotted path to value: ``{"drive.high": "150 V"}``.
     force : bool
         Whether a file that was not written by electrovib may be replaced.
+    **options
+        Of a waveform, as for `electrovib.export_waveform`: ``limits``, ``rate``, ``largest_error`` and others.
 
     Returns
     -------
@@ -60,9 +65,13 @@ def export(
     """
     place = Path(path)
     writer = WRITERS.get(place.suffix.lower())
+    if options or place.suffix.lower() in FORMATS:
+        return export_waveform(scenario, place, set=set, force=force, **options).path
     if writer is None:
         allowed = ", ".join(WRITERS)
-        raise InputError(f"a scenario is exported as {allowed}, not as '{place.suffix}'.", path=place)
+        waves = ", ".join(FORMATS)
+        why = f"a scenario is exported as {allowed}, and its drive as {waves}, not as '{place.suffix}'."
+        raise InputError(why, path=place)
     with inputs_noted() as inputs:
         found = read_scenario(scenario, changes=set)
     check_writable({place: Form.NETLIST}, inputs=inputs, force=force)

@@ -12,6 +12,7 @@ from electrovib.apps.cli import main
 from electrovib.core.errors import InputError
 from electrovib.data.marks import Form, is_ours
 from electrovib.view import report
+from electrovib.view.checked import write_check
 
 DRIVE = "time [s],voltage [V]\n0,0\n1e-3,100\n2e-3,0\n"
 STACK = """
@@ -195,6 +196,9 @@ def test_every_form_is_known_from_its_content_and_not_from_its_name(here):
         "b.toml", "t.nc", free=["stack.insulator.thickness"], signals=["electrostatic_force"], output="fit"
     )
     written |= {Form.TABLE: "fit/parameters.csv", Form.SPACE: "fit/space.toml"}
+    written[Form.CHECK] = str(write_check(ev.check("b.toml"), "check.json"))
+    limits = {"voltage": 1e4, "current": 1.0}
+    written[Form.WAVEFORM] = str(ev.export("b.toml", "played.csv", limits=limits, ramp=1e-3))
     assert set(written) == set(Form)
     for form, name in written.items():
         moved = Path(name).rename("moved.txt")

@@ -468,7 +468,9 @@ def test_a_law_of_more_than_the_circuit_is_refused(tmp_path):
 
 @pytest.mark.parametrize("name", ["circuit.sp", "circuit", "circuit.net"])
 def test_only_known_suffixes(name, tmp_path):
-    with pytest.raises(InputError, match=rf"{name}: a scenario is exported as \.cir, not as"):
+    with pytest.raises(
+        InputError, match=rf"{name}: a scenario is exported as \.cir, and its drive as .*, not as"
+    ):
         ev.export("vezzoli_2014/fig6", tmp_path / name)
 
 
@@ -522,6 +524,8 @@ def test_command_line_tells_a_mistake_in_one_line(tmp_path, monkeypatch, capsys)
         main()
     assert stop.value.code == 2
     assert (
-        capsys.readouterr().err == "electrovib: circuit.txt: a scenario is exported as .cir, not as '.txt'.\n"
+        capsys.readouterr().err
+        == "electrovib: circuit.txt: a scenario is exported as .cir, and its drive as .csv, .npy,"
+        " .mat, .wav, .pwl, not as '.txt'.\n"
     )
     assert not list(tmp_path.iterdir())

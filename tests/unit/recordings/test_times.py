@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 import electrovib as ev
 from electrovib.core.errors import InputError
+from electrovib.core.trace import make_trace
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.relaxation import stretched_exponential, stretched_seen_by_sensor
 from electrovib.physics.resonance import release_seen_by_sensor
@@ -366,3 +367,34 @@ def test_the_release_of_a_clutch_is_faster_than_its_sensor_shows(name):
     ring = measure_ring(clutch(name), **options)
     assert ring.form == "two modes"
     assert ring.sections[-1].frequency.value < 0.9 * ring.sections[0].frequency.value
+
+
+def test_a_time_that_the_record_does_not_determine_is_warned_of_first():
+    """A slow rise of which the window holds a tenth, in noise of half of that."""
+    stamps = np.arange(0, 0.06, 1e-4)
+    noise = np.random.default_rng(2).normal(0, 0.03, stamps.size)
+    force = np.where(stamps > 0.02, 0.6 * -np.expm1(-(stamps - 0.02) / 0.3), 0) + noise
+    signals = {
+        "lateral_force_measured": (("time",), force),
+        "drive_voltage": (("time",), np.where(stamps >= 0.02, 300.0, 0.0)),
+    }
+    trace = make_trace(signals, {"time": stamps}, {"title": "slow"})
+    found = ev.measure_times(
+        trace, signal="lateral_force_measured", by="drive_voltage", window=0.03, before=0.015
+    )
+    assert found.rising is not None
+    assert found.rising.recorded.lower <= 0
+    assert found.rising.words[0].startswith("Warning: Rising edges: the record does not determine a time")
+
+
+def test_a_record_without_noise_states_that_the_error_of_the_fit_is_not_known():
+    stamps = np.linspace(0, 0.06, 601)
+    force = np.where(stamps > 0.0205, -np.expm1(-(stamps - 0.0205) / 3e-3), 0.0)
+    trace = make_trace(
+        {"lateral_force_measured": (("time",), force)}, {"time": stamps}, {"title": "computed"}
+    )
+    found = ev.measure_times(trace, signal="lateral_force_measured")
+    assert found.rising is not None
+    assert math.isinf(found.rising.misfit)
+    assert "the record has no noise before an edge" in found.rising.words[0]
+    assert not any("residual of inf" in text for text in found.words)

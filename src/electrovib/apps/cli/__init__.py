@@ -8,6 +8,8 @@ from typing import Final, NoReturn
 import typer
 
 from electrovib.apps.cli import (
+    bench,
+    check,
     compare,
     equilibrium,
     export,
@@ -55,6 +57,7 @@ for _command in (
     fit_material,
     fit_power_law,
     times,
+    bench,
     reproduce,
     sensitivity,
     scenarios,
@@ -62,6 +65,7 @@ for _command in (
     models,
     report,
     import_,
+    check,
     export,
     init,
     settings,

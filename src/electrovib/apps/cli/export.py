@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from electrovib.apps.cli.export_options import (
+    FullScale,
+    FurtherLimits,
+    Gain,
+    Instrument,
+    LargestError,
+    Output,
+    Place,
+    Ramp,
+    Rate,
+)
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
+
+if TYPE_CHECKING:
+    from electrovib.export.waveform import WrittenWaveform
 
 
 def register(app: typer.Typer) -> None:
@@ -20,18 +34,83 @@ def command(
     scenario: Annotated[
         str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.")
     ],
-    output: Annotated[str, typer.Argument(help="The netlist to write: .cir.")],
+    place: Place = "",
+    output: Output = "",
+    limits: FurtherLimits = None,
+    instrument: Instrument = "",
+    rate: Rate = "",
+    ramp: Ramp = "",
+    largest_error: LargestError = 0.01,
+    full_scale: FullScale = "",
+    gain: Gain = 1.0,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Write a scenario as a netlist: drive, layers, body and force, for ngspice."""
+    """Write a scenario as a netlist for ngspice, or its drive as a waveform within declared limits."""
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked
-    from electrovib.export.scenario import export
+    from electrovib.core.errors import InputError
+    from electrovib.export.scenario import WRITERS, export
+    from electrovib.export.waveform import FORMATS, export_waveform
 
-    with tracked("solving and writing"):
-        written = export(scenario, output, set=read_changes(changes or []), force=force)
-    say(f"written: {written}")
-    say(f"run it:  ngspice -b {written}")
+    if bool(place) == bool(output):
+        raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
+    target, wanted = place or output, read_changes(changes or [])
+    given = {
+        "--limits": limits,
+        "--as": instrument,
+        "--rate": rate,
+        "--ramp": ramp,
+        "--full-scale": full_scale,
+    }
+    used = [name for name, value in given.items() if value]
+    if not instrument and not target.lower().endswith(tuple(FORMATS)):
+        if used and target.lower().endswith(tuple(WRITERS)):
+            raise InputError(f"{name}: belongs to a waveform; omit it for a netlist" for name in used)
+        with tracked("solving and writing"):
+            written = export(scenario, target, set=wanted, force=force)
+        say(f"written: {written}")
+        say(f"run it:  ngspice -b {written}")
+        return
+    with tracked("sampling and checking"):
+        found = export_waveform(
+            scenario,
+            target,
+            set=wanted,
+            limits=list(limits or []),
+            instrument=instrument,
+            rate=_number(rate, "Hz", "--rate"),
+            ramp=_number(ramp, "s", "--ramp"),
+            largest_error=largest_error,
+            full_scale=_number(full_scale, "V", "--full-scale"),
+            gain=gain,
+            force=force,
+        )
+    say(*lines_of(found))
+
+
+def lines_of(found: WrittenWaveform) -> list[str]:
+    """Return the notes of a waveform, its check and its file as lines."""
+    from electrovib.study.check.result import shown
+
+    held = [
+        f"{row.quantity} {shown(row.value, row.unit)}, limit {shown(row.limit, row.unit)}: {row.source}"
+        for row in found.check.rows
+        if row.limit is not None
+    ]
+    return [*found.notes, *held, f"written: {found.path}"]
+
+
+def _number(text: str, unit: str, option: str) -> float | None:
+    """Read an optional number with a unit."""
+    from electrovib.core.errors import InputError
+    from electrovib.core.units import parse_quantity
+
+    if not text:
+        return None
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(str(error), path=option, value=text) from None

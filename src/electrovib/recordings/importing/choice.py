@@ -17,7 +17,7 @@ from electrovib.data.readers.unit_words import name_and_unit
 from electrovib.recordings.importing.calibration import SensorCalibration
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from electrovib.core.arrays import Real
     from electrovib.data.readers.recorded import DataColumn, Recorded
@@ -51,10 +51,17 @@ def check_names(
     allowed = OVER_TIME if known is None else tuple(known)
     what = "a signal over time" if known is None else "a signal that has a column"
     return [
-        Problem(f"'{name}' is not {what}.{nearest(name, allowed)}", path=f"{option}.{name}")
+        Problem(f"'{name}' is not {what}.{_remedy(name, allowed)}", path=f"{option}.{name}")
         for name in names
         if name not in allowed
     ]
+
+
+def _remedy(name: str, allowed: Collection[str]) -> str:
+    """State what to write in place of a wrong name of a signal."""
+    if name == "time":
+        return ' The column of the time is chosen with --time "COLUMN [s]" (time= in Python).'
+    return nearest(name, allowed)
 
 
 def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:

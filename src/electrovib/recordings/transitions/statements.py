@@ -36,7 +36,17 @@ def statements(found: DirectionTimes, *, sensor: Sensor | None, estimated: bool)
     """
     which = found.direction.capitalize()
     said = []
-    if found.misfit > MISFIT:
+    if not found.recorded.lower > 0:
+        said.append(
+            f"Warning: {which} edges: the record does not determine a time between the levels: its interval reaches 0. Choose the"
+            " window after an edge so that the signal reaches both levels, or measure the other edges alone."
+        )
+    if math.isinf(found.misfit):
+        said.append(
+            f"Warning: {which} edges: the record has no noise before an edge, as a computed one, so no error of the fitted form"
+            f" ({found.form}) is known; the intervals state none."
+        )
+    elif found.misfit > MISFIT:
         said.append(
             f"Warning: {which} edges: the best form ({found.form}) leaves a residual of {found.misfit:.2g} times the noise before"
             " the edge, so the time from the fit has an error beyond its interval."

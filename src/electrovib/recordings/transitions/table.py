@@ -164,4 +164,6 @@ def _parameter(group: str, name: str, number: Interval, form: str, note: str) ->
 
 
 def _misfit(misfit: float) -> str:
+    if math.isinf(misfit):
+        return "error not known: the record has no noise before the edge"
     return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""

@@ -150,7 +150,7 @@ def judge_run(
     return [
         *found,
         *stack_diagnostics(scenario, record),
-        *circuit_diagnostics(scenario, record, _running(scenario, section, record)),
+        *circuit_diagnostics(scenario, record, running_currents(scenario, section, record)),
         *return_path_diagnostics(scenario),
         *settled_charge(scenario),
         *contact_diagnostics(scenario, variables, times),
@@ -160,11 +160,26 @@ def judge_run(
     ]
 
 
-def _running(scenario: Scenario, section: ModalSection, record: PeakRecord) -> dict[str, float] | None:
-    """Return the largest currents apart from the response to the step of the drive at time 0 [A].
+def running_currents(
+    scenario: Scenario, section: ModalSection, record: PeakRecord
+) -> dict[str, float] | None:
+    """Return the largest currents apart from the response to the step of the drive at time 0.
 
-    For a periodic drive they are those of the periodic state, for any other those of the response minus the response to
-    that step. None without such a step, with a time-stepping solver, and where these responses cannot be computed.
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment.
+    section : ModalSection
+        Its stack as relaxation modes.
+    record : PeakRecord
+        Quantities with limits over the whole run, as from `solved`.
+
+    Returns
+    -------
+    currents : dict of str to float or None
+        ``current`` and ``body_current`` [A]: of a periodic drive those of the periodic state, of any other those of the
+        response minus the response to that step. None without such a step, with a time-stepping solver, and where these
+        responses cannot be computed.
     """
     end, drive = float(record.times[-1]), scenario.drive
     if chosen(scenario).method.is_marched or not discontinuities(scenario, end=end)[0]:

@@ -121,6 +121,35 @@ def circuit_diagnostics(
     list of Diagnostic
         One for each declared limit, and one where the drive is discontinuous.
     """
+    reached = largest_values(scenario, record, running)
+    first, later = discontinuities(scenario, end=float(record.times[-1]))
+    amplified = scenario.circuit.amplifier is not None
+    return [
+        *limit_diagnostics(reached, scenario.limits, amplified=amplified),
+        *_discontinuity(scenario, reached, first=first, later=later),
+    ]
+
+
+def largest_values(
+    scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None
+) -> dict[str, float]:
+    """Return the largest absolute values that the declared limits are compared with.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive and circuit.
+    record : PeakRecord
+        Quantities with limits over the whole run.
+    running : mapping of str to float or None
+        As for `circuit_diagnostics` [A].
+
+    Returns
+    -------
+    reached : dict of str to float
+        By the name of the limit, in its unit; with `SWITCH_ON` after the name, the value that the step at time 0 alone
+        causes. Infinite for the current of a discontinuity without a series resistance.
+    """
     drive, circuit = scenario.drive, scenario.circuit
     end = float(record.times[-1])
     limited = type(scenario.limits).model_fields
@@ -129,6 +158,10 @@ def circuit_diagnostics(
     }
     if drive.quantity == "voltage" and circuit.amplifier is None:
         reached["voltage"] = drive.largest(end)
+    elif drive.quantity == "voltage" and circuit.amplifier is not None:
+        # the output of one pole or of a limited slope never passes its target, a parabola between times may
+        target = float(np.max(np.abs(circuit.amplifier.aim([drive.largest(end)]))))
+        reached["voltage"] = min(reached["voltage"], target)
     first, later = discontinuities(scenario, end=end)
     if circuit.element().resistance == 0 and (first or later):
         endless = dict.fromkeys(("current", "body_current"), math.inf)
@@ -136,11 +169,7 @@ def circuit_diagnostics(
     elif first and running is not None:
         switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + _ROUNDED)}
         reached |= {**running, **{f"{name}{SWITCH_ON}": value for name, value in switched.items()}}
-    amplified = circuit.amplifier is not None
-    return [
-        *limit_diagnostics(reached, scenario.limits, amplified=amplified),
-        *_discontinuity(scenario, reached, first=first, later=later),
-    ]
+    return reached
 
 
 def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:

@@ -151,6 +151,20 @@ class PeakRecord:
         """Return the largest absolute value of each quantity, by a parabola between its times; NaN where it is unknown."""
         return {name: value for name, (value, _, _) in self._peaks.items()}
 
+    def without_overshoot(self) -> PeakRecord:
+        """Return this record with the values themselves where a neighbour remains far below: at a discontinuity.
+
+        A parabola through both sides of a discontinuity would lie above them by up to half of its height.
+        """
+        return self.knowing(
+            {
+                name: (float(abs(self.rows[name][place])), place, 0.0)
+                if drop > CLEAR * value
+                else (value, place, drop)
+                for name, (value, place, drop) in self._peaks.items()
+            }
+        )
+
     def unclear(self) -> Real:
         """Return times around the largest values whose neighbours are too far below them for a parabola [s]."""
         found = [np.zeros(0)]

@@ -1,0 +1,103 @@
+"""``electrovib bench run`` and ``electrovib bench init``."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated, Final
+
+import typer
+
+from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli.terminal import complain, say, show
+from electrovib.apps.exit_codes import INTERRUPTED
+
+_TERMINATED: Final = 143
+"""Exit code after SIGTERM, as a shell reports it."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the group of commands."""
+    group = typer.Typer(
+        name="bench",
+        help="Play a drive on a real or simulated set-up.",
+        no_args_is_help=True,
+        rich_markup_mode=None,
+    )
+    group.command("run")(run)
+    group.command("init")(init)
+    app.add_typer(group)
+
+
+def run(
+    scenario: Annotated[
+        str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.")
+    ],
+    bench: Annotated[
+        str | None,
+        typer.Option(
+            "--bench", metavar="FILE", help="Bench file; by default the set-up of Vezzoli et al. 2014."
+        ),
+    ] = None,
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="Use simulated instruments, with our own model as the finger.")
+    ] = False,
+    arm: Annotated[bool, typer.Option("--arm", help="Use the real instruments of the bench file.")] = False,
+    finger: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SCENARIO", help="Finger of the simulated set-up; by default that of the scenario."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the noise of the simulated set-up.")] = 0,
+    changes: Changes = None,
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", help="Write the Trace: .nc, .csv or .mat.")
+    ] = None,
+    models: Models = None,
+    force: Force = False,
+) -> None:
+    """Play the drive of a scenario as one finite burst and record it; without --simulate and --arm print the plan."""
+    del models  # imported by now
+    from electrovib.apps.changes import read_changes
+    from electrovib.bench.faults import BenchStopped
+    from electrovib.bench.run import plan_bench, run_bench
+
+    changed = read_changes(changes or [])
+    plan = plan_bench(scenario, bench=bench, set=changed)
+    say(*plan.lines())
+    if not (simulate or arm):
+        say("nothing was sent: give --simulate for a simulated set-up, or --arm for the real one")
+        return
+    try:
+        trace = run_bench(
+            scenario, bench=bench, simulate=simulate, arm=arm, finger=finger, seed=seed, set=changed,
+            output=output, force=force, confirm=_confirm, report=lambda step: say(f"step: {step}"),
+        )  # fmt: skip
+    except KeyboardInterrupt as stop:
+        complain(str(stop) or "interrupted")
+        sys.exit(INTERRUPTED)
+    except BenchStopped as stop:
+        complain(str(stop))
+        sys.exit(_TERMINATED)
+    import json
+
+    by_hand = arm and plan.settings.amplifier.enable is None
+    say(*json.loads(trace.attrs["comparisons"]))
+    say("the generator is at 0 V" + ("; switch the high voltage off" if by_hand else ""))
+    if output:
+        say(f"written: {output}")
+
+
+def init() -> None:
+    """Print the bench file of Vezzoli et al. 2014, to start from: electrovib bench init > bench.toml."""
+    from electrovib.bench.settings import default_text
+
+    show(default_text().rstrip("\n"))
+
+
+def _confirm(words: str) -> bool:
+    try:
+        return typer.confirm(words, default=False)
+    except typer.Abort:  # Ctrl-C, or no terminal to answer from
+        return False

@@ -1,0 +1,77 @@
+"""``electrovib check``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli.terminal import say, show
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("check")(command)
+
+
+def command(
+    first: Annotated[
+        str,
+        typer.Argument(
+            metavar="[DRIVE] SCENARIO",
+            help="A file with the columns time and voltage, if another drive is to be checked, and the scenario.",
+        ),
+    ],
+    second: Annotated[str, typer.Argument(metavar="", hidden=True)] = "",
+    limits: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FILE.toml",
+            help="Further limits beside those of the scenario; the strictest counts. Repeatable.",
+        ),
+    ] = None,
+    series_resistor: Annotated[
+        bool,
+        typer.Option(
+            "--series-resistor",
+            help="Compute the smallest resistor that holds the body current if the insulator fails.",
+        ),
+    ] = False,
+    output: Annotated[
+        str | None, typer.Option("--output", "-o", help="Write the result: .csv, .json or .html.")
+    ] = None,
+    changes: Changes = None,
+    models: Models = None,
+    force: Force = False,
+) -> None:
+    """Compare voltage, current, charge, energy and breakdown of a drive with limits; exit code 1 if one is exceeded."""
+    del models  # imported by now
+    from electrovib.apps.changes import read_changes
+    from electrovib.apps.cli.table import as_text
+    from electrovib.apps.exit_codes import FAILED
+    from electrovib.apps.progress import tracked
+    from electrovib.core.files import inputs_noted
+    from electrovib.study.check import check
+    from electrovib.study.check.series import series_resistor as resistor_of
+    from electrovib.view.checked import check_outcome_file, resistor_table, tables_of, verdict, write_check
+
+    drive, scenario = (first, second) if second else (None, first)
+    wanted, declared = read_changes(changes or []), list(limits or [])
+    with inputs_noted() as inputs:
+        if output:
+            check_outcome_file(output, inputs=[], force=force)
+        with tracked("checking"):
+            result = check(drive, scenario, limits=declared, set=wanted)
+        if output:
+            check_outcome_file(output, inputs=inputs, force=force)
+    for table in tables_of(result):
+        show(as_text(table))
+    if series_resistor:
+        show(as_text(resistor_table(resistor_of(scenario, limits=declared, set=wanted))))
+    say(*result.notes, "", verdict(result))
+    if output:
+        say(f"written: {write_check(result, output, force=force)}")
+    if result.failed:
+        raise typer.Exit(FAILED)

@@ -1,0 +1,54 @@
+"""Limits that a drive on the bench has to keep: those of scenario, bench and current limiter, the strictest of each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.physics.limits import Limits
+from electrovib.study.check import LimitsFrom, checked, declared_limits
+
+if TYPE_CHECKING:
+    from electrovib.bench.settings import BenchSettings
+    from electrovib.scenario import Scenario
+    from electrovib.study.check import CheckResult
+
+
+def cleared(scenario: Scenario, settings: BenchSettings) -> tuple[Limits, CheckResult]:
+    """Check the drive of a scenario against the strictest of all declared limits, or refuse it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Whose drive is to be played, with its own limits if it declares any.
+    settings : BenchSettings
+        With limits and the current limiter.
+
+    Returns
+    -------
+    limits : Limits
+        The strictest of scenario, bench and current limiter; voltage and current are always declared.
+    result : CheckResult
+        In which no limit is exceeded and every declared one was compared.
+
+    Raises
+    ------
+    InputError
+        If the current limiter allows more than the smallest declared current; for every limit that is exceeded or could not be
+        compared.
+    """
+    limiter = settings.current_limiter
+    places = [LimitsFrom("the bench", settings.limits)]
+    declared = declared_limits(scenario, places)["current"]
+    if limiter.current > declared.value:
+        raise InputError(
+            f"current_limiter.current = {format_quantity(limiter.current, 'A')}: '{limiter.name}' allows more than the largest"
+            f" current that is declared, {format_quantity(declared.value, 'A')} ({declared.source}); software alone does not"
+            " protect: set the hardware to that value, or declare a larger limit"
+        )
+    places.append(LimitsFrom(f"the current limiter ({limiter.name})", Limits(current=limiter.current)))
+    result = checked(scenario, limits=places)
+    result.refuse("Nothing is played")
+    strict = declared_limits(scenario, places)
+    return Limits(**{name: each.value for name, each in strict.items()}), result

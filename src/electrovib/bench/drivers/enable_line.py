@@ -1,0 +1,56 @@
+"""Driver of an enable line that is switched by commands declared in the bench file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from electrovib.bench.faults import BenchError
+
+if TYPE_CHECKING:
+    from electrovib.bench.link import Link
+    from electrovib.bench.settings import EnableLine
+
+
+class EnableDriver:
+    """Enables and disables the high voltage, and reads the state back.
+
+    Parameters
+    ----------
+    link : Link
+        To the instrument that holds the line.
+    line : EnableLine
+        Its commands, from the bench file.
+    """
+
+    def __init__(self, link: Link, line: EnableLine) -> None:
+        self.link = link
+        self._line = line
+
+    def enable(self) -> None:
+        """Enable the high voltage.
+
+        Raises
+        ------
+        BenchError
+            If the line does not read back as enabled.
+        """
+        self._switch(self._line.on, self._line.enabled, "enabled")
+
+    def disable(self) -> None:
+        """Disable the high voltage.
+
+        Raises
+        ------
+        BenchError
+            If the line does not read back as disabled.
+        """
+        self._switch(self._line.off, self._line.disabled, "disabled")
+
+    def _switch(self, command: str, wanted: str, state: str) -> None:
+        self.link.write(command)
+        reply = self.link.ask(self._line.state)
+        if reply != wanted:
+            raise BenchError(
+                f"the enable line answered '{reply[:60]}' to '{self._line.state}' after '{command}', where '{wanted}' was"
+                f" expected: it is not known to be {state}"
+            )

@@ -1,0 +1,249 @@
+"""HP / Agilent 33120A function generator: one arbitrary waveform, played once for each trigger from the bus.
+
+Commands, with their source status:
+
+=========================== ==========================================================================================
+``OUTPut:LOAD INFinity``    manual p. 151 (output group: ``OUTPut:LOAD`` and ``OUTPut:SYNC``, no command that switches the
+                            output off); the default is 50 ohm, and a high-impedance load then receives twice the voltage
+                            that was set; ``OUTPut:LOAD?`` answers 9.9E+37 for INFinity
+``DATA:DAC VOLATILE``       manual, page not noted: up to 16 000 points of 12 bits, -2047 to 2047, as a binary block
+``FORMat:BORDer NORMal``    manual, page not noted: the most significant byte of each point comes first
+``APPLy:DC DEF,DEF,0``      unverified (a public list of commands): 0 V, constant
+``BM:NCYCles``, ``BM:PHASe``, unverified: one cycle for each trigger, which begins at the first point
+``BM:SOURce``, ``BM:STATe``
+``TRIGger:SOURce BUS``      unverified: trigger by ``*TRG``
+``FUNCtion:USER VOLATILE``, unverified: selects the waveform in volatile memory
+``FUNCtion:SHAPe USER``
+``FREQuency``, ``VOLTage``, unverified
+``VOLTage:OFFSet``,
+``VOLTage:UNIT VPP``
+``DATA:ATTRibute:POINts?``  unverified
+``SYSTem:ERRor?``, ``*CLS``, unverified for this model; common commands of SCPI and IEEE 488.2
+``*IDN?``, ``*TRG``
+=========================== ==========================================================================================
+
+``*RST`` is never sent: after it the generator may put out a continuous sine.
+
+`VOLTage` is taken as the voltage between the points -2047 and 2047. It is not verified whether the instrument means the
+peak-to-peak value of the points that are used instead, which for a drive of one sign would double the voltage; the burst at
+low voltage is compared with the plan for this reason. Both bursts play the same points, so that their ratio is that of the
+two values of `VOLTage` in either case. The offset stays 0, so that the output between bursts is the first point, 0 V, for
+every amplitude.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.bench.drivers.identity import identify
+from electrovib.bench.faults import BenchError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from electrovib.bench.link import Link
+
+LARGEST_CODE: Final = 2047
+FEWEST_POINTS: Final = 8
+MOST_POINTS: Final = 16_000
+HIGH_IMPEDANCE: Final = 9.9e37
+LARGEST_AMPLITUDE: Final = 20.0
+"""Largest peak-to-peak voltage into a high impedance [V]; unverified."""
+SMALLEST_AMPLITUDE: Final = 0.1
+"""Smallest peak-to-peak voltage into a high impedance [V]; unverified."""
+_SETTINGS_CONFLICT: Final = "-221"
+_MOST_ERRORS: Final = 20
+
+
+class Hp33120a:
+    """Driver of the HP / Agilent 33120A.
+
+    Parameters
+    ----------
+    link : Link
+        To the instrument.
+    also : str
+        A further model that the user has named; empty for none.
+    """
+
+    models: Final = ("33120A",)
+    largest_code: Final = LARGEST_CODE
+    most_points: Final = MOST_POINTS
+    fewest_points: Final = FEWEST_POINTS
+    amplitudes: Final = (SMALLEST_AMPLITUDE, LARGEST_AMPLITUDE)
+
+    def __init__(self, link: Link, *, also: str = "") -> None:
+        self.link = link
+        self._also = also
+
+    def identify(self) -> str:
+        """Return maker, model and versions; a model that is not known is refused."""
+        return identify(self.link, self.models, self._also, "generator.accept_model")
+
+    def zero(self) -> None:
+        """Put out 0 V, constant: ``APPLy:DC DEF,DEF,0``, and read it back.
+
+        Raises
+        ------
+        BenchError
+            If the generator does not report 0 V, constant.
+        """
+        self.link.write("APPL:DC DEF,DEF,0")
+        shape, offset = self.link.ask("FUNC:SHAP?"), self.link.ask_number("VOLT:OFFS?")
+        if not shape.upper().startswith("DC") or abs(offset) > 1e-3:
+            raise BenchError(
+                f"the generator reports shape '{shape[:20]}' with an offset of {offset:g} V, where DC and 0 V were set"
+            )
+
+    def set_burst(self) -> None:
+        """Set one cycle for each trigger.
+
+        Notes
+        -----
+        It is unverified whether burst mode can be switched on at a constant voltage: a settings conflict is accepted here,
+        the command is repeated with the waveform, and the state is read back before anything is enabled.
+        """
+        self.link.write("*CLS")
+        self.link.write("BM:SOUR INT")
+        self.link.write("BM:NCYC 1")
+        self.link.write("BM:PHAS 0")
+        self.link.write("BM:STAT ON")
+        self._refuse_errors(accepted=_SETTINGS_CONFLICT)
+
+    def set_trigger(self) -> None:
+        """Take the trigger from the bus, and announce each burst at the SYNC output."""
+        self.link.write("TRIG:SOUR BUS")
+        self.link.write("OUTP:SYNC ON")
+        self._refuse_errors()
+
+    def set_load(self) -> None:
+        """Set a load of high impedance, and read it back.
+
+        Raises
+        ------
+        BenchError
+            If the generator reports another load, with which the voltage would be twice what is set.
+        """
+        self.link.write("OUTP:LOAD INF")
+        load = self.link.ask_number("OUTP:LOAD?")
+        if not load >= HIGH_IMPEDANCE * (1 - 1e-6):
+            raise BenchError(
+                f"the generator reports a load of {load:g} ohm after 'OUTP:LOAD INF': the amplifier would receive another"
+                " voltage than is set, for 50 ohm twice as much"
+            )
+
+    def download(self, codes: NDArray[np.int16], duration: float, amplitude: float) -> None:
+        """Load a waveform and select it as a burst.
+
+        Parameters
+        ----------
+        codes : ndarray, shape (n,)
+            Points from -2047 to 2047; the first and the last are 0.
+        duration : float
+            Duration of one cycle [s].
+        amplitude : float
+            Voltage between the points -2047 and 2047 into a high impedance [V].
+        """
+        if not FEWEST_POINTS <= codes.size <= MOST_POINTS or np.abs(codes).max() > LARGEST_CODE:
+            raise BenchError(
+                f"a waveform of {codes.size} points up to {np.abs(codes).max()} does not fit the generator: {FEWEST_POINTS}"
+                f" to {MOST_POINTS} points of up to {LARGEST_CODE}"
+            )
+        if codes[0] or codes[-1]:
+            raise BenchError("a waveform for the bench begins and ends at 0 V")
+        self.link.write("FORM:BORD NORM")
+        self.link.write_block("DATA:DAC VOLATILE, ", codes.astype(">i2").tobytes())
+        self.link.write("FUNC:USER VOLATILE")
+        self.link.write("VOLT:UNIT VPP")
+        self.link.write("FUNC:SHAP USER;:BM:STAT ON")  # one message: in between the waveform would repeat
+        self.link.write(f"FREQ {1 / duration:.9E}")
+        self.set_amplitude(amplitude)
+
+    def set_amplitude(self, amplitude: float) -> None:
+        """Set the voltage between the points -2047 and 2047 [V], without an offset."""
+        self.link.write("VOLT:OFFS 0")
+        self.link.write(f"VOLT {amplitude:.6E}")
+        self._refuse_errors()
+
+    def settings(self) -> dict[str, str]:
+        """Return the settings as the instrument reports them, by query."""
+        queries = (
+            "FUNC:SHAP?", "FUNC:USER?", "DATA:ATTR:POIN? VOLATILE", "FREQ?", "VOLT?", "VOLT:OFFS?", "VOLT:UNIT?",
+            "OUTP:LOAD?", "BM:STAT?", "BM:NCYC?", "BM:PHAS?", "BM:SOUR?", "TRIG:SOUR?",
+        )  # fmt: skip
+        return {query: self.link.ask(query) for query in queries}
+
+    @staticmethod
+    def expected(points: int, duration: float, amplitude: float) -> dict[str, Any]:
+        """Return what `settings` has to report.
+
+        Parameters
+        ----------
+        points : int
+            Number of points.
+        duration, amplitude : float
+            Duration of one cycle [s], and voltage between the points -2047 and 2047 [V].
+
+        Returns
+        -------
+        dict
+            Query to a text, or to a number.
+        """
+        return {
+            "FUNC:SHAP?": "USER", "FUNC:USER?": "VOLATILE", "DATA:ATTR:POIN? VOLATILE": float(points),
+            "FREQ?": 1 / duration, "VOLT?": amplitude, "VOLT:OFFS?": 0.0, "VOLT:UNIT?": "VPP",
+            "OUTP:LOAD?": HIGH_IMPEDANCE, "BM:STAT?": 1.0, "BM:NCYC?": 1.0, "BM:PHAS?": 0.0, "BM:SOUR?": "INT",
+            "TRIG:SOUR?": "BUS",
+        }  # fmt: skip
+
+    def trigger(self) -> None:
+        """Play the waveform once: ``*TRG``."""
+        self.link.write("*TRG")
+
+    def _refuse_errors(self, accepted: str = "") -> None:
+        """Read the queue of errors until it is empty."""
+        for _ in range(_MOST_ERRORS):
+            error = self.link.ask("SYST:ERR?")
+            number = error.partition(",")[0]
+            if number.strip().lstrip("+") in ("0", "-0"):
+                return
+            if number.strip() != accepted:
+                raise BenchError(f"the generator reports the error {error[:100]}")
+        raise BenchError(f"the generator reports more than {_MOST_ERRORS} errors")
+
+
+def mismatches(found: Mapping[str, str], expected: Mapping[str, Any], tolerance: float = 1e-3) -> list[str]:
+    """Compare settings that were read back with those that were set.
+
+    Parameters
+    ----------
+    found : mapping of str to str
+        Reply by query.
+    expected : mapping of str to text or number
+        What has to be reported.
+    tolerance : float
+        Allowed difference of a number, relative, and absolute for 0; dimensionless.
+
+    Returns
+    -------
+    list of str
+        One sentence for each difference.
+    """
+    wrong = []
+    for query, wanted in expected.items():
+        reply = found.get(query, "")
+        if isinstance(wanted, str):
+            if reply.strip('"').upper()[:3] != wanted.upper()[:3]:
+                wrong.append(f"'{query}' answers '{reply[:40]}', where {wanted} was set")
+            continue
+        try:
+            number = float(reply)
+        except ValueError:
+            number = float("nan")
+        if not abs(number - wanted) <= tolerance * max(abs(wanted), 1.0 if wanted == 0 else 0.0):
+            wrong.append(f"'{query}' answers '{reply[:40]}', where {wanted:g} was set")
+    return wrong

@@ -1,0 +1,267 @@
+"""The plan of a run: the drive as points of the generator, the ranges of the channels, and what the limits allow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.bench.clearance import cleared
+from electrovib.bench.drivers import GENERATORS, check_drivers
+from electrovib.bench.settings import ForceInput, VoltageMonitor
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.scenario.grids import AtRest
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.bench.settings import BenchSettings
+    from electrovib.physics.limits import Limits
+    from electrovib.scenario import Scenario
+    from electrovib.study.check import CheckResult
+
+_ENDS = 1e-6
+"""Voltage at the beginning and the end, over the peak, that counts as 0."""
+_WITHIN = 4
+"""Times in each point of the generator at which the resampling error is evaluated."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchPlan:
+    """A run on a bench, before anything is sent.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The experiment, from rest.
+    settings : BenchSettings
+        The set-up.
+    limits : Limits
+        The strictest of scenario, bench and current limiter.
+    duration : float
+        Duration of the burst [s].
+    codes : ndarray, shape (n,)
+        Points of the generator; the first and the last are 0.
+    amplitude : float
+        Setting of the generator for the full burst: voltage between the largest codes of either sign [V].
+    fraction : float
+        Peak of the first burst over that of the full one, dimensionless, <= 1.
+    peak : float
+        Largest absolute voltage of the plate [V].
+    check : CheckResult
+        Comparison of the drive with the limits.
+    resampling_error : float
+        Root mean square difference of points and drive over the peak, dimensionless.
+    """
+
+    scenario: Scenario
+    settings: BenchSettings
+    limits: Limits
+    duration: float
+    codes: NDArray[np.int16]
+    amplitude: float
+    fraction: float
+    peak: float
+    check: CheckResult
+    resampling_error: float
+
+    @property
+    def current(self) -> float:
+        """Largest absolute current that is predicted [A]."""
+        return self.check.value("peak current") or 0.0
+
+    def voltage(self, time: ArrayLike) -> NDArray[np.float64]:
+        """Return the voltage of the plate in the full burst.
+
+        Parameters
+        ----------
+        time : array_like
+            Times after the trigger [s].
+
+        Returns
+        -------
+        voltage : ndarray, shape of `time`
+            Voltage [V]; 0 before and after the burst.
+        """
+        times = np.asarray(time, dtype=float)
+        inside = (times >= 0) & (times <= self.duration)
+        values = _plate_voltage(self.scenario, np.clip(times, 0, self.duration))
+        return np.where(inside, values, 0.0)
+
+    def ranges(self, fraction: float = 1.0) -> dict[int, tuple[float, float]]:
+        """Return the range of each input of the oscilloscope.
+
+        Parameters
+        ----------
+        fraction : float
+            Peak of the burst over that of the full one, dimensionless.
+
+        Returns
+        -------
+        ranges : dict of int to tuple of float
+            Input to its lowest and highest voltage [V].
+        """
+        found = {}
+        extremes = self._extremes()
+        for name, channel in self.settings.channels().items():
+            if isinstance(channel, ForceInput):
+                ends = [force / channel.sensitivity + channel.zero for force in (channel.low, channel.high)]
+            elif isinstance(channel, VoltageMonitor):
+                # a read-back of twice the plan must be seen and not clipped
+                ends = [2.0 * fraction * each / channel.ratio for each in extremes]
+            else:
+                largest = 2.0 * (self.limits.current or self.current)
+                ends = [-largest * channel.resistance, largest * channel.resistance]
+            found[self.settings.channels()[name].input] = (min(ends), max(ends))
+        return found
+
+    def _extremes(self) -> tuple[float, float]:
+        scale = self.amplitude * self.settings.amplifier.gain / (2 * _largest_code(self.settings))
+        ends = (float(self.codes.min()) * scale, float(self.codes.max()) * scale)
+        return min(*ends, -0.2 * self.peak), max(*ends, 0.2 * self.peak)
+
+    def lines(self) -> list[str]:
+        """Return the plan in words, one line for each statement."""
+        settings, limits = self.settings, self.limits
+        limiter = settings.current_limiter
+        held = ", ".join(
+            f"{name.replace('_', ' ')} {format_quantity(value, unit)}"
+            for name, value, unit in (
+                ("voltage", limits.voltage, "V"),
+                ("current", limits.current, "A"),
+                ("charge", limits.charge, "C"),
+                ("stored_energy", limits.stored_energy, "J"),
+                ("body_current", limits.body_current, "A"),
+            )
+            if value is not None
+        )
+        enable = settings.amplifier.enable
+        return [
+            f"set-up: {settings.title or 'without a title'}",
+            f"hardware that limits the current: {limiter.name}, {format_quantity(limiter.current, 'A')}",
+            f"limits, the strictest of scenario and bench: {held}",
+            f"drive: one burst of {format_quantity(self.duration, 's', digits=4)}, from 0 V to 0 V, peak"
+            f" {format_quantity(self.peak, 'V', digits=4)} at the plate; predicted largest current"
+            f" {format_quantity(self.current, 'A', digits=3)}{self._stray()}",
+            f"generator ({settings.generator.driver}): {self.codes.size} points, {self.amplitude:.4g} V between the largest"
+            f" codes, gain of the amplifier {settings.amplifier.gain:g}; resampling error"
+            f" {100 * self.resampling_error:.2g} % of the peak (rms)",
+            f"first burst: {format_quantity(self.fraction * self.peak, 'V', digits=4)}, compared with the plan to"
+            f" {100 * settings.burst.tolerance:g} % before the full one",
+            "enable line: "
+            + (
+                "none; the operator switches the high voltage and confirms between the steps"
+                if enable is None
+                else f"'{enable.on}' and '{enable.off}'"
+            ),
+            "current read back: "
+            + ("yes" if settings.oscilloscope.current is not None else "no, no input is declared for it"),
+        ]
+
+    def _stray(self) -> str:
+        amplifier = self.scenario.circuit.amplifier
+        if amplifier is not None and amplifier.stray_capacitance > 0:
+            return ", stray capacitance included"
+        return ", without stray capacitance: none is declared (circuit.amplifier.stray_capacitance)"
+
+
+def make_plan(scenario: Scenario, settings: BenchSettings) -> BenchPlan:
+    """Plan a run and refuse what cannot be played safely.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its drive is the voltage to be played, times the gain of its own amplifier if it has one.
+    settings : BenchSettings
+        The set-up.
+
+    Returns
+    -------
+    BenchPlan
+        With the points of the generator.
+
+    Raises
+    ------
+    InputError
+        If the drive is no finite voltage that begins and ends at 0 V, is longer than allowed, does not fit the generator,
+        or exceeds a limit; every limit at once.
+    """
+    check_drivers(settings)
+    duration = _finite_duration(scenario, settings)
+    at_rest = scenario.replace({"time.initial_state": {"model": AtRest.__name__}, "time.duration": duration})
+    limits, check = cleared(at_rest, settings)
+    peak, codes, error = _points(at_rest, settings, duration)
+    amplitude = 2 * peak / abs(settings.amplifier.gain)
+    fraction = min(settings.burst.low_voltage / peak, 1.0)
+    lowest, highest = GENERATORS[settings.generator.driver].amplitudes
+    if not (lowest <= fraction * amplitude and amplitude <= highest):
+        raise InputError(
+            f"the generator would have to put out {fraction * amplitude:.3g} V in the first burst and {amplitude:.3g} V in the"
+            f" full one (peak to peak, amplifier.gain = {settings.amplifier.gain:g}); it can put out {lowest:g} to {highest:g} V."
+            " Change burst.low_voltage, the drive, or the amplifier"
+        )
+    return BenchPlan(
+        scenario=at_rest, settings=settings, limits=limits, duration=duration, codes=codes, amplitude=amplitude,
+        fraction=fraction, peak=peak, check=check, resampling_error=error,
+    )  # fmt: skip
+
+
+def _finite_duration(scenario: Scenario, settings: BenchSettings) -> float:
+    drive = scenario.drive
+    if drive.quantity != "voltage":
+        raise InputError("is a current; the bench plays voltages", path="drive")
+    duration = scenario.time.duration or drive.duration
+    if duration > settings.burst.longest:
+        raise InputError(
+            f"the drive lasts {format_quantity(duration, 's')}, longer than burst.longest ="
+            f" {format_quantity(settings.burst.longest, 's')}; shorten it with time.duration, or allow longer bursts"
+        )
+    peak = drive.largest(duration)
+    if peak == 0:
+        raise InputError("is 0 V throughout: there is nothing to play", path="drive")
+    for when, time in (("begins", 0.0), ("ends", duration)):
+        value = float(drive.voltage(time))
+        if abs(value) > _ENDS * peak:
+            raise InputError(
+                f"{when} at {format_quantity(value, 'V', digits=4)}; on the bench a drive is a burst that begins and ends at"
+                f" 0 V, with its ramps inside. Use a drive such as Trapezium with low = 0, or a duration (time.duration, now"
+                f" {format_quantity(duration, 's')}) after which the voltage is 0",
+                path="drive",
+            )
+    return duration
+
+
+def _plate_voltage(scenario: Scenario, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the voltage that the plate is to have: the drive times the gain of the scenario's amplifier."""
+    amplifier = scenario.circuit.amplifier
+    return scenario.drive.voltage(times) * (1.0 if amplifier is None else amplifier.gain)
+
+
+def _points(
+    scenario: Scenario, settings: BenchSettings, duration: float
+) -> tuple[float, NDArray[np.int16], float]:
+    """Return peak voltage [V], codes of the generator, and their rms error over the peak."""
+    driver = GENERATORS[settings.generator.driver]
+    count, largest = driver.most_points, driver.largest_code
+    fine = (np.arange(_WITHIN * count, dtype=np.float64) + 0.5) * (duration / (_WITHIN * count))
+    wanted = _plate_voltage(scenario, fine)
+    own = scenario.circuit.amplifier
+    peak = scenario.drive.largest(duration) * abs(1.0 if own is None else own.gain)
+    sign = np.sign(settings.amplifier.gain)
+    mean = wanted.reshape(count, _WITHIN).mean(axis=1)
+    codes = np.rint(sign * mean / peak * largest).astype(np.int16)
+    codes[0] = codes[-1] = 0  # the output rests at the first point
+    played = np.repeat(sign * codes * (peak / largest), _WITHIN)
+    error = float(np.sqrt(np.mean((played - wanted) ** 2)) / peak)
+    if error > settings.burst.resampling_error:
+        raise InputError(
+            f"as {count} points the drive has an error of {100 * error:.2g} % of its peak (rms), more than"
+            f" burst.resampling_error = {settings.burst.resampling_error:g}; shorten it, or allow the error"
+        )
+    return peak, codes, error
+
+
+def _largest_code(settings: BenchSettings) -> int:
+    return GENERATORS[settings.generator.driver].largest_code

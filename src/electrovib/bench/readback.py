@@ -1,0 +1,131 @@
+"""Comparison of what was read back with the plan and with the limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.bench.faults import BenchError
+from electrovib.bench.settings import ForceInput
+from electrovib.core.units import format_quantity
+
+if TYPE_CHECKING:
+    from electrovib.bench.plan import BenchPlan
+    from electrovib.bench.sequence import RunRecord
+
+READINGS: Final = 2.0
+"""Readings of the oscilloscope by which a value may exceed a limit: its resolution and the noise of the last bit."""
+
+
+def refuse_voltage(plan: BenchPlan, record: RunRecord, step: float) -> None:
+    """Refuse a voltage of the plate that exceeds its limit.
+
+    Parameters
+    ----------
+    plan : BenchPlan
+        With the limits.
+    record : RunRecord
+        With the voltage that was read back.
+    step : float
+        Difference of two readings [V].
+
+    Raises
+    ------
+    BenchError
+        With the value and the limit.
+    """
+    _refuse(record, "voltage", plan.limits.voltage, step, "V")
+
+
+def refuse_current(plan: BenchPlan, record: RunRecord, step: float) -> None:
+    """Refuse a current that exceeds its limit.
+
+    Parameters
+    ----------
+    plan : BenchPlan
+        With the limits.
+    record : RunRecord
+        With the current that was read back.
+    step : float
+        Difference of two readings [A].
+
+    Raises
+    ------
+    BenchError
+        With the value and the limit.
+    """
+    _refuse(record, "current", plan.limits.current, step, "A")
+
+
+def _refuse(record: RunRecord, name: str, limit: float | None, step: float, unit: str) -> None:
+    assert limit is not None
+    reached = float(np.max(np.abs(record.channels[name])))
+    if not reached <= limit + READINGS * step:
+        raise BenchError(
+            f"in the {record.burst} the {name} read back reached {format_quantity(reached, unit, digits=4)}, above its limit"
+            f" of {format_quantity(limit, unit)} (resolution {format_quantity(step, unit, digits=2)})"
+        )
+
+
+def compare(plan: BenchPlan, record: RunRecord, *, fraction: float, step: float) -> list[str]:
+    """Compare the voltage that was read back with the plan.
+
+    Parameters
+    ----------
+    plan : BenchPlan
+        The drive.
+    record : RunRecord
+        With the voltage that was read back.
+    fraction : float
+        Peak of the burst over that of the full one, dimensionless.
+    step : float
+        Difference of two readings [V].
+
+    Returns
+    -------
+    list of str
+        What was found.
+
+    Raises
+    ------
+    BenchError
+        If scale, shape, or the voltage before the burst differ by more than the tolerance of the bench.
+    """
+    times, found = record.time, record.channels["voltage"]
+    wanted, peak = fraction * plan.voltage(times), fraction * plan.peak
+    tolerance = plan.settings.burst.tolerance
+    rest = float(np.mean(found[times < 0])) if (times < 0).any() else float(found[0])
+    power = float(np.dot(wanted, wanted))
+    scale = float(np.dot(wanted, found)) / power if power > 0 else 0.0
+    error = float(np.sqrt(np.mean((found - wanted) ** 2))) / peak
+    seen = f"{scale:.4g} times the plan, rms difference {100 * error:.2g} % of the peak"
+    if abs(scale - 1) > tolerance:
+        hint = (
+            " Twice the plan is that of a generator set for a load of 50 ohm, or of another meaning of its amplitude."
+            if abs(scale - 2) < 0.2
+            else " Check amplifier.gain and oscilloscope.voltage.ratio."
+        )
+        raise BenchError(f"in the {record.burst} the voltage read back is {seen}.{hint}")
+    if error > tolerance:
+        raise BenchError(f"in the {record.burst} the voltage read back has another shape: {seen}")
+    if abs(rest) > tolerance * peak + READINGS * step:
+        raise BenchError(
+            f"before the {record.burst} the plate is at {format_quantity(rest, 'V', digits=3)}, where 0 V was expected"
+        )
+    return [f"{record.burst}: voltage read back {seen}; {format_quantity(rest, 'V', digits=2)} before it"]
+
+
+def beyond_range(plan: BenchPlan, record: RunRecord, name: str) -> list[str]:
+    """State how many readings of a force channel lie beyond the range that is declared for it."""
+    channel = plan.settings.channels()[name]
+    if not isinstance(channel, ForceInput):
+        return []
+    values = record.channels[name]
+    count = int(np.count_nonzero((values < channel.low) | (values > channel.high)))
+    if not count:
+        return []
+    ends = " to ".join(format_quantity(end, "N") for end in (channel.low, channel.high))
+    return [
+        f"warning: {count} of {values.size} readings of the {name} force lie beyond {ends} (forces.{name}); they may be clipped"
+    ]

@@ -1,0 +1,315 @@
+"""A drive played on a bench, real or simulated, and recorded."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from electrovib.bench.clock import SystemClock
+from electrovib.bench.connections import connect
+from electrovib.bench.faults import BenchError, BenchStopped
+from electrovib.bench.instruments import Instruments
+from electrovib.bench.lock import one_process
+from electrovib.bench.plan import BenchPlan, make_plan
+from electrovib.bench.sequence import BurstSequence
+from electrovib.bench.settings import BenchSettings, read_settings
+from electrovib.bench.signals import stopping_signals, undisturbed
+from electrovib.bench.trace import trace_of
+from electrovib.bench.twin.simulated import SimulatedBench
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.files import inputs_noted
+from electrovib.core.units import format_quantity
+from electrovib.export.save import check_output, save
+from electrovib.scenario import Source, read_scenario
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import xarray
+
+    from electrovib.bench.clock import BenchClock
+    from electrovib.bench.link import Connection
+
+
+def plan_bench(
+    scenario: Source,
+    *,
+    bench: str | Path | Mapping[str, Any] | BenchSettings | None = None,
+    set: Mapping[str, Any] | None = None,  # noqa: A002  # the name of the option
+) -> BenchPlan:
+    """Plan a run on a bench; nothing is sent to any instrument.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Experiment, as for `electrovib.load`; its drive is what would be played.
+    bench : str, Path, mapping or BenchSettings, optional
+        Bench file, tables or settings; by default the set-up of Vezzoli et al. 2014.
+    set : mapping of str to value, optional
+        Changes of the scenario by dotted path.
+
+    Returns
+    -------
+    BenchPlan
+        Its `lines` state the plan in words.
+
+    Raises
+    ------
+    InputError
+        If the drive is not a finite voltage from 0 V to 0 V, or exceeds a limit, or a declaration for safety is missing.
+    """
+    return make_plan(read_scenario(scenario, changes=set), read_settings(bench))
+
+
+def run_bench(
+    scenario: Source,
+    *,
+    bench: str | Path | Mapping[str, Any] | BenchSettings | None = None,
+    simulate: bool = False,
+    arm: bool = False,
+    finger: Source | None = None,
+    seed: int = 0,
+    set: Mapping[str, Any] | None = None,  # noqa: A002  # the name of the option
+    output: str | Path | None = None,
+    force: bool = False,
+    confirm: Callable[[str], bool] | None = None,
+    report: Callable[[str], None] | None = None,
+) -> xarray.Dataset:
+    """Play the drive of a scenario as one finite burst on a bench and record the forces.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Experiment, as for `electrovib.load`; its drive, times the gain of its own amplifier, is the voltage of the plate.
+    bench : str, Path, mapping or BenchSettings, optional
+        Bench file, tables or settings; by default the set-up of Vezzoli et al. 2014.
+    simulate : bool
+        Whether simulated instruments are used, in simulated time.
+    arm : bool
+        Whether real instruments may be used; without it and without `simulate` nothing is played.
+    finger : str, Path, mapping, Scenario or xarray.Dataset, optional
+        The finger of the simulated set-up; by default that of the scenario.
+    seed : int
+        Seed of the noise of the simulated set-up.
+    set : mapping of str to value, optional
+        Changes of the scenario by dotted path.
+    output : str or Path, optional
+        Output file: ``.nc``, ``.csv`` or ``.mat``. A run that is stopped writes what it has to
+        ``<name>.incomplete<suffix>`` instead.
+    force : bool
+        Whether a file that electrovib did not write may be replaced.
+    confirm : callable, optional
+        Asks the operator of a set-up without an enable line to do something, and returns whether it was confirmed.
+    report : callable, optional
+        Called with the name of each step before it begins.
+
+    Returns
+    -------
+    xarray.Dataset
+        A Trace from the trigger on, with instruments, settings as read back, limits and the current limiter declared.
+
+    Raises
+    ------
+    InputError
+        Before anything is sent: if the plan is refused, or neither `simulate` nor `arm` is given.
+    BenchError
+        If the run was stopped; the message has the reason, the state of the bench, and the file with the data so far.
+
+    Notes
+    -----
+    The bench is left at 0 V, and disabled where it has an enable line, after the end, an error, a lost connection, Ctrl-C and
+    SIGTERM. After SIGKILL the burst that is running ends at 0 V by itself. Software does not protect a person: the hardware
+    that limits the current does.
+    """
+    with inputs_noted() as inputs:
+        plan = plan_bench(scenario, bench=bench, set=set)
+        own = plan.scenario if finger is None else read_scenario(finger, changes=set)
+    if simulate == arm:
+        raise InputError(
+            "give either simulate=True (--simulate) for a simulated set-up, or arm=True (--arm) for real instruments;"
+            f" {'both were given' if arm else 'without them only the plan is shown'}"
+        )
+    if output is not None:
+        check_output(output, {"time": 1}, inputs=inputs, force=force)
+        check_output(incomplete(Path(output)), {"time": 1}, inputs=inputs, force=force)
+    if simulate:
+        twin = SimulatedBench(plan.settings, own, seed=seed)
+        run = BenchRun(plan, twin.connections, clock=twin.clock, confirm=twin.operate, report=report)
+        about: dict[str, str | int | float] = {
+            "simulated": 1,
+            "seed": seed,
+            "simulated_finger": own.to_json(),
+        }
+        lock: Any = nullcontext("")
+    else:
+        if plan.settings.amplifier.enable is None and confirm is None:
+            raise InputError(
+                "amplifier.enable: without an enable line an operator has to confirm the steps; pass confirm, or add the line"
+            )
+        run = BenchRun(plan, None, clock=SystemClock(), confirm=confirm or _refuse, report=report)
+        about, lock = {"simulated": 0}, one_process(plan.settings.resources)
+    with lock as left:
+        if left:
+            run.notes.append(f"the last run on this bench was killed ({left})")
+        return run.play(output=None if output is None else Path(output), force=force, about=about)
+
+
+def _refuse(words: str) -> bool:
+    del words
+    return False
+
+
+def incomplete(path: Path) -> Path:
+    """Return the file to which a run that is stopped writes what it has."""
+    return path.with_name(f"{path.stem}.incomplete{path.suffix}")
+
+
+class BenchRun:
+    """One run: the sequence of steps, and what is done however it ends.
+
+    Parameters
+    ----------
+    plan : BenchPlan
+        What is played.
+    connections : mapping of str to Connection, or None
+        By role; None to connect to the addresses of the bench file.
+    clock : BenchClock
+        For waiting.
+    confirm : callable
+        Asks the operator.
+    report : callable, optional
+        Called with the name of each step.
+    """
+
+    def __init__(
+        self,
+        plan: BenchPlan,
+        connections: Mapping[str, Connection] | None,
+        *,
+        clock: BenchClock,
+        confirm: Callable[[str], bool],
+        report: Callable[[str], None] | None = None,
+    ) -> None:
+        self.plan, self.clock = plan, clock
+        self.notes: list[str] = []
+        self._connections = connections
+        self._confirm, self._report = confirm, report
+
+    def play(
+        self, *, output: Path | None, force: bool, about: Mapping[str, str | int | float]
+    ) -> xarray.Dataset:
+        """Play and record; whatever happens, take the bench to 0 V and save what was read.
+
+        Parameters
+        ----------
+        output : Path or None
+            Output file.
+        force : bool
+            Whether a file of the user may be replaced.
+        about : mapping
+            Further attributes of the Trace.
+
+        Returns
+        -------
+        xarray.Dataset
+            The Trace.
+
+        Raises
+        ------
+        BenchError
+            If the run was stopped.
+        """
+        with stopping_signals():
+            connections = (
+                connect(self.plan.settings.resources) if self._connections is None else self._connections
+            )
+            instruments = Instruments.of(self.plan.settings, connections)
+            sequence = BurstSequence(
+                self.plan, instruments, clock=self.clock, confirm=self._confirm, report=self._report
+            )
+            stopped, failures = _played(sequence, instruments)
+            with undisturbed():
+                instruments.close()
+                return self._finished(sequence, stopped, failures, output=output, force=force, about=about)
+
+    def _finished(
+        self,
+        sequence: BurstSequence,
+        stopped: BaseException | None,
+        failures: list[str],
+        *,
+        output: Path | None,
+        force: bool,
+        about: Mapping[str, str | int | float],
+    ) -> xarray.Dataset:
+        """Make and save the Trace, and raise if the run was stopped."""
+        about = dict(about) | ({"notes": "; ".join(self.notes)} if self.notes else {})
+        if stopped is None and not failures:
+            trace = trace_of(self.plan, sequence.record, about=about)
+            if output is not None:
+                save(trace, output, force=force)
+            return trace
+        step = sequence.record.steps[-1] if sequence.record.steps else "connect"
+        sentences = [f"stopped in the step '{step}': {_why(stopped)}", *self._state(failures)]
+        trace = trace_of(self.plan, sequence.record, about=about, stopped="; ".join(sentences))
+        sentences += _saved(trace, output, force=force)
+        raise _stopped(stopped, sentences) from stopped
+
+    def _state(self, failures: list[str]) -> list[str]:
+        """State how the bench was left."""
+        if not failures:
+            by_hand = self.plan.settings.amplifier.enable is None
+            enabled = (
+                "; SWITCH THE HIGH VOLTAGE OFF BY HAND" if by_hand else ", and the high voltage is disabled"
+            )
+            return [f"the generator is at 0 V{enabled}"]
+        burst = format_quantity(self.plan.duration, "s", digits=3)
+        return [
+            *failures,
+            f"SWITCH THE HIGH VOLTAGE OFF BY HAND; a burst that was running has ended at 0 V within {burst}",
+        ]
+
+
+def _played(sequence: BurstSequence, instruments: Instruments) -> tuple[BaseException | None, list[str]]:
+    """Play, and take the bench to 0 V whatever happens; return what stopped it, and what could not be confirmed."""
+    stopped: BaseException | None = None
+    try:
+        try:
+            sequence.play()
+        except BaseException as error:  # noqa: BLE001  # every end leads to 0 V
+            stopped = error
+        return stopped, instruments.to_zero()
+    except BaseException as error:  # noqa: BLE001  # a signal between the end of the sequence and 0 V; later ones are ignored
+        return stopped or error, instruments.to_zero()
+
+
+def _why(error: BaseException | None) -> str:
+    if error is None:
+        return "the run was complete, but its end could not be confirmed"
+    if isinstance(error, ElectrovibError):
+        return "; ".join(error.problems)
+    if isinstance(error, BenchStopped):
+        return f"the process was asked to end ({error})"
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted by the operator"
+    return f"an unexpected error, {type(error).__name__}: {error}"
+
+
+def _saved(trace: xarray.Dataset, output: Path | None, *, force: bool) -> list[str]:
+    """Save what a stopped run has, and state where."""
+    if output is None:
+        return []
+    try:
+        written = save(trace, incomplete(output), force=force)
+    except ElectrovibError as error:
+        return [f"the data so far could not be written: {'; '.join(error.problems)}"]
+    return [f"the data so far: {', '.join(map(str, written))}"]
+
+
+def _stopped(error: BaseException | None, sentences: list[str]) -> BaseException:
+    if isinstance(error, KeyboardInterrupt):
+        return KeyboardInterrupt("; ".join(sentences))
+    if isinstance(error, BenchStopped):
+        return BenchStopped("; ".join(sentences))
+    return BenchError(sentences)

@@ -1,0 +1,227 @@
+"""The order in which a drive is played: nothing is enabled before every setting has been read back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.bench.drivers.hp_33120a import mismatches
+from electrovib.bench.faults import BenchError
+from electrovib.bench.readback import beyond_range, compare, refuse_current, refuse_voltage
+from electrovib.core.units import format_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from electrovib.bench.clock import BenchClock
+    from electrovib.bench.instruments import Instruments
+    from electrovib.bench.plan import BenchPlan
+
+STEPS: Final = (
+    "identify", "disable", "zero", "burst mode", "bus trigger", "high-impedance load", "waveform", "oscilloscope",
+    "read back", "enable", "low-voltage burst", "compare", "raise", "full burst", "records",
+)  # fmt: skip
+"""Names of the steps in their order."""
+_POLL: Final = 0.02
+_MARGIN: Final = 5.0
+"""Time beyond that of the record after which an oscilloscope that does not finish counts as failed [s]."""
+
+
+@dataclass
+class RunRecord:
+    """What a run has read so far; it is saved also when the run is stopped.
+
+    Parameters
+    ----------
+    steps : list of str
+        Names of the steps that were begun.
+    instruments : dict of str to str
+        Identity of each instrument.
+    settings : dict of str to str
+        Settings as read back last, by query.
+    burst : str
+        The burst to which `time` and `channels` belong; empty before the first.
+    time : ndarray, shape (n,)
+        Times after the trigger [s].
+    channels : dict of str to ndarray
+        Role to plate voltage [V], current [A] or force [N], shape (n,).
+    statements : list of str
+        Results of the comparisons.
+    """
+
+    steps: list[str] = field(default_factory=list)
+    instruments: dict[str, str] = field(default_factory=dict)
+    settings: dict[str, str] = field(default_factory=dict)
+    burst: str = ""
+    time: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    channels: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    statements: list[str] = field(default_factory=list)
+
+
+class BurstSequence:
+    """Plays a plan on instruments, step by step.
+
+    Parameters
+    ----------
+    plan : BenchPlan
+        What is played.
+    instruments : Instruments
+        On which.
+    clock : BenchClock
+        For waiting.
+    confirm : callable
+        Asks the operator to do something and returns whether it was confirmed; used without an enable line.
+    report : callable, optional
+        Called with the name of each step before it begins.
+    """
+
+    def __init__(
+        self,
+        plan: BenchPlan,
+        instruments: Instruments,
+        *,
+        clock: BenchClock,
+        confirm: Callable[[str], bool],
+        report: Callable[[str], None] | None = None,
+    ) -> None:
+        self.plan, self.instruments, self.clock = plan, instruments, clock
+        self.record = RunRecord()
+        self._confirm = confirm
+        self._report = report or (lambda _: None)
+        self._resolution: dict[int, float] = {}
+        self._length = 0.0
+        self._burst_name = ""
+
+    def play(self) -> RunRecord:
+        """Run all steps in their order.
+
+        Raises
+        ------
+        BenchError
+            At the first deviation; the bench is then still in the state of that step.
+        """
+        work: dict[str, Callable[[], None]] = {
+            "identify": self._identify,
+            "disable": lambda: self._switch(on=False),
+            "zero": self.instruments.generator.zero,
+            "burst mode": self.instruments.generator.set_burst,
+            "bus trigger": self.instruments.generator.set_trigger,
+            "high-impedance load": self.instruments.generator.set_load,
+            "waveform": self._download,
+            "oscilloscope": lambda: self._set_oscilloscope(self.plan.fraction),
+            "read back": lambda: self._read_back(self.plan.fraction),
+            "enable": lambda: self._switch(on=True),
+            "low-voltage burst": lambda: self._burst("low-voltage burst"),
+            "compare": self._compare_low,
+            "raise": self._raise,
+            "full burst": lambda: self._burst("full burst"),
+            "records": self._read_records,
+        }
+        for name in STEPS:
+            self._begin(name)
+            work[name]()
+        return self.record
+
+    def _begin(self, name: str) -> None:
+        self.record.steps.append(name)
+        self._report(name)
+
+    def _identify(self) -> None:
+        for role, driver in (
+            ("generator", self.instruments.generator),
+            ("oscilloscope", self.instruments.oscilloscope),
+        ):
+            self.record.instruments[role] = driver.identify()
+
+    def _switch(self, *, on: bool) -> None:
+        """Enable or disable the high voltage, by the enable line or by the operator."""
+        enable = self.instruments.enable
+        if enable is not None:
+            (enable.enable if on else enable.disable)()
+            return
+        words = f"Switch the high voltage {'ON' if on else 'OFF'}, take your hand off the switch, and confirm"
+        if not self._confirm(words):
+            raise BenchError(f"the operator did not confirm: '{words}'")
+
+    def _download(self) -> None:
+        plan = self.plan
+        self.instruments.generator.download(plan.codes, plan.duration, plan.fraction * plan.amplitude)
+
+    def _set_oscilloscope(self, fraction: float) -> None:
+        oscilloscope = self.instruments.oscilloscope
+        self._length = oscilloscope.set_time(self.plan.duration)
+        for channel, (low, high) in self.plan.ranges(fraction).items():
+            self._resolution[channel] = oscilloscope.set_channel(channel, low, high)
+        oscilloscope.finish_settings()
+
+    def _read_back(self, fraction: float) -> None:
+        plan, generator, oscilloscope = self.plan, self.instruments.generator, self.instruments.oscilloscope
+        ranges = plan.ranges(fraction)
+        found = generator.settings() | oscilloscope.settings(tuple(ranges))
+        self.record.settings |= found
+        expected = generator.expected(plan.codes.size, plan.duration, fraction * plan.amplitude)
+        wrong = mismatches(found, expected | oscilloscope.expected(plan.duration, ranges))
+        if wrong:
+            raise BenchError(f"a setting does not read back: {'; '.join(wrong)}")
+
+    def _burst(self, name: str) -> None:
+        """Play one burst and read the voltage back, and the current where it is recorded."""
+        oscilloscope = self.instruments.oscilloscope
+        oscilloscope.start()
+        self._wait(oscilloscope.is_ready, "is not ready for the trigger")
+        self.instruments.generator.trigger()
+        self._wait(oscilloscope.is_done, "has not recorded the burst")
+        self._burst_name = name
+        self._read("voltage")
+        refuse_voltage(self.plan, self.record, self._step("voltage"))
+        if "current" in self.plan.settings.channels():
+            self._read("current")
+            refuse_current(self.plan, self.record, self._step("current"))
+
+    def _compare_low(self) -> None:
+        self.record.statements += compare(
+            self.plan, self.record, fraction=self.plan.fraction, step=self._step("voltage")
+        )
+
+    def _raise(self) -> None:
+        """Set the full amplitude with the high voltage disabled: its attenuators switch with glitches."""
+        self._switch(on=False)
+        self.instruments.generator.set_amplitude(self.plan.amplitude)
+        self._set_oscilloscope(1.0)
+        self._read_back(1.0)
+        self._switch(on=True)
+
+    def _read_records(self) -> None:
+        self.record.statements += compare(self.plan, self.record, fraction=1.0, step=self._step("voltage"))
+        for name in self.plan.settings.channels():
+            if name not in self.record.channels:
+                self._read(name)
+            self.record.statements += beyond_range(self.plan, self.record, name)
+
+    def _read(self, name: str) -> None:
+        """Read the record of a channel in its own quantity."""
+        channel = self.plan.settings.channels()[name]
+        times, voltages = self.instruments.oscilloscope.record(channel.input)
+        if (
+            self.record.burst != self._burst_name
+        ):  # the record of the burst before is kept until there is a new one
+            self.record.burst, self.record.channels = self._burst_name, {}
+        self.record.time = times
+        self.record.channels[name] = channel.quantity(voltages)
+
+    def _step(self, name: str) -> float:
+        """Return the difference of two readings of a channel in its own quantity."""
+        channel = self.plan.settings.channels()[name]
+        return channel.size(self._resolution[channel.input])
+
+    def _wait(self, done: Callable[[], bool], why: str) -> None:
+        end = self.clock.now() + self._length + _MARGIN
+        while not done():
+            if self.clock.now() > end:
+                waited = format_quantity(self._length + _MARGIN, "s", digits=3)
+                raise BenchError(f"the oscilloscope {why} after {waited}")
+            self.clock.sleep(_POLL)

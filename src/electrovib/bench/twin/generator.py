@@ -1,0 +1,225 @@
+"""Simulated HP 33120A: it starts, as the real one may after a reset, with a continuous sine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.bench.drivers.hp_33120a import FEWEST_POINTS, HIGH_IMPEDANCE, LARGEST_CODE, MOST_POINTS
+from electrovib.bench.twin.commands import (
+    OUT_OF_RANGE,
+    SETTINGS_CONFLICT,
+    TRIGGER_IGNORED,
+    TwinInstrument,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from electrovib.bench.clock import BenchClock
+
+_LARGEST: Final = 10.0
+"""Largest voltage of the open output, of either sign [V]."""
+_SHAPES: Final = ("SIN", "SQU", "TRI", "RAMP", "NOIS", "DC", "USER")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _OutputState:
+    """State of the output; voltages are those of the open output."""
+
+    since: float = -np.inf
+    shape: str = "SIN"
+    frequency: float = 1e3
+    amplitude: float = 0.2
+    offset: float = 0.0
+    codes: tuple[int, ...] = ()
+    is_burst: bool = False
+    cycles: int = 1
+    source: str = "IMM"
+    started: float | None = None
+
+    def voltage(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self.shape == "DC":
+            return np.full(times.shape, self.offset)
+        origin, turns = self.since if np.isfinite(self.since) else 0.0, None
+        if self.is_burst and self.source == "BUS":
+            origin, turns = (np.inf if self.started is None else self.started), self.cycles
+        phase = np.zeros(times.shape)  # at rest: the first point
+        after = times >= origin
+        phase[after] = (times[after] - origin) * self.frequency
+        if turns is not None:
+            phase[phase >= turns] = 0.0
+        return self.offset + self.amplitude / 2 * self._cycle(phase % 1.0)
+
+    def _cycle(self, phase: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self.shape == "USER" and self.codes:
+            points = np.asarray(self.codes, dtype=float) / LARGEST_CODE
+            return np.asarray(points[np.minimum((phase * len(points)).astype(int), len(points) - 1)])
+        return np.asarray(np.sin(2 * np.pi * phase))  # other periodic shapes are equally unwanted here
+
+
+class TwinGenerator(TwinInstrument):
+    """Simulated HP 33120A.
+
+    Parameters
+    ----------
+    clock : BenchClock
+        Time of the simulated bench.
+    identity : str
+        Reply to ``*IDN?``.
+    """
+
+    def __init__(self, clock: BenchClock, identity: str = "HEWLETT-PACKARD,33120A,0,8.0-5.0-1.0") -> None:
+        super().__init__(identity)
+        self._clock = clock
+        self._history: list[_OutputState] = [_OutputState()]
+        self._load = 50.0
+        self._is_normal_order = True
+        self._is_synchronous = False
+        self._memory: tuple[int, ...] = ()
+        self._unit = "VPP"
+        self.on_trigger: list[Callable[[float], None]] = []
+        self._commands |= {
+            "*RST": lambda _: self._reset(),
+            "*CLS": lambda _: self.errors.clear(),
+            "*TRG": lambda _: self._trigger(),
+            "APPLy:DC": self._apply_dc,
+            "FUNCtion:SHAPe": self._set_shape,
+            "FUNCtion:USER": lambda text: self._expect(text, "VOLATILE"),
+            "FREQuency": lambda text: self._change(frequency=float(text)),
+            "VOLTage": self._set_amplitude,
+            "VOLTage:OFFSet": lambda text: self._change(offset=float(text) * self._doubling),
+            "VOLTage:UNIT": lambda text: self._expect(text, "VPP"),
+            "OUTPut:LOAD": self._set_load,
+            "OUTPut:SYNC": self._set_sync,
+            "BM:STATe": self._set_burst,
+            "BM:NCYCles": lambda text: self._change(cycles=int(float(text))),
+            "BM:PHASe": lambda text: self._expect(text, "0"),
+            "BM:SOURce": lambda text: self._expect(text, "INT"),
+            "TRIGger:SOURce": lambda text: self._change(source=text.upper()[:3]),
+            "FORMat:BORDer": self._set_order,
+        }
+        self._queries |= {
+            "SYSTem:ERRor": self.next_error,
+            "FUNCtion:SHAPe": lambda _: self.output.shape,
+            "FUNCtion:USER": lambda _: "VOLATILE",
+            "FREQuency": lambda _: f"{self.output.frequency:+.9E}",
+            "VOLTage": lambda _: f"{self.output.amplitude / self._doubling:+.6E}",
+            "VOLTage:OFFSet": lambda _: f"{self.output.offset / self._doubling:+.6E}",
+            "VOLTage:UNIT": lambda _: self._unit,
+            "OUTPut:LOAD": lambda _: f"{self._load:+.5E}",
+            "BM:STATe": lambda _: str(int(self.output.is_burst)),
+            "BM:NCYCles": lambda _: f"{self.output.cycles:+.5E}",
+            "BM:PHASe": lambda _: "+0.00000E+00",
+            "BM:SOURce": lambda _: "INT",
+            "TRIGger:SOURce": lambda _: self.output.source,
+            "DATA:ATTRibute:POINts": lambda _: f"+{len(self._memory)}",
+        }
+
+    @property
+    def output(self) -> _OutputState:
+        """State of the output now."""
+        return self._history[-1]
+
+    @property
+    def _doubling(self) -> float:
+        """Voltage of the open output over that which is set and shown."""
+        return 2.0 if self._load == 50.0 else 1.0
+
+    def voltage(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the voltage of the open output.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,)
+            Times up to now [s].
+
+        Returns
+        -------
+        voltage : ndarray, shape (n,)
+            Voltage [V].
+        """
+        starts = np.array([each.since for each in self._history])
+        which = np.searchsorted(starts, times, side="right") - 1
+        found = np.zeros(times.shape)
+        for index in np.unique(which):
+            chosen = which == index
+            found[chosen] = self._history[index].voltage(times[chosen])
+        return found
+
+    def _change(self, **changes: object) -> None:
+        changed = replace(self.output, **changes, since=self._clock.now())  # type: ignore[arg-type]
+        if abs(changed.offset) + changed.amplitude / 2 * (changed.shape != "DC") > _LARGEST * (1 + 1e-6):
+            self.errors.append(OUT_OF_RANGE)
+            return
+        self._history.append(changed)
+
+    def _reset(self) -> None:
+        self._load = 50.0
+        self._history.append(_OutputState(since=self._clock.now()))
+
+    def _trigger(self) -> None:
+        if not (self.output.is_burst and self.output.source == "BUS"):
+            self.errors.append(TRIGGER_IGNORED)
+            return
+        now = self._clock.now()
+        self._change(started=now)
+        if self._is_synchronous:
+            for listener in self.on_trigger:
+                listener(now)
+
+    def _apply_dc(self, text: str) -> None:
+        offset = float(text.rsplit(",", maxsplit=1)[-1]) * self._doubling
+        self._change(shape="DC", offset=offset, is_burst=False, started=None)
+
+    def _set_shape(self, text: str) -> None:
+        shape = next((each for each in _SHAPES if text.upper().startswith(each)), "")
+        if not shape:
+            self.errors.append(OUT_OF_RANGE)
+            return
+        self._change(shape=shape, codes=self._memory if shape == "USER" else ())
+
+    def _set_amplitude(self, text: str) -> None:
+        self._change(amplitude=float(text.split(maxsplit=1)[0]) * self._doubling)
+
+    def _set_load(self, text: str) -> None:
+        self._load = 50.0 if text.strip() == "50" else HIGH_IMPEDANCE
+
+    def _set_sync(self, text: str) -> None:
+        self._is_synchronous = text.upper() in ("ON", "1")
+
+    def _set_burst(self, text: str) -> None:
+        wanted = text.upper() in ("ON", "1")
+        if wanted and self.output.shape == "DC":
+            self.errors.append(SETTINGS_CONFLICT)
+            return
+        self._change(is_burst=wanted, started=None)
+
+    def _set_order(self, text: str) -> None:
+        self._is_normal_order = text.upper().startswith("NORM")
+
+    def _expect(self, text: str, wanted: str) -> None:
+        if text.upper() != wanted:
+            self.errors.append(OUT_OF_RANGE)
+
+    def take_block(self, command: str, block: bytes) -> None:
+        """Take the points of ``DATA:DAC VOLATILE,``."""
+        if command.upper().replace(" ", "") != "DATA:DACVOLATILE,":
+            super().take_block(command, block)
+            return
+        digits = int(block[1:2])
+        length, data = int(block[2 : 2 + digits]), block[2 + digits :]
+        codes = np.frombuffer(data, ">i2" if self._is_normal_order else "<i2")
+        if len(data) != length or not FEWEST_POINTS <= codes.size <= MOST_POINTS:
+            self.errors.append(OUT_OF_RANGE)
+            return
+        if np.abs(codes).max() > LARGEST_CODE:
+            self.errors.append(OUT_OF_RANGE)
+            return
+        self._memory = tuple(codes.tolist())
+        if self.output.shape == "USER":
+            self._change(codes=self._memory)

@@ -1,0 +1,115 @@
+"""Arbitrary waveforms of the function generator HP 33120A, as a table of its codes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.data.marks import Form, unsigned
+from electrovib.export.waveform.encoded import Encoded, Scaling
+
+if TYPE_CHECKING:
+    from electrovib.study.waveform import Waveform
+
+MOST_POINTS: Final = 16_000
+"""Most points of an arbitrary waveform."""
+FEWEST_POINTS: Final = 8
+"""Fewest points; cited from memory, unverified."""
+LARGEST_CODE: Final = 2047
+"""Code of half of the peak-to-peak amplitude; -2047 is its negative."""
+LARGEST_VOLTAGE: Final = 10.0
+"""Largest voltage into a high impedance [V]; cited from memory, unverified."""
+
+
+def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
+    """Return the samples as codes of 12 bits, in which 2047 is the largest voltage unless a full scale is given.
+
+    Parameters
+    ----------
+    waveform : Waveform
+        Samples.
+    scaling : Scaling
+        Voltage of the drive over that of the generator, and the voltage of the drive at code 2047.
+
+    Returns
+    -------
+    Encoded
+        With the settings of the generator.
+
+    Raises
+    ------
+    InputError
+        If a sample exceeds the full scale, or the full scale exceeds what the generator can put out.
+    """
+    gain = scaling.gain
+    if not (math.isfinite(gain) and gain > 0):
+        raise InputError("must be a number above 0", path="gain", value=str(gain))
+    largest = float(np.max(np.abs(waveform.voltages)))
+    full = scaling.full_scale if scaling.full_scale is not None else (waveform.peak or gain)
+    if not (math.isfinite(full) and full > 0):
+        raise InputError("must be a voltage above 0 V", path="full_scale", value=str(full))
+    if full > LARGEST_VOLTAGE * gain * (1 + 1e-12):
+        raise InputError(
+            f"the full scale is {full:g} V of the drive, and the generator puts out at most {LARGEST_VOLTAGE:g} V (a value cited"
+            " from memory, unverified): give the voltage of the drive over that of the generator, at least"
+            f" {full / LARGEST_VOLTAGE:g}, with --gain; nothing was written",
+            path="gain",
+            value=f"{gain:g}",
+        )
+    codes = np.rint(waveform.voltages / full * LARGEST_CODE)
+    if np.any(np.abs(codes) > LARGEST_CODE):
+        why = f"the drive reaches {largest:g} V, more than the full scale; nothing was written"
+        raise InputError(why, path="full_scale", value=f"{full:g} V")
+    return Encoded(
+        waveform=waveform,
+        voltages=codes / LARGEST_CODE * full,
+        codes=codes,
+        full_scale=full,
+        notes=_settings(waveform, full / gain, full),
+    )
+
+
+def _settings(waveform: Waveform, output: float, full: float) -> tuple[str, ...]:
+    """Return the settings with which the generator plays the codes as these voltages."""
+    frequency = waveform.rate / len(waveform.times)
+    return (
+        f"code {LARGEST_CODE} is {full!r} V of the drive and {output!r} V at the output of the generator",
+        f"one burst of one cycle (BM:NCYC 1) at FREQ {frequency!r} Hz: {len(waveform.times)} points at {waveform.rate!r} Hz",
+        f"amplitude {format_quantity(2 * output, 'V', digits=8)} peak to peak (VOLT {2 * output!r} VPP), VOLT:OFFS 0, into a high"
+        " impedance: OUTP:LOAD INF; with its default of 50 ohm the voltage would be twice as large",
+        "the current was checked with straight lines between the samples: the generator holds each sample, and the bandwidth of"
+        " the amplifier has to smooth these steps",
+    )
+
+
+def as_csv(encoded: Encoded, notes: Sequence[str]) -> bytes:
+    """Write columns of time, voltage of the drive and code, after the settings as comments."""
+    assert encoded.codes is not None
+    lines = [f"# {unsigned(Form.WAVEFORM)}", *(f"# {note}" for note in notes), "time [s],voltage [V],code"]
+    columns = (encoded.waveform.times.tolist(), encoded.voltages.tolist(), encoded.codes.astype(int).tolist())
+    lines += [f"{time!r},{voltage!r},{code}" for time, voltage, code in zip(*columns, strict=True)]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def data_block(codes: Sequence[int]) -> bytes:
+    """Return the codes as a definite-length binary block, most significant byte first.
+
+    Parameters
+    ----------
+    codes : sequence of int
+        From -2047 to 2047.
+
+    Returns
+    -------
+    bytes
+        ``#``, the number of digits, the number of bytes, and two bytes for each code, as ``DATA:DAC VOLATILE`` takes them
+        under ``FORM:BORD NORM``.
+    """
+    raw = np.asarray(codes, dtype=">i2").tobytes()
+    size = str(len(raw))
+    return f"#{len(size)}{size}".encode() + raw

@@ -1,0 +1,265 @@
+"""Write the drive of a scenario as a waveform, within declared limits or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError, Problem, nearest, suggestion
+from electrovib.core.files import inputs_noted
+from electrovib.core.units import format_quantity
+from electrovib.data.atomic import check_writable, writing
+from electrovib.export.waveform.encoded import Encoded, Scaling
+from electrovib.export.waveform.formats import FORMATS, INSTRUMENTS, WaveformFormat
+from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
+from electrovib.study.check import (
+    CheckResult,
+    LimitsSource,
+    cleared_for_output,
+    declared_limits,
+    refuse_unlimited,
+    sampled,
+    with_drive,
+)
+from electrovib.study.waveform import (
+    LARGEST_ERROR,
+    MOST_POINTS,
+    Waveform,
+    refuse_unless_zero_at_both_ends,
+    waveform,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenWaveform:
+    """A waveform that was written, with its error, its scale and its check.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    waveform : Waveform
+        Samples as the file holds them, with the largest error.
+    full_scale : float or None
+        Voltage of the drive at full scale of the format [V]; None for a format without one.
+    notes : tuple of str
+        What the file is, and how to play it.
+    check : CheckResult
+        Comparison of the samples of the file with the limits.
+    """
+
+    path: Path
+    waveform: Waveform
+    full_scale: float | None
+    notes: tuple[str, ...]
+    check: CheckResult
+
+
+def export_waveform(
+    scenario: Source,
+    path: str | Path,
+    *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    instrument: str = "",
+    rate: float | None = None,
+    ramp: float | None = None,
+    largest_error: float = LARGEST_ERROR,
+    full_scale: float | None = None,
+    gain: float = 1.0,
+    force: bool = False,
+) -> WrittenWaveform:
+    """Write the drive of a scenario as a waveform, within its limits or not at all.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    path : str or Path
+        The output: ``.csv``, ``.npy``, ``.mat``, ``.wav`` or ``.pwl``; of an instrument ``.csv``.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
+    limits : as for `electrovib.check`
+        Further limits; the largest voltage and the largest current have to be declared, here or in the scenario.
+    instrument : str
+        ``"hp_33120a"`` for a table of the codes of that generator.
+    rate : float, optional
+        Samples per second [Hz]; chosen if absent.
+    ramp : float, optional
+        Duration of a linear ramp from 0 V and to 0 V by which the drive is multiplied at either end [s]; none if absent, and
+        then the drive itself has to begin and end at 0 V.
+    largest_error : float
+        Error over the largest voltage [1] above which nothing is written.
+    full_scale : float, optional
+        Voltage of the drive at full scale, of ``.wav`` and of an instrument [V]; by default its largest voltage.
+    gain : float
+        Voltage of the drive over that of the instrument [1].
+    force : bool
+        Whether a file that was not written by electrovib may be replaced.
+
+    Returns
+    -------
+    WrittenWaveform
+        The file, with the largest error between the drive and what is played.
+
+    Raises
+    ------
+    InputError
+        Unless the limits are declared and held by the drive and by the samples as written, the error is allowed, what an
+        instrument plays begins and ends at 0 V, and the file can be written. Nothing is clipped.
+    """
+    place = Path(path)
+    form = _format(place, instrument)
+    with inputs_noted() as inputs:
+        found = read_scenario(scenario, changes=set)
+        declared = declared_limits(found, limits)
+    check_writable({place: form.form}, inputs=inputs, force=force)
+    refuse_unlimited(declared, what=f"{form.name} of a drive")
+    wave = sampled_drive(found, form, rate=rate, largest_error=largest_error, ramp=ramp)
+    encoded = form.encode(wave, Scaling(full_scale=full_scale, gain=gain))
+    wave = _rounded(found, wave, encoded, ramp)
+    wave.refuse_above(largest_error)
+    if ramp is None:
+        end = float(found.time.times(found.drive)[-1])
+        cleared_for_output(_from_rest(found, end), limits=limits, what=form.name)
+    check = cleared_for_output(
+        with_drive(found, sampled(wave.times, wave.voltages)),
+        limits=limits,
+        what=form.name,
+        name="the samples as written",
+    )
+    ramps = (
+        ()
+        if ramp is None
+        else (f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end",)
+    )
+    notes = (*about(found, wave, form), *ramps, *encoded.notes)
+    with writing({place: form.form}, force=force) as temporaries:
+        temporaries[place].write_bytes(form.content(encoded, notes))
+    return WrittenWaveform(path=place, waveform=wave, full_scale=encoded.full_scale, notes=notes, check=check)
+
+
+def sampled_drive(
+    scenario: Scenario,
+    form: WaveformFormat,
+    *,
+    rate: float | None,
+    largest_error: float,
+    ramp: float | None = None,
+) -> Waveform:
+    """Sample the drive of a scenario for a format.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive, and the time up to which it is played.
+    form : WaveformFormat
+        Format.
+    rate : float or None
+        Samples per second [Hz]; chosen if None.
+    largest_error : float
+        Error over the largest voltage that will be allowed [1].
+    ramp : float or None
+        Duration of a ramp at either end [s].
+
+    Returns
+    -------
+    Waveform
+        Not yet rounded to what the format can hold.
+
+    Raises
+    ------
+    InputError
+        If the drive cannot be played, or the rate does not suit the format.
+    """
+    drive, end = scenario.drive, float(scenario.time.times(scenario.drive)[-1])
+    if drive.quantity == "voltage" and form.played and ramp is None:
+        refuse_unless_zero_at_both_ends(drive, end)
+    if rate is not None and form.whole_rate and rate != round(rate):
+        raise InputError(
+            f"{form.name} has a whole number of samples per second", path="rate", value=f"{rate:g}"
+        )
+    wave = waveform(
+        drive,
+        end=end,
+        rate=rate,
+        rates=form.rates or None,
+        held=form.held,
+        largest_error=largest_error,
+        most_points=form.most_points or MOST_POINTS,
+        ramp=ramp,
+    )
+    if len(wave.times) < form.fewest_points:
+        why = f"{len(wave.times)} samples are fewer than the {form.fewest_points} of {form.name}; take a higher rate"
+        raise InputError(why, path="rate", value=f"{wave.rate:g}")
+    return wave
+
+
+def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str, ...]:
+    """Return what a file of a waveform states about itself.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its origin.
+    wave : Waveform
+        Samples as the file holds them.
+    form : WaveformFormat
+        Format.
+
+    Returns
+    -------
+    lines : tuple of str
+        Title, number of samples and error.
+    """
+    title = " ".join(scenario.title.split()) or "a scenario without a title"
+    amplified = (
+        " at the input of its amplifier" if scenario.circuit.amplifier is not None else " at the plate"
+    )
+    return (
+        f"drive of: {title}; voltage{amplified}",
+        f"{len(wave.times)} samples at {wave.rate!r} Hz; {form.name}, {wave.between}",
+        f"largest difference from the drive {format_quantity(wave.error, 'V', digits=3)}, {100 * wave.share:.3g} % of its largest"
+        f" voltage {format_quantity(wave.peak, 'V', digits=6)}",
+    )
+
+
+def _rounded(scenario: Scenario, wave: Waveform, encoded: Encoded, ramp: float | None) -> Waveform:
+    """Return the waveform with the voltages that the file holds, and their error."""
+    if ramp is None:
+        return wave.with_voltages(
+            encoded.voltages, scenario.drive, float(scenario.time.times(scenario.drive)[-1])
+        )
+    off = float(np.max(np.abs(encoded.voltages - wave.voltages)))
+    return replace(wave, voltages=encoded.voltages, error=wave.error + off)
+
+
+def _from_rest(scenario: Scenario, end: float) -> Scenario:
+    """Return the scenario as it is played: from rest, up to the last sample."""
+    return scenario.model_copy(update={"time": TimeGrid(duration=end)})
+
+
+def _format(path: Path, instrument: str) -> WaveformFormat:
+    suffix = path.suffix.lower()
+    if instrument:
+        if instrument not in INSTRUMENTS:
+            raise InputError(
+                Problem(
+                    f"no such instrument.{nearest(instrument, INSTRUMENTS)}", path="--as", value=instrument
+                )
+            )
+        if suffix != ".csv":
+            raise InputError(
+                f"a waveform of {instrument} is written as .csv, not as '{path.suffix}'.", path=path
+            )
+        return INSTRUMENTS[instrument]
+    if suffix not in FORMATS:
+        near = suggestion(suffix, FORMATS) if suffix else ""
+        raise InputError(
+            f"a waveform is written as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}", path=path
+        )
+    return FORMATS[suffix]

@@ -1,0 +1,280 @@
+"""Comparison of a drive in a scenario with declared limits, with breakdown and with published currents."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from electrovib.core.quantity import quantity_of
+from electrovib.core.status import UNVERIFIED
+from electrovib.core.units import format_quantity
+from electrovib.physics.body_current import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
+from electrovib.physics.limits import WORDS, Limits
+from electrovib.scenario import Source, read_scenario
+from electrovib.study.check.declared import (
+    DeclaredLimit,
+    LimitsSource,
+    limits_from,
+    limits_of,
+    refuse_unlimited,
+    strictest,
+    unlimited_words,
+)
+from electrovib.study.check.drive import DriveSource, with_drive
+from electrovib.study.check.result import FAIL, PASS, UNKNOWN, CheckNumber, CheckResult, CheckRow
+from electrovib.study.check.values import CheckedValues, checked_values
+
+if TYPE_CHECKING:
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.scenario import Scenario
+
+_STATES = {"ok": PASS, "warning": FAIL, "unknown": UNKNOWN}
+_OWN_DRIVE = "the drive of the scenario"
+
+
+def check(
+    drive: DriveSource | Source,
+    scenario: Source | None = None,
+    *,
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+) -> CheckResult:
+    """Compare a drive in a scenario with the declared limits and with breakdown.
+
+    Parameters
+    ----------
+    drive : str, Path, mapping, Drive or None
+        A file with columns of time [s] and voltage [V], a table of a drive, a Drive, or None for that of the scenario.
+        Given alone, it is the scenario.
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    limits : str, Path, mapping, Limits, LimitsFrom, or a list of them, optional
+        Further limits beside those of the scenario; the strictest counts.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
+
+    Returns
+    -------
+    CheckResult
+        A row for each limit. A value at exactly its limit passes.
+
+    Raises
+    ------
+    InputError
+        If an input cannot be read, or models cannot be combined.
+    NotCausalError
+        If the force law has no response in time to this drive.
+
+    Notes
+    -----
+    The values are those of the model, from time 0 to the last output time: a stray capacitance that is not declared counts
+    as 0, and a fault of the amplifier or of the insulator is not part of it. Largest values between output times are sought
+    at the corners of the drive, after them and through its oscillations.
+    """
+    source: Any = drive if scenario is None else scenario
+    own: Any = None if scenario is None else drive
+    found = read_scenario(source, changes=set)
+    return checked(with_drive(found, own), limits=limits, name=_name(own))
+
+
+def checked(
+    scenario: Scenario, *, limits: LimitsSource | Sequence[LimitsSource] = None, name: str = _OWN_DRIVE
+) -> CheckResult:
+    """Compare the drive of a scenario with the declared limits and with breakdown.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment with the drive.
+    limits : as for `check`
+        Further limits.
+    name : str
+        What the drive is called.
+
+    Returns
+    -------
+    CheckResult
+        A row for each limit.
+    """
+    declared = declared_limits(scenario, limits)
+    values = checked_values(scenario)
+    return CheckResult(
+        title=f"{name} in: {scenario.title or 'a scenario without a title'}",
+        duration=values.end,
+        rows=(
+            *(_limit_row(name, values, declared.get(name), scenario) for name in WORDS),
+            *(_breakdown_row(each) for each in values.breakdown),
+        ),
+        comparisons=tuple(_comparison(each, values) for each in THRESHOLDS),
+        numbers=_numbers(values, scenario),
+        notes=_notes(scenario, values.end),
+    )
+
+
+def cleared_for_output(
+    scenario: Scenario,
+    *,
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    what: str = "a waveform that can be played",
+    name: str = _OWN_DRIVE,
+) -> CheckResult:
+    """Check a drive that is about to be written or played, or refuse it.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment with the drive.
+    limits : as for `check`
+        Further limits.
+    what : str
+        What is about to be written or played.
+    name : str
+        What the drive is called.
+
+    Returns
+    -------
+    CheckResult
+        Without a limit that is exceeded, and with every declared limit compared.
+
+    Raises
+    ------
+    InputError
+        Unless the largest voltage and the largest current are declared, with the line that declares them; and for every
+        limit that is exceeded or could not be compared. Nothing is ever clipped.
+    """
+    refuse_unlimited(declared_limits(scenario, limits), what=what)
+    result = checked(scenario, limits=limits, name=name)
+    result.refuse()
+    return result
+
+
+def declared_limits(
+    scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource] = None
+) -> dict[str, DeclaredLimit]:
+    """Combine the limits of a scenario with further ones.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With its own limits.
+    limits : as for `check`
+        Further limits.
+
+    Returns
+    -------
+    dict of str to DeclaredLimit
+        The strictest of each quantity.
+    """
+    several = limits if isinstance(limits, Sequence) and not isinstance(limits, str) else [limits]
+    return strictest([limits_of(scenario), *(limits_from(each) for each in several)])
+
+
+def _name(drive: object) -> str:
+    if drive is None:
+        return _OWN_DRIVE
+    return str(drive) if isinstance(drive, str | Path) else "the given drive"
+
+
+def _limit_row(name: str, values: CheckedValues, limit: DeclaredLimit | None, scenario: Scenario) -> CheckRow:
+    """Return the row of a declared limit, or that of a quantity without one."""
+    quantity = quantity_of(Limits, name)
+    assert quantity is not None
+    value: float | None = values.largest[name]
+    words = WORDS[name]
+    if name == "current" and scenario.circuit.amplifier is None:
+        words = "the current into the contact (no stray capacitance is declared: circuit.amplifier.stray_capacitance)"
+    if value is None or math.isnan(value):
+        value, reached = None, "is not known"
+    elif math.isinf(value):
+        reached = "has no bound (a discontinuity without a series resistance)"
+    else:
+        reached = f"reaches {format_quantity(value, quantity.unit, digits=6)}"
+    if limit is None:
+        state, text = UNKNOWN, f"{words} {reached}; limits.{name} is not declared"
+    else:
+        state = UNKNOWN if value is None else PASS if value <= limit.value else FAIL
+        word = {UNKNOWN: "not compared with", PASS: "within", FAIL: "above"}[state]
+        text = f"{words} {reached}, {word} {format_quantity(limit.value, quantity.unit, digits=6)}: {limit.source}"
+    return CheckRow(
+        quantity=f"peak {name.replace('_', ' ')}"
+        if name in {"voltage", "current", "body_current"}
+        else name.replace("_", " "),
+        value=value,
+        limit=None if limit is None else limit.value,
+        unit=quantity.unit,
+        source=unlimited_words(name) if limit is None else limit.source,
+        state=state,
+        text=text,
+    )
+
+
+def _breakdown_row(found: Diagnostic) -> CheckRow:
+    """Return the row of a diagnostic of breakdown.
+
+    A limit that was cited from memory decides nothing, whichever side of it the value is on. That of Paschen's law depends
+    on such a value only through the logarithm of a logarithm: a field above it fails, one within it is not known to pass.
+    """
+    state = _STATES[found.state]
+    if UNVERIFIED in found.text and not (state == FAIL and found.name == "Paschen"):
+        state = UNKNOWN
+    return CheckRow(
+        quantity=found.name,
+        value=found.value,
+        limit=found.limit,
+        unit=found.unit,
+        source=found.text.partition(": ")[2] or found.text,
+        state=state,
+        text=found.text,
+    )
+
+
+def _comparison(threshold: CurrentThreshold, values: CheckedValues) -> CheckRow:
+    """Return the row of a published current; within an unverified one the state is unknown."""
+    number = values.largest[threshold.of] if threshold.statistic == "peak" else values.rms[threshold.of]
+    if math.isnan(number) and math.isinf(values.largest[threshold.of]):
+        number = math.inf
+    value = None if math.isnan(number) else number
+    state = UNKNOWN if value is None else FAIL if value > threshold.value else PASS
+    doubtful = threshold.status == UNVERIFIED and state == PASS
+    what = f"{threshold.statistic} {threshold.of.replace('_', ' ')}"
+    return CheckRow(
+        quantity=what,
+        value=value,
+        limit=threshold.value,
+        unit="A",
+        source=f"{threshold.name} ({threshold.source}; {threshold.status}): {threshold.conditions}",
+        state=UNKNOWN if doubtful else state,
+        text=f"{what} compared with {format_quantity(threshold.value, 'A')}: {threshold.name}",
+    )
+
+
+def _numbers(values: CheckedValues, scenario: Scenario) -> tuple[CheckNumber, ...]:
+    units = {"voltage": "V", "current": "A", "body_current": "A"}
+    rms = [
+        CheckNumber(
+            quantity=f"rms {name.replace('_', ' ')}",
+            value=None if math.isnan(value) else value,
+            unit=units[name],
+        )
+        for name, value in values.rms.items()
+    ]
+    unit = "V/s" if scenario.drive.quantity == "voltage" else "A/s"
+    return (*rms, CheckNumber(quantity="slew rate of the drive", value=values.slew, unit=unit))
+
+
+def _notes(scenario: Scenario, end: float) -> tuple[str, ...]:
+    amplifier = scenario.circuit.amplifier
+    notes = ["Values are those of the model; a value at exactly its limit passes. No value is clipped."]
+    if scenario.drive.duration > end * (1 + 1e-9):
+        checked_to, lasts = (format_quantity(each, "s", digits=4) for each in (end, scenario.drive.duration))
+        notes.append(f"Checked up to {checked_to} (time.duration) only; the drive lasts {lasts}.")
+    if amplifier is None or amplifier.stray_capacitance == 0:
+        notes.append(
+            "No stray capacitance of plate and cable is declared (circuit.amplifier.stray_capacitance): the current that"
+            " charges it is missing, so the current and the stored energy of the real set-up are larger."
+        )
+    if scenario.circuit.return_path.second_contact(1.0):
+        notes.append("The body current is that through the finger from one contact to the other.")
+    return (*notes, NOT_A_CLAIM)

@@ -1,0 +1,197 @@
+"""Result of a check: a row for each limit, and comparisons that decide nothing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+
+PASS: Final = "pass"  # noqa: S105  # the state of a row
+FAIL: Final = "fail"
+UNKNOWN: Final = "unknown"
+STATES: Final = (PASS, UNKNOWN, FAIL)
+"""From best to worst."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckRow:
+    """One quantity and its limit.
+
+    Parameters
+    ----------
+    quantity : str
+        What is compared.
+    value : float or None
+        Largest value reached, in `unit`; infinite where it has no bound, None where it is not known.
+    limit : float or None
+        In `unit`; None where none is declared or known.
+    unit : str
+        SI unit of both.
+    source : str
+        Who declared the limit, or where it was published; how to declare it where there is none.
+    state : str
+        ``"pass"``, also at exactly the limit; ``"fail"`` above it; or ``"unknown"``.
+    text : str
+        One sentence about the comparison, with its conditions.
+    """
+
+    quantity: str
+    value: float | None
+    limit: float | None
+    unit: str
+    source: str
+    state: str
+    text: str
+
+    @property
+    def margin(self) -> float | None:
+        """Limit over value [1], 1 at the limit; None where one of them is not known."""
+        if self.value is None or self.limit is None:
+            return None
+        return math.inf if self.value == 0 else self.limit / self.value
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckNumber:
+    """A number that has no limit of its own.
+
+    Parameters
+    ----------
+    quantity : str
+        What it is.
+    value : float or None
+        In `unit`; None where it is not known.
+    unit : str
+        SI unit.
+    """
+
+    quantity: str
+    value: float | None
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckResult:
+    """Largest values of a drive in a scenario compared with limits.
+
+    Parameters
+    ----------
+    title : str
+        Of the scenario, and the drive where it is another one.
+    duration : float
+        Time from 0 up to which the drive was checked [s].
+    rows : tuple of CheckRow
+        Declared limits, then breakdown of each layer and of air.
+    comparisons : tuple of CheckRow
+        Published currents; they do not decide whether the check fails.
+    numbers : tuple of CheckNumber
+        Root-mean-square values and slew rate.
+    notes : tuple of str
+        What was assumed, and what the check does not state.
+    """
+
+    title: str
+    duration: float
+    rows: tuple[CheckRow, ...]
+    comparisons: tuple[CheckRow, ...]
+    numbers: tuple[CheckNumber, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def state(self) -> str:
+        """Return ``"fail"`` if a row fails, ``"pass"`` if all pass, else ``"unknown"``."""
+        return max((row.state for row in self.rows), key=STATES.index, default=UNKNOWN)
+
+    @property
+    def failed(self) -> tuple[CheckRow, ...]:
+        """Rows whose limit is exceeded."""
+        return tuple(row for row in self.rows if row.state == FAIL)
+
+    def refuse(self, consequence: str = "Nothing was written") -> None:
+        """Raise an error if a limit is exceeded, or a declared one could not be compared.
+
+        Parameters
+        ----------
+        consequence : str
+            Sentence added to each problem.
+
+        Raises
+        ------
+        InputError
+            One problem for each such row.
+        """
+        doubtful = [
+            row for row in self.rows if row.state == UNKNOWN and row.value is None and row.limit is not None
+        ]
+        problems = [f"{row.text}. {consequence}" for row in (*self.failed, *doubtful)]
+        if problems:
+            raise InputError(problems)
+
+    def value(self, quantity: str) -> float | None:
+        """Return the value of a row or number.
+
+        Parameters
+        ----------
+        quantity : str
+            Its name: ``"peak voltage"``, ``"rms current"``.
+
+        Returns
+        -------
+        value : float or None
+            In its unit; None where it is not known.
+
+        Raises
+        ------
+        KeyError
+            If there is no such quantity.
+        """
+        both: list[CheckRow | CheckNumber] = [*self.rows, *self.numbers]
+        for each in both:
+            if each.quantity == quantity:
+                return each.value
+        raise KeyError(quantity)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as nested tables; an infinite number is the text ``"infinite"``."""
+
+        def plain(value: Any) -> Any:
+            return "infinite" if isinstance(value, float) and math.isinf(value) else value
+
+        def table(each: CheckRow | CheckNumber) -> dict[str, Any]:
+            content = asdict(each)
+            if isinstance(each, CheckRow):
+                content["margin"] = each.margin
+            return {name: plain(value) for name, value in content.items()}
+
+        return {
+            "title": self.title,
+            "duration": self.duration,
+            "state": self.state,
+            "limits": [table(row) for row in self.rows],
+            "comparisons": [table(row) for row in self.comparisons],
+            "numbers": [table(number) for number in self.numbers],
+            "notes": list(self.notes),
+        }
+
+
+def shown(value: float | None, unit: str) -> str:
+    """Write a value with its unit for people.
+
+    Parameters
+    ----------
+    value : float or None
+        In `unit`; infinite without a bound, None where it is not known.
+    unit : str
+        SI unit.
+
+    Returns
+    -------
+    str
+        ``1 kV``; ``no bound`` and ``not known`` where there is no number.
+    """
+    if value is None:
+        return "not known"
+    return "no bound" if math.isinf(value) else format_quantity(value, unit, digits=4)

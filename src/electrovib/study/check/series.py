@@ -1,0 +1,199 @@
+"""Series resistor that holds the body current of a set-up if its insulator fails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.series_resistor import (
+    charging_time,
+    corner_frequency,
+    largest_supply_voltage,
+    resistor_power,
+    smallest_series_resistance,
+    stored_energy_behind,
+)
+from electrovib.scenario import Source, read_scenario
+from electrovib.study.check.declared import LimitsSource
+from electrovib.study.check.function import declared_limits
+from electrovib.study.check.values import checked_values
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.scenario import Scenario
+
+_PERMITTIVITY_AT: Final = 1e3
+"""Frequency of the permittivities from which the capacitance of the plate follows [Hz]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeriesResistor:
+    """Smallest series resistor, what it does to the drive, and what it does not limit.
+
+    Parameters
+    ----------
+    voltage, voltage_source : float and str
+        Largest voltage of the supply [V], and who declared it.
+    current, current_source : float and str
+        Largest current through the finger [A], and who declared it.
+    body_resistance : float
+        Resistance of finger and body that was relied on [ohm].
+    resistance : float
+        Smallest resistance between amplifier and plate [ohm].
+    power : float
+        Largest power in it, while the insulator is a short circuit and the body is not counted [W].
+    capacitance : float
+        Of the plate under the finger and the stray capacitance, behind the resistor [F].
+    time_constant : float
+        With which the plate then charges [s].
+    corner : float
+        Its corner frequency [Hz].
+    stored_energy : float
+        Behind the resistor at the largest voltage, which it does not limit [J].
+    present : float
+        Series resistance that the scenario has already, circuit.source_resistance [ohm].
+    supply_voltage : float
+        Largest voltage of a supply that the present series resistance would allow [V].
+    """
+
+    voltage: float
+    voltage_source: str
+    current: float
+    current_source: str
+    body_resistance: float
+    resistance: float
+    power: float
+    capacitance: float
+    time_constant: float
+    corner: float
+    stored_energy: float
+    present: float
+    supply_voltage: float
+
+    def items(self) -> list[tuple[str, float, str]]:
+        """Return name, value and SI unit of every number."""
+        return [
+            ("largest voltage", self.voltage, "V"),
+            ("largest current through the finger", self.current, "A"),
+            ("smallest series resistance", self.resistance, "ohm"),
+            ("power in it with the insulator shorted", self.power, "W"),
+            ("capacitance behind it", self.capacitance, "F"),
+            ("time constant of the plate", self.time_constant, "s"),
+            ("corner frequency of the plate", self.corner, "Hz"),
+            ("energy behind it, not limited", self.stored_energy, "J"),
+            ("present series resistance", self.present, "ohm"),
+            ("largest supply voltage with it", self.supply_voltage, "V"),
+        ]
+
+
+def series_resistor(
+    scenario: Source,
+    *,
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    body_resistance: float = 0.0,
+) -> SeriesResistor:
+    """Compute the smallest series resistor that holds the body current if the insulator is a short circuit.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    limits : as for `electrovib.check`
+        Further limits; ``voltage`` is the largest voltage of the supply, by default the largest of the drive, and
+        ``body_current``, or else ``current``, the largest current through the finger.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
+    body_resistance : float
+        Resistance of finger and body that may be relied on [ohm], >= 0; none by default, which is the safe choice.
+
+    Returns
+    -------
+    SeriesResistor
+        The resistor, its power, and the energy behind it.
+
+    Raises
+    ------
+    InputError
+        If neither limits.body_current nor limits.current is declared.
+
+    Notes
+    -----
+    R = V/I - R_body. The capacitance is that of the layers of plate and gap under the contact at 1 kHz, with the finger as a
+    conductor, plus the declared stray capacitance; the energy C V^2/2 stored there is released past the resistor.
+    """
+    if not (math.isfinite(body_resistance) and body_resistance >= 0):
+        raise InputError("must be 0 ohm or more", path="body_resistance", value=str(body_resistance))
+    found = read_scenario(scenario, changes=set)
+    declared = declared_limits(found, limits)
+    holding = declared.get("body_current") or declared.get("current")
+    if holding is None:
+        raise InputError(
+            "a series resistor needs the largest current through the finger: declare limits.body_current, for instance"
+            ' limits = { body_current = "250 uA" }'
+        )
+    if "voltage" in declared:
+        voltage, whose = declared["voltage"].value, declared["voltage"].source
+    else:
+        voltage, whose = (
+            checked_values(found).largest["voltage"],
+            "the largest voltage of the drive; limits.voltage is not declared",
+        )
+    if not math.isfinite(voltage):
+        raise InputError("the largest voltage is not known; declare limits.voltage")
+    resistance = smallest_series_resistance(
+        voltage=voltage, current=holding.value, body_resistance=body_resistance
+    )
+    capacitance = plate_capacitance(found)
+    present = found.circuit.source_resistance
+    return SeriesResistor(
+        voltage=voltage,
+        voltage_source=whose,
+        current=holding.value,
+        current_source=holding.source,
+        body_resistance=body_resistance,
+        resistance=resistance,
+        power=resistor_power(voltage=voltage, resistance=resistance),
+        capacitance=capacitance,
+        time_constant=charging_time(resistance=resistance, capacitance=capacitance),
+        corner=corner_frequency(resistance=resistance, capacitance=capacitance),
+        stored_energy=stored_energy_behind(voltage=voltage, capacitance=capacitance),
+        present=present,
+        supply_voltage=largest_supply_voltage(
+            resistance=present, current=holding.value, body_resistance=body_resistance
+        ),
+    )
+
+
+def plate_capacitance(scenario: Scenario) -> float:
+    """Compute the capacitance of plate and gap under the contact, with the finger as a conductor, plus the stray capacitance.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Stack, contact and amplifier.
+
+    Returns
+    -------
+    capacitance : float
+        F, at 1 kHz.
+    """
+    roles, layers = scenario.stack.roles, scenario.stack.layers
+    frequency = np.array(_PERMITTIVITY_AT)
+    thickness = sum(
+        layer.thickness / float(layer.material.bound_permittivity(frequency).real)
+        for name, layer in layers.items()
+        if roles[name] != "finger"
+    )
+    amplifier = scenario.circuit.amplifier
+    stray = 0.0 if amplifier is None else amplifier.stray_capacitance
+    if thickness == 0:
+        return stray
+    return eps0 * scenario.contact_area / thickness + stray

@@ -1,0 +1,271 @@
+"""Every step of the sequence with every fault: 0 V at the plate, a sentence, and the data so far on disk."""
+
+import functools
+import json
+import os
+import signal
+
+import pytest
+
+import electrovib as ev
+from electrovib.bench import run
+from electrovib.bench.faults import BenchError, BenchStopped
+from electrovib.bench.instruments import Instruments
+from electrovib.bench.sequence import STEPS
+from electrovib.bench.twin.simulated import SimulatedBench
+
+SCENARIO = "vezzoli_2014/fig6"
+ENABLE = {"on": "OUTP ON", "off": "OUTP OFF", "state": "OUTP?"}
+ORIGINAL = run.plan_bench
+SILENT = {"compare"}
+"""Steps in which nothing is sent."""
+WITH_BLOCKS = {"low-voltage burst", "full burst", "records"}
+AT_ONCE = {"exception": RuntimeError, "keyboard": KeyboardInterrupt, "SIGTERM": None}
+COMMUNICATION = ("timeout", "wrong answer", "disconnect")
+CASES = [
+    *((step, fault) for step in STEPS for fault in AT_ONCE),
+    *((step, fault) for step in STEPS if step not in SILENT for fault in COMMUNICATION),
+    *((step, "truncated block") for step in STEPS if step in WITH_BLOCKS),
+]
+
+
+def settings(*, with_enable=True):
+    content = ORIGINAL(SCENARIO).settings.to_dict()
+    content["amplifier"]["enable"] = ENABLE if with_enable else None
+    return content
+
+
+@functools.cache
+def plan(with_enable):
+    return ORIGINAL(SCENARIO, bench=settings(with_enable=with_enable))
+
+
+class Injector:
+    """Faults of the connections, in one step, and the current step."""
+
+    def __init__(self, step, fault):
+        self.wanted, self.fault = step, fault
+        self.step, self.is_healed, self.fired = "", False, False
+
+    def report(self, step):
+        self.step = step
+        if step == self.wanted and step in SILENT:
+            self.at_once()
+
+    @property
+    def is_on(self):
+        if self.is_healed and self.fault != "disconnect":
+            return False
+        return self.step == self.wanted or (self.fired and self.fault == "disconnect")
+
+    def at_once(self):
+        self.fired = True
+        if self.fault == "SIGTERM":
+            os.kill(os.getpid(), signal.SIGTERM)
+        else:
+            raise AT_ONCE[self.fault]("injected")
+
+
+class Faulty:
+    """A connection that fails as the injector tells."""
+
+    def __init__(self, inner, injector):
+        self.inner, self.injector = inner, injector
+
+    def send(self, message):
+        injector = self.injector
+        if injector.is_on and injector.fault in AT_ONCE:
+            injector.at_once()
+        if injector.is_on and injector.fault == "disconnect":
+            injector.fired = True
+            raise ConnectionResetError("the cable was pulled")
+        if injector.is_on and injector.fault == "timeout":
+            injector.fired = True
+            raise TimeoutError
+        self.inner.send(message)
+
+    def receive(self):
+        injector, reply = self.injector, self.inner.receive()
+        if injector.is_on and injector.fault == "wrong answer":
+            injector.fired = True
+            return b"banana"
+        if injector.is_on and injector.fault == "truncated block" and reply.startswith(b"#"):
+            injector.fired = True
+            return reply[:-100]
+        return reply
+
+    def close(self):
+        self.inner.close()
+
+
+@pytest.fixture
+def stopped(tmp_path, monkeypatch):
+    """Run with a fault; return what was raised, the twin, the injector and the file of the incomplete run."""
+
+    def call(step, fault, *, with_enable=True, spoil=None):
+        injector, twins = Injector(step, fault), []
+
+        class Spoiled(SimulatedBench):
+            def __init__(self, *arguments, **named):
+                super().__init__(*arguments, **named)
+                twins.append(self)
+                if spoil:
+                    spoil(self, injector)
+
+            @property
+            def connections(self):
+                inner = super().connections
+                return {name: Faulty(each, injector) for name, each in inner.items()}
+
+        def healed(instruments, original=Instruments.to_zero):
+            injector.is_healed = True
+            return original(instruments)
+
+        monkeypatch.setattr(run, "SimulatedBench", Spoiled)
+        monkeypatch.setattr(Instruments, "to_zero", healed)
+        monkeypatch.setattr(run, "plan_bench", lambda *_, **__: plan(with_enable))
+        with pytest.raises((BenchError, BenchStopped, KeyboardInterrupt)) as caught:
+            ev.run_bench(SCENARIO, simulate=True, output=tmp_path / "t.nc", report=injector.report)
+        assert not (tmp_path / "t.nc").exists()
+        return caught.value, twins[0], injector, ev.open_trace(tmp_path / "t.incomplete.nc")
+
+    return call
+
+
+def at_zero(twin):
+    """Voltage of the plate after one burst."""
+    twin.clock.sleep(plan(with_enable=True).duration)
+    return twin.plate_voltage() == 0
+
+
+def slow_apart_from_bursts(step, fault):
+    """Most cases of four faults, which take the same path as the others, are left to the slow tests."""
+    slow = fault in {"exception", "keyboard", "timeout", "wrong answer"} and step not in {
+        "enable",
+        "compare",
+        "full burst",
+    }
+    return pytest.param(step, fault, marks=[pytest.mark.slow] if slow else [])
+
+
+@pytest.mark.parametrize(("step", "fault"), [slow_apart_from_bursts(*case) for case in CASES])
+def test_a_fault_ends_with_0_v_a_sentence_and_the_data(stopped, step, fault):
+    error, twin, injector, trace = stopped(step, fault)
+    assert injector.fired
+    kind = {"keyboard": KeyboardInterrupt, "SIGTERM": BenchStopped}.get(fault, BenchError)
+    assert type(error) is kind
+    assert f"stopped in the step '{step}': " in str(error)
+    assert "Traceback" not in str(error)
+    assert str(trace.attrs["stopped"]).startswith(f"stopped in the step '{step}'")
+    assert json.loads(trace.attrs["steps"])[-1] == step
+    assert "drive_voltage" in trace
+    assert at_zero(twin)
+    if fault == "disconnect":
+        assert "SWITCH THE HIGH VOLTAGE OFF BY HAND" in str(error)
+    else:
+        assert not twin.plant.is_on
+        assert "the generator is at 0 V, and the high voltage is disabled" in str(error)
+    if step in {"compare", "raise", "full burst", "records"}:
+        assert "plate_voltage" in trace
+
+
+def test_the_twin_starts_in_the_dangerous_state():
+    twin = SimulatedBench(plan(with_enable=True).settings, plan(with_enable=True).scenario, seed=1)
+    twin.plant.switch(0.0, on=True)
+    twin.clock.sleep(0.25e-3)
+    assert abs(twin.plate_voltage()) == pytest.approx(20, rel=1e-6)  # 100 mV into 50 ohm, a gain of 200
+
+
+def multiplied(factor, when):
+    def spoil(twin, injector):
+        inner = twin.plant.input_voltage
+
+        def wrong(channel, times, trigger):
+            return inner(channel, times, trigger) * (
+                factor if injector.step == when and channel in (1, 4) else 1
+            )
+
+        twin.plant.input_voltage = wrong
+
+    return spoil
+
+
+@pytest.mark.parametrize("with_enable", [True, False])
+def test_a_read_back_above_the_limit_stops_the_run(stopped, with_enable):
+    error, twin, _, trace = stopped("", "", with_enable=with_enable, spoil=multiplied(1.2, "full burst"))
+    assert "in the full burst the voltage read back reached 1.2" in str(error)
+    assert "above its limit of 1 kV" in str(error)
+    assert float(trace.plate_voltage.max()) > 1150
+    assert at_zero(twin)
+    assert "lateral_force" not in trace
+
+
+def test_twice_the_voltage_is_found_by_the_low_voltage_burst(stopped):
+    error, twin, _, trace = stopped("", "", spoil=multiplied(2.0, "low-voltage burst"))
+    assert "stopped in the step 'compare'" in str(error)
+    assert "a load of 50 ohm" in str(error)
+    assert float(trace.plate_voltage.max()) == pytest.approx(40, rel=0.1)
+    assert float(trace.drive_voltage.max()) == pytest.approx(20, rel=1e-3)
+    assert at_zero(twin)
+
+
+def test_the_amplitude_is_changed_only_while_the_high_voltage_is_disabled(stopped):
+    seen = []
+
+    def spoil(twin, injector):
+        inner = twin.generator._commands["VOLTage"]
+        twin.generator._commands["VOLTage"] = lambda text: (
+            seen.append((float(text), twin.plant.is_on)),
+            inner(text),
+        )
+
+    stopped("records", "exception", spoil=spoil)
+    assert seen == [(pytest.approx(0.2), False), (pytest.approx(10), False)]
+
+
+def test_without_an_enable_line_an_operator_who_refuses_stops_the_run(stopped):
+    def spoil(twin, injector):
+        twin.operate = lambda words: " ON" not in words
+
+    error, twin, _, _ = stopped("", "", with_enable=False, spoil=spoil)
+    assert "stopped in the step 'enable': the operator did not confirm" in str(error)
+    assert at_zero(twin)
+
+
+def test_a_lost_generator_alone_leaves_the_high_voltage_disabled(stopped):
+    def spoil(twin, injector):
+        def lost(message):
+            raise ConnectionResetError("gone")
+
+        original = twin.generator.send
+
+        def send(message):
+            if injector.step == "full burst":
+                lost(message)
+            original(message)
+
+        twin.generator.send = send
+
+    error, twin, _, _ = stopped("", "", spoil=spoil)
+    assert "0 V at the generator is not confirmed" in str(error)
+    assert not twin.plant.is_on
+
+
+def test_the_generator_is_never_reset(stopped):
+    _, twin, _, _ = stopped("records", "exception")
+    assert twin.generator.received
+    assert not [command for command in twin.generator.received if command.startswith("*RST")]
+
+
+@pytest.mark.parametrize(
+    "query", ["VOLTage", "FREQuency", "OUTPut:LOAD", "BM:NCYCles", "TRIGger:SOURce", "VOLTage:OFFSet"]
+)
+def test_a_setting_that_does_not_read_back_stops_the_run_before_anything_is_enabled(stopped, query):
+    def spoil(twin, injector):
+        inner = twin.generator._queries[query]
+        wrong = {"TRIGger:SOURce": "IMM", "OUTPut:LOAD": "50"}.get(query, "3.3")
+        twin.generator._queries[query] = lambda text: wrong if injector.step == "read back" else inner(text)
+
+    error, twin, _, _ = stopped("", "", spoil=spoil)
+    assert "stopped in the step 'read back': a setting does not read back: '" in str(error)
+    assert [on for _, on in twin.plant._switched if on] == []

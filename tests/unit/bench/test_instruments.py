@@ -1,0 +1,372 @@
+"""Drivers and simulated instruments: commands, blocks and replies."""
+
+import json
+import sys
+import types
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.bench import drivers
+from electrovib.bench.clock import SimulatedClock
+from electrovib.bench.connections import connect
+from electrovib.bench.drivers.hp_33120a import Hp33120a
+from electrovib.bench.drivers.tektronix_tds3014b import TektronixTds3014b, time_scale, volt_scale
+from electrovib.bench.faults import BenchError
+from electrovib.bench.link import Link
+from electrovib.bench.lock import one_process
+from electrovib.bench.settings import read_settings
+from electrovib.bench.twin.commands import matches
+from electrovib.bench.twin.generator import TwinGenerator
+from electrovib.bench.twin.oscilloscope import TwinOscilloscope
+from electrovib.core.errors import InputError
+
+SCENARIO = "vezzoli_2014/fig6"
+
+
+class Ramp:
+    """An input with 1 V per second from the trigger on."""
+
+    def input_voltage(self, channel, times, trigger):
+        return channel * (times - trigger)
+
+
+@pytest.fixture
+def generator():
+    clock = SimulatedClock()
+    twin = TwinGenerator(clock)
+    return clock, twin, Hp33120a(Link("generator", twin))
+
+
+@pytest.fixture
+def oscilloscope():
+    clock = SimulatedClock()
+    twin = TwinOscilloscope(clock, Ramp())
+    return clock, twin, TektronixTds3014b(Link("oscilloscope", twin))
+
+
+def output(clock, twin):
+    return float(twin.voltage(np.array([clock.now()]))[0])
+
+
+def ready(driver, *, load=True):
+    driver.identify()
+    driver.zero()
+    driver.set_burst()
+    driver.set_trigger()
+    if load:
+        driver.set_load()
+    driver.download(np.array([0, 1000, 2000, 2047, -2047, 1000, 500, 0], np.int16), 0.8, 10.0)
+
+
+def test_a_burst_is_played_once_and_rests_at_0_v(generator):
+    clock, twin, driver = generator
+    clock.sleep(0.25e-3)
+    assert output(clock, twin) == pytest.approx(0.1)
+    ready(driver)
+    assert output(clock, twin) == 0
+    driver.trigger()
+    clock.sleep(0.35)
+    assert output(clock, twin) == pytest.approx(5)
+    clock.sleep(0.1)
+    assert output(clock, twin) == pytest.approx(-5)
+    for _ in range(20):
+        clock.sleep(0.5)
+        assert output(clock, twin) == 0
+    assert driver.settings()["FUNC:SHAP?"] == "USER"
+
+
+def test_a_load_of_50_ohm_doubles_the_open_voltage(generator):
+    clock, twin, driver = generator
+    ready(driver, load=False)
+    assert float(driver.settings()["VOLT?"]) == pytest.approx(10)
+    driver.trigger()
+    clock.sleep(0.35)
+    assert output(clock, twin) == pytest.approx(10)
+    driver.set_load()
+    assert float(driver.settings()["VOLT?"]) == pytest.approx(20)
+
+
+def test_a_load_that_does_not_read_back_is_refused(generator):
+    _, twin, driver = generator
+    twin._commands["OUTPut:LOAD"] = lambda _: None
+    with pytest.raises(BenchError, match=r"reports a load of 50 ohm.*twice as much"):
+        driver.set_load()
+
+
+def test_points_go_out_with_the_most_significant_byte_first(generator):
+    _, twin, driver = generator
+    ready(driver)
+    assert twin._memory[:4] == (0, 1000, 2000, 2047)
+    twin.send(b"FORM:BORD SWAP")
+    twin.send(b"DATA:DAC VOLATILE, #216" + np.array([0, 1, 2, 3, 4, 5, 6, 0], "<i2").tobytes())
+    assert twin._memory == (0, 1, 2, 3, 4, 5, 6, 0)
+
+
+def test_waveforms_that_do_not_fit_or_do_not_rest_at_0_are_refused(generator):
+    _, twin, driver = generator
+    for codes, words in (
+        ([0] * 7, "7 points"),
+        ([0] * 7 + [1], "begins and ends at 0 V"),
+        ([0, 3000, *[0] * 6], "3000"),
+    ):
+        with pytest.raises(BenchError, match=words):
+            driver.download(np.array(codes, np.int16), 0.8, 10.0)
+    twin.send(b"DATA:DAC VOLATILE, #216" + np.full(8, 3000, ">i2").tobytes())
+    assert driver.link.ask("SYST:ERR?").startswith("-222")
+
+
+def test_a_voltage_beyond_the_generator_is_refused_by_it(generator):
+    _, _, driver = generator
+    ready(driver)
+    with pytest.raises(BenchError, match="-222"):
+        driver.set_amplitude(21.0)
+
+
+def test_a_continuous_sine_follows_a_reset_and_no_driver_sends_one(generator):
+    clock, twin, driver = generator
+    ready(driver)
+    assert not [command for command in twin.received if "RST" in command]
+    twin.send(b"*RST")
+    clock.sleep(0.25e-3)
+    assert output(clock, twin) == pytest.approx(0.1)
+
+
+def test_the_oscilloscope_records_before_and_after_the_trigger(oscilloscope):
+    clock, twin, driver = oscilloscope
+    length = driver.set_time(0.85)
+    step = driver.set_channel(2, -1.0, 3.0)
+    assert length == pytest.approx(1.0)
+    driver.start()
+    assert not driver.is_ready()
+    twin.synchronise(clock.now())  # too early: the part before the trigger is not filled
+    assert not driver.is_done()
+    clock.sleep(0.1)
+    assert driver.is_ready()
+    twin.synchronise(clock.now())
+    clock.sleep(0.89)
+    assert not driver.is_done()
+    clock.sleep(0.02)
+    assert driver.is_done()
+    times, voltages = driver.record(2)
+    assert times.size == 10_000
+    assert times[[0, 1000]] == pytest.approx([-0.1, 0.0], abs=1e-6)
+    assert np.abs(voltages - 2 * times).max() <= 0.51 * step
+
+
+class Scripted:
+    """An oscilloscope whose preamble and curve are given."""
+
+    def __init__(self, preamble, counts):
+        data = counts.astype(">i2").tobytes()
+        self.replies = {b"WFMP?": preamble.encode(), b"CURV?": b"#5%d" % len(data) + data}
+
+    def send(self, message):
+        self.asked = message
+
+    def receive(self):
+        return self.replies[self.asked]
+
+
+PREAMBLE = (
+    'WFMPRE:BYT_NR 2;BIT_NR 16;ENCDG BIN;BN_FMT RI;BYT_OR MSB;NR_PT 10000;WFID "Ch1; DC";PT_FMT Y;XINCR 2.0E-5;PT_OFF 100;'
+    'XZERO 1.0E-3;XUNIT "s";YMULT 1.0E-4;YZERO 5.0E-1;YOFF 1.0E3;YUNIT "V"'
+)
+
+
+def test_a_record_is_scaled_by_its_preamble():
+    counts = np.arange(10_000) - 5000
+    times, voltages = TektronixTds3014b(Link("oscilloscope", Scripted(PREAMBLE, counts))).record(1)
+    np.testing.assert_allclose(times, 1e-3 + 2e-5 * (np.arange(10_000) - 100), rtol=1e-12)
+    np.testing.assert_allclose(voltages, 0.5 + 1e-4 * (counts - 1000), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (("BYT_OR MSB", "BYT_OR LSB"), "samples of the form"),
+        (("BYT_NR 2", "BYT_NR 1"), "samples of the form"),
+        (("NR_PT 10000", "NR_PT 500"), "announces 500 points of CH1 and sent 10000"),
+        (("YMULT 1.0E-4", "YMULT x"), "no number for YMULT"),
+        (("XINCR 2.0E-5;", ""), "no number for XINCR"),
+    ],
+)
+def test_a_preamble_that_does_not_fit_is_refused(wrong, words):
+    scripted = Scripted(PREAMBLE.replace(*wrong), np.zeros(10_000))
+    with pytest.raises(BenchError, match=words):
+        TektronixTds3014b(Link("oscilloscope", scripted)).record(1)
+
+
+def test_scales_hold_the_range():
+    for duration in (1e-6, 3e-4, 0.272, 1.0, 9.0):
+        assert duration <= 9.0 * time_scale(duration) <= 2.6 * duration
+    for low, high in ((0.0, 5.0), (-0.01, 0.01), (1.0, 4.0)):
+        assert high - low < 8 * volt_scale(low, high) < 4 * (high - low)
+    with pytest.raises(BenchError, match="coarsest"):
+        volt_scale(0.0, 100.0)
+
+
+@pytest.mark.parametrize(("text", "word"), [("TEKTRONIX,TDS 3054C,0,x", "TDS 3054C"), ("banana", "banana")])
+def test_another_model_is_refused_unless_it_is_named(oscilloscope, text, word):
+    _, twin, driver = oscilloscope
+    assert driver.identify().startswith("TEKTRONIX")
+    twin.identity = text
+    with pytest.raises(BenchError, match=f'set oscilloscope.accept_model = "{word}"'):
+        driver.identify()
+    named = TektronixTds3014b(Link("oscilloscope", twin), also=word)
+    if "," in text:
+        assert named.identify() == text
+
+
+@pytest.mark.parametrize(
+    ("header", "known"),
+    [("VOLT:OFFS", True), ("voltage:offset", True), ("VOLTA:OFFS", False), ("VOLT", False), ("OFFS", False)],
+)
+def test_headers_are_short_or_long(header, known):
+    assert matches("VOLTage:OFFSet", header) == known
+
+
+def test_blocks_that_are_cut_off_or_too_long_are_refused():
+    class Replying:
+        def __init__(self, reply):
+            self.reply = reply
+
+        def send(self, message):
+            pass
+
+        def receive(self):
+            return self.reply
+
+    for reply, words in (
+        (b"#15abcd", "announced a block of 5 bytes and sent 4"), (b"#15abcdef", "sent 6"), (b"#3", "cut off"),
+        (b"hello", "where a binary block was expected"), (b"#0abc", "where a binary block"),
+    ):  # fmt: skip
+        with pytest.raises(BenchError, match=words):
+            Link("oscilloscope", Replying(reply)).ask_block("CURV?")
+    assert Link("oscilloscope", Replying(b"#15abcde")).ask_block("CURV?") == b"abcde"
+    with pytest.raises(BenchError, match="where a number was expected"):
+        Link("oscilloscope", Replying(b"x")).ask_number("ACQ:STATE?")
+
+
+def test_the_trace_states_instruments_settings_limits_and_the_current_limiter():
+    trace = ev.run_bench(SCENARIO, simulate=True)
+    assert set(json.loads(trace.attrs["instruments"])) == {"generator", "oscilloscope"}
+    settings = json.loads(trace.attrs["settings"])
+    assert float(settings["OUTP:LOAD?"]) == pytest.approx(9.9e37)
+    assert float(settings["VOLT?"]) == pytest.approx(10)
+    assert (settings["BM:NCYC?"], settings["TRIG:SOUR?"]) == ("+1.00000E+00", "BUS")
+    assert "250" in trace.attrs["current_limiter"] or "0.00025" in trace.attrs["current_limiter"]
+    assert json.loads(trace.attrs["limits"])["voltage"] == 1000
+    assert (trace.attrs["complete"], trace.attrs["simulated"], trace.attrs["burst"]) == (1, 1, "full burst")
+    assert trace.lateral_force.attrs["calibration"] == "0.1 N/V, zero 0 V"
+    assert float(abs(trace.plate_voltage - trace.drive_voltage).max()) < 15
+    assert trace.time.values[0] == pytest.approx(0, abs=1e-9)
+
+
+def test_drivers_are_known_by_name():
+    assert set(drivers.GENERATORS) == {"hp_33120a"}
+    assert set(drivers.OSCILLOSCOPES) == {"tektronix_tds3014b"}
+    drivers.check_drivers(read_settings())
+
+
+def test_forces_beyond_the_declared_range_are_stated():
+    content = ev.plan_bench(SCENARIO).settings.to_dict()
+    content["forces"]["lateral"] |= {"low": 0.0, "high": 0.2}
+    trace = ev.run_bench(SCENARIO, bench=content, simulate=True)
+    assert "of 10000 readings of the lateral force lie beyond 0 N to 200 mN" in trace.attrs["comparisons"]
+    assert "beyond" not in ev.run_bench(SCENARIO, simulate=True).attrs["comparisons"]
+
+
+class VisaIOError(Exception):
+    """Stands for that of pyvisa."""
+
+    def __init__(self, error_code):
+        super().__init__(f"VISA {error_code}")
+        self.error_code = error_code
+
+
+class Resource:
+    """Stands for a resource of pyvisa."""
+
+    def __init__(self):
+        self.written, self.replies, self.is_closed = [], [], False
+
+    def write_raw(self, message):
+        self.written.append(message)
+
+    def read_raw(self):
+        reply = self.replies.pop(0)
+        if isinstance(reply, Exception):
+            raise reply
+        return reply
+
+    def close(self):
+        self.is_closed = True
+
+
+@pytest.fixture
+def visa(monkeypatch):
+    """Put a stand-in for pyvisa in place and return its one resource."""
+    resource = Resource()
+    package = types.SimpleNamespace(
+        constants=types.SimpleNamespace(StatusCode=types.SimpleNamespace(error_timeout=-1)),
+        errors=types.SimpleNamespace(VisaIOError=VisaIOError),
+        ResourceManager=lambda: types.SimpleNamespace(
+            open_resource=lambda _, timeout: resource if timeout > 0 else None
+        ),
+    )
+    monkeypatch.setitem(sys.modules, "pyvisa", package)
+    return resource
+
+
+def test_messages_by_visa(visa):
+    link = Link("generator", connect({"generator": "GPIB0::10::INSTR"})["generator"])
+    visa.replies = [b"HEWLETT-PACKARD,33120A,0,1\r\n", b"#15abcd\n\n", VisaIOError(-1), VisaIOError(-7)]
+    assert link.ask("*IDN?") == "HEWLETT-PACKARD,33120A,0,1"
+    assert link.ask_block("CURV?") == b"abcd\n"  # the last byte of the data is that of a line feed
+    with pytest.raises(BenchError, match=r"the generator gave no answer in time, after 'VOLT\?'"):
+        link.ask("VOLT?")
+    with pytest.raises(BenchError, match="is no longer connected"):
+        link.ask("VOLT?")
+    link.close()
+    assert visa.is_closed
+    assert visa.written[0] == b"*IDN?\n"
+
+
+def test_without_pyvisa_the_line_that_installs_it_is_given(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyvisa", None)
+    with pytest.raises(InputError, match=r"pip install 'electrovib\[bench\]'"):
+        connect({"generator": "GPIB0::10::INSTR"})
+
+
+def test_an_instrument_that_cannot_be_reached_is_named():
+    with pytest.raises(
+        BenchError, match=r"the oscilloscope at 'TCPIP::127\.0\.0\.1::1::SOCKET' cannot be reached"
+    ):
+        connect({"oscilloscope": "TCPIP::127.0.0.1::1::SOCKET"})
+
+
+def test_readings_are_calibrated_with_sensitivity_and_zero():
+    content = ev.plan_bench(SCENARIO).settings.to_dict()
+    content["forces"]["lateral"] |= {"sensitivity": -0.1, "zero": 0.5}
+    trace = ev.run_bench(SCENARIO, bench=content, simulate=True)
+    assert float(trace.lateral_force.mean()) == pytest.approx(0.2503, rel=2e-3)
+    force = ev.plan_bench(SCENARIO, bench=content).settings.forces.lateral
+    assert force.quantity(np.array([0.5, -1.5])).tolist() == [0, 0.2]
+    current = ev.plan_bench(SCENARIO).settings.oscilloscope.current
+    assert current.quantity(np.array([1.0])) == pytest.approx(100e-6)
+
+
+def test_one_process_holds_a_bench():
+    with one_process({"generator": "nobody"}) as left:
+        assert left == ""
+        with (
+            pytest.raises(BenchError, match="another process uses this bench"),
+            one_process({"generator": "nobody"}),
+        ):
+            pass
+        with one_process({"generator": "another"}):
+            pass
+    with one_process({"generator": "nobody"}) as left:
+        assert left == ""

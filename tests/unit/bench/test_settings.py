@@ -1,0 +1,146 @@
+"""The bench file, the plan, and what is refused before anything is sent."""
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.bench.settings import default_text, read_settings
+from electrovib.core.errors import InputError
+from electrovib.core.parsing import read_toml
+
+SCENARIO = "vezzoli_2014/fig6"
+
+
+def tables(**changes):
+    found = read_toml(default_text())
+    for path, value in changes.items():
+        place, names = found, path.split("__")
+        for name in names[:-1]:
+            place = place.setdefault(name, {})
+        if value is None:
+            del place[names[-1]]
+        else:
+            place[names[-1]] = value
+    return found
+
+
+def test_the_default_is_the_set_up_of_the_paper():
+    found = read_settings()
+    assert (found.limits.voltage, found.limits.current, found.current_limiter.current) == (
+        1000,
+        250e-6,
+        250e-6,
+    )
+    assert (found.generator.driver, found.oscilloscope.driver) == ("hp_33120a", "tektronix_tds3014b")
+    assert found.amplifier.enable is None
+    assert set(found.channels()) == {"voltage", "current", "lateral", "normal"}
+    assert set(found.resources.values()) == {""}
+
+
+REFUSED = {
+    "no limiter": ({"current_limiter": None}, r"\[current_limiter\] name ="),
+    "no voltage": ({"limits__voltage": None}, r"add: \[limits\] voltage ="),
+    "no current": ({"limits__current": None}, r"add: \[limits\] current ="),
+    "limiter too large": ({"current_limiter__current": "1 mA"}, "allows more than the largest current"),
+    "no driver": ({"generator__driver": "hp_33120"}, "Did you mean 'hp_33120a'"),
+    "another schema": ({"schema": 2}, "schema = 2"),
+    "one input twice": ({"forces__normal__input": 2}, "share an input"),
+    "no gain": ({"amplifier__gain": 0}, "a gain of 0"),
+    "no ratio": ({"oscilloscope__voltage__ratio": 0}, "a ratio of 0"),
+    "no sensitivity": ({"forces__lateral__sensitivity": 0}, "a sensitivity of 0"),
+    "range turned over": ({"forces__lateral__low": "1 N"}, "low must be below high"),
+    "gain too small": ({"amplifier__gain": 20}, "100 V in the full one"),
+    "first burst too small": ({"burst__low_voltage": "1 V"}, "0.01 V in the first burst"),
+    "too long": ({"burst__longest": "0.2 s"}, "longer than burst.longest = 200 ms"),
+    "too coarse": ({"burst__resampling_error": 1e-5}, "has an error of 0.0099 %"),
+    "strictest voltage": ({"limits__voltage": "900 V"}, "reaches 1 kV, above 900 V"),
+    "strictest current": (
+        {"limits__current": "0.5 uA", "current_limiter__current": "0.5 uA"},
+        "reaches 915.* nA, above 500 nA",
+    ),
+    "the limiter alone": ({"current_limiter__current": "0.5 uA"}, "above 500 nA: .*the current limiter"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_not_safe_is_refused_before_anything_is_sent(name):
+    changes, words = REFUSED[name]
+    with pytest.raises(InputError, match=words):
+        ev.plan_bench(SCENARIO, bench=tables(**changes))
+
+
+SINE = {"model": "Sine", "amplitude": "1 V", "frequency": "100 Hz"}
+DRIVES = {
+    "a step": ({"model": "Step", "level": "100 V"}, "begins at 100 V"),
+    "cut off": ({"model": "Trapezium", "high": "100 V", "rise": "10 ms", "hold": "1 s", "fall": 0}, "ends at 100 V"),
+    "nothing": ({"model": "Trapezium", "high": "0 V", "rise": "10 ms", "hold": "10 ms", "fall": "1 ms"}, "0 V throughout"),
+    "a current": (
+        {"model": "CurrentAmplifier", "sense_resistance": "1 Mohm", "command": SINE},
+        "is a current",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DRIVES)
+def test_only_a_finite_voltage_from_0_v_to_0_v_is_played(name):
+    drive, words = DRIVES[name]
+    with pytest.raises(InputError, match=words):
+        ev.plan_bench(SCENARIO, set={"drive": drive, "time.duration": 0.05})
+
+
+def test_the_limits_of_the_scenario_count_too():
+    with pytest.raises(InputError, match="reaches 1 kV, above 700 V"):
+        ev.plan_bench(SCENARIO, set={"limits.voltage": "700 V"})
+
+
+def test_the_plan_plays_the_drive_in_the_sign_of_the_amplifier():
+    plan = ev.plan_bench(SCENARIO)
+    turned = ev.plan_bench(SCENARIO, bench=tables(amplifier__gain=-200))
+    assert plan.codes[0] == plan.codes[-1] == 0
+    assert plan.codes.max() == 2047
+    np.testing.assert_array_equal(turned.codes, -plan.codes)
+    assert plan.amplitude == pytest.approx(10)  # 5 V times 200
+    times = (np.arange(10 * plan.codes.size) + 0.5) * plan.duration / (10 * plan.codes.size)
+    played = np.repeat(plan.codes, 10) / 2047 * plan.amplitude / 2 * 200
+    error = np.sqrt(np.mean((played - plan.voltage(times)) ** 2)) / 1000
+    assert error == pytest.approx(plan.resampling_error, rel=0.05)
+    assert plan.voltage([-1e-3, plan.duration + 1e-3]).tolist() == [0, 0]
+
+
+def test_a_drive_that_is_steep_at_its_end_ends_at_code_0():
+    plan = ev.plan_bench(
+        SCENARIO, set={"drive": {**SINE, "amplitude": "100 V", "frequency": "1 kHz"}, "time.duration": 0.01}
+    )
+    assert plan.codes[[0, -1]].tolist() == [0, 0]
+    assert abs(plan.codes[[1, -2]]).min() > 0
+
+
+def test_the_gain_of_the_scenarios_own_amplifier_counts():
+    amplifier = {"gain": 100.0}
+    plan = ev.plan_bench(SCENARIO, set={"drive.high": "10 V", "circuit.amplifier": amplifier})
+    assert plan.peak == pytest.approx(1000)
+    assert plan.voltage(0.1) == pytest.approx(1000)
+    trace = ev.run_bench(SCENARIO, simulate=True, set={"drive.high": "10 V", "circuit.amplifier": amplifier})
+    assert float(trace.plate_voltage.max()) == pytest.approx(1000, rel=0.01)
+
+
+def test_without_simulate_and_arm_nothing_is_played():
+    with pytest.raises(InputError, match="without them only the plan is shown"):
+        ev.run_bench(SCENARIO)
+    with pytest.raises(InputError, match="both were given"):
+        ev.run_bench(SCENARIO, simulate=True, arm=True)
+
+
+def test_real_instruments_need_an_address_and_an_operator():
+    with pytest.raises(InputError, match=r"amplifier\.enable: without an enable line an operator"):
+        ev.run_bench(SCENARIO, arm=True)
+    with pytest.raises(InputError, match=r"generator\.resource: the bench file states no address"):
+        ev.run_bench(SCENARIO, arm=True, confirm=lambda _: True)
+
+
+def test_a_settings_file_that_is_missing_or_no_toml(tmp_path):
+    with pytest.raises(InputError, match=r"none\.toml: No such file.*bench init"):
+        read_settings(tmp_path / "none.toml")
+    (tmp_path / "wrong.toml").write_text("schema = ", encoding="utf-8")
+    with pytest.raises(InputError, match="not valid TOML"):
+        read_settings(tmp_path / "wrong.toml")

@@ -1,0 +1,320 @@
+"""A drive compared with limits: every row states value, limit and source, and nothing unlimited is cleared."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import electrovib as ev
+from electrovib.apps.cli import app
+from electrovib.core.errors import InputError
+from electrovib.physics.limits import Limits
+from electrovib.study.check import (
+    CheckResult,
+    CheckRow,
+    LimitsFrom,
+    cleared_for_output,
+    limits_from,
+    sampled,
+    strictest,
+)
+from electrovib.study.check.declared import LINES_TO_ADD
+from electrovib.study.check.values import rms_of_lines, slew_of
+
+FIG6 = "vezzoli_2014/fig6"
+SINE = {"model": "Sine", "amplitude": "100 V", "frequency": "1 kHz"}
+
+
+def row(result, quantity):
+    return next(each for each in (*result.rows, *result.comparisons) if each.quantity == quantity)
+
+
+def test_peak_and_rms_voltage_of_a_sine():
+    result = ev.check(SINE, FIG6, limits={"voltage": "120 V"})
+    voltage = row(result, "peak voltage")
+    assert (voltage.value, voltage.limit, voltage.state, voltage.unit) == (100, 120, "pass", "V")
+    assert voltage.margin == pytest.approx(1.2)
+    assert result.value("rms voltage") == pytest.approx(100 / math.sqrt(2), rel=1e-9)
+    assert result.value("slew rate of the drive") == pytest.approx(2 * math.pi * 1e3 * 100, rel=1e-12)
+
+
+def test_current_of_a_slow_ramp_is_capacitance_times_slope():
+    """Between the corners of the ramp the film of 32.96 pF takes C dV/dt; the skin adds less than 1 %."""
+    result = ev.check(FIG6)
+    slope = 1000 / 36e-3
+    assert result.value("peak current") == pytest.approx(32.96e-12 * slope, rel=1e-2)
+    assert result.value("slew rate of the drive") == pytest.approx(slope)
+
+
+def test_stray_capacitance_takes_current_that_the_body_does_not():
+    with_stray = ev.check(FIG6, set={"circuit.amplifier": {"stray_capacitance": "200 pF"}})
+    more = with_stray.value("peak current") - with_stray.value("peak body current")
+    assert more == pytest.approx(200e-12 * 1000 / 36e-3, rel=1e-2)
+    assert with_stray.value("stored energy") - ev.check(FIG6).value("stored energy") == pytest.approx(
+        1e-4, rel=1e-6
+    )
+    assert not any("No stray capacitance" in note for note in with_stray.notes)
+    assert any("No stray capacitance" in note for note in ev.check(FIG6).notes)
+
+
+@pytest.mark.parametrize(
+    ("limit", "state"), [(1000.0, "pass"), (np.nextafter(1000.0, 0), "fail"), (1000.1, "pass")]
+)
+def test_a_value_at_exactly_its_limit_passes(limit, state):
+    assert row(ev.check(FIG6, limits={"voltage": limit}), "peak voltage").state == state
+
+
+def test_breakdown_of_the_film_and_of_air():
+    result = ev.check(FIG6, set={"stack.insulator.breakdown_field": "10 MV/m"})
+    film = row(result, "film strength, insulator")
+    assert film.state == "fail"
+    assert film.value == pytest.approx(1000 / 90e-6, rel=1e-4)
+    assert film in result.failed
+    assert result.state == "fail"
+    for high in ("1 kV", "20 kV"):
+        emission = row(ev.check(FIG6, set={"drive.high": high}), "field emission")
+        assert emission.state == "unknown", "a limit that was cited from memory decides nothing"
+    held_off = {"high": ("1 kV", "unknown"), "more": ("2 kV", "fail")}
+    for high, state in held_off.values():
+        paschen = row(ev.check("vezzoli_2014/fig2", set={"drive.high": high}), "Paschen")
+        assert paschen.state == state
+
+
+def test_a_drive_that_is_checked_in_part_is_stated():
+    notes = ev.check(FIG6, set={"time.duration": "50 ms"}).notes
+    assert any("Checked up to 50 ms (time.duration) only; the drive lasts 272 ms" in note for note in notes)
+    assert not any("Checked up to" in note for note in ev.check(FIG6).notes)
+
+
+def test_a_computed_trace_is_a_drive(tmp_path):
+    trace = ev.simulate(FIG6, signals=["drive_voltage"])
+    for name in ("trace.nc", "trace.csv", "trace.mat"):
+        ev.save(trace, tmp_path / name)
+        assert ev.check(tmp_path / name, FIG6).value("peak voltage") == 1000
+
+
+def test_a_solver_by_time_steps_gives_the_same_values():
+    """An amplifier far from its limits changes nothing but the solver."""
+    changes = {"circuit.amplifier": {"source_current": "1 A", "stray_capacitance": "100 pF"}}
+    limited, free = (
+        ev.check(FIG6, set={"circuit.amplifier": each})
+        for each in (changes["circuit.amplifier"], {"stray_capacitance": "100 pF"})
+    )
+    for quantity in ("rms voltage", "rms current", "peak current", "stored energy"):
+        assert limited.value(quantity) == pytest.approx(free.value(quantity), rel=1e-2)
+
+
+def test_a_published_current_decides_nothing():
+    result = ev.check("kim_2015/current", limits={"current": "10 mA"})
+    above = [each for each in result.comparisons if each.state == "fail"]
+    assert [each.limit for each in above] == [250e-6, 0.5e-3]
+    assert above[1].value == pytest.approx(1e-3, rel=1e-6), "1 mA rms at 25 kHz"
+    assert not result.failed
+    assert all(each.state != "pass" for each in result.comparisons if "unverified" in each.source)
+
+
+def test_the_strictest_limit_counts_and_its_source_is_named():
+    found = strictest(
+        [
+            LimitsFrom("the scenario", Limits(voltage=1000, current=1e-3), {"voltage": "Section 4"}),
+            LimitsFrom("bench.toml", Limits(voltage=500)),
+            limits_from({"voltage": "800 V"}),
+        ]
+    )
+    assert {name: each.value for name, each in found.items()} == {"voltage": 500, "current": 1e-3}
+    assert found["voltage"].source == (
+        "limits.voltage of bench.toml; also declared: 800 V of limits, 1 kV of the scenario"
+    )
+    assert (
+        strictest([LimitsFrom("the scenario", Limits(voltage=1), {"voltage": "Section 4"})])["voltage"].source
+        == "limits.voltage of the scenario (Section 4)"
+    )
+
+
+@pytest.mark.parametrize("text", ['[limits]\nvoltage = "500 V"\n', 'schema = 1\nvoltage = "500 V"\n'])
+def test_limits_of_a_file(tmp_path, text):
+    path = tmp_path / "limits.toml"
+    path.write_text(text, encoding="utf-8")
+    limited = row(ev.check(FIG6, limits=path), "peak voltage")
+    assert (limited.limit, limited.state) == (500, "fail")
+    assert limited.source == f"limits.voltage of {path}"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("voltag = 5", "limits.toml: limits.voltag"),
+        ("voltage = 'x'", "limits.toml: limits.voltage"),
+        ("voltage = nan", "finite"),
+        ("voltage = -5.0", "between"),
+        ("voltage =", "not valid TOML"),
+    ],
+)
+def test_wrong_limits_are_refused(tmp_path, monkeypatch, text, words):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "limits.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        ev.check(FIG6, limits="limits.toml")
+
+
+@pytest.mark.parametrize(
+    ("limits", "missing"),
+    [
+        ({}, "limits.voltage"),
+        ({"voltage": "2 kV"}, "limits.current"),
+        ({"current": "1 mA"}, "limits.voltage"),
+    ],
+)
+def test_nothing_is_cleared_without_the_largest_voltage_and_current(limits, missing):
+    scenario = ev.load(FIG6).replace({"limits": {}})
+    with pytest.raises(InputError) as refused:
+        cleared_for_output(scenario, limits=limits)
+    assert missing in str(refused.value)
+    assert LINES_TO_ADD in str(refused.value)
+    both = cleared_for_output(scenario, limits=[limits, {"voltage": "1 kV", "current": "250 uA"}])
+    assert not both.failed
+    assert cleared_for_output(scenario.replace({"limits": {"voltage": "1 kV", "current": "250 uA"}})).rows
+
+
+def test_a_limit_that_is_exceeded_is_refused_with_value_and_source():
+    with pytest.raises(
+        InputError, match=r"reaches 1 kV, above 900 V: limits.voltage of limits. Nothing was written"
+    ):
+        cleared_for_output(ev.load(FIG6), limits={"voltage": "900 V"})
+
+
+def test_a_discontinuity_without_resistance_has_no_bound():
+    step = {"model": "Step", "level": "1 V"}
+    result = ev.check(step, FIG6, set={"circuit.return_path.resistance": 0}, limits={"current": "1 A"})
+    assert row(result, "peak current").state == "fail"
+    assert result.value("peak current") == math.inf
+    assert result.value("slew rate of the drive") == math.inf
+    assert json.dumps(result.to_dict(), allow_nan=False)
+
+
+def test_a_declared_limit_that_could_not_be_compared_is_refused():
+    unknown = CheckRow(
+        quantity="charge",
+        value=None,
+        limit=1.0,
+        unit="C",
+        source="",
+        state="unknown",
+        text="the charge is not known",
+    )
+    rows = {"title": "", "duration": 1.0, "comparisons": (), "numbers": (), "notes": ()}
+    with pytest.raises(InputError, match=r"the charge is not known\. Nothing was played"):
+        CheckResult(rows=(unknown,), **rows).refuse("Nothing was played")
+    CheckResult(rows=(replace(unknown, limit=None),), **rows).refuse()
+    CheckResult(rows=(replace(unknown, value=1.0),), **rows).refuse()
+
+
+def test_switching_on_counts():
+    """At 1 kohm a step of 100 V drives 100 mA at first, whatever the film takes later."""
+    result = ev.check({"model": "Step", "level": "100 V"}, FIG6)
+    assert result.value("peak current") == pytest.approx(0.1, rel=1e-6)
+    assert row(result, "peak current").state == "fail"
+
+
+def test_a_limited_amplifier_never_passes_its_target():
+    amplifier = {"source_current": "250 uA", "stray_capacitance": "200 pF"}
+    result = ev.check(
+        FIG6, set={"circuit.amplifier": amplifier, "drive.rise": "0.1 ms"}, limits={"voltage": 1000}
+    )
+    assert row(result, "peak voltage").state == "pass"
+    assert row(result, "peak current").state == "pass"
+
+
+@pytest.mark.parametrize("columns", ["time,voltage", "time [s],drive_voltage [V]", ""])
+def test_a_drive_from_a_file(tmp_path, columns):
+    path = tmp_path / "drive.csv"
+    path.write_text(f"{columns}\n0,0\n0.001,300\n0.01,0\n".lstrip(), encoding="utf-8")
+    result = ev.check(path, FIG6)
+    assert result.value("peak voltage") == 300
+    assert result.duration == 0.01
+    assert result.value("rms voltage") == pytest.approx(300 / math.sqrt(3), rel=1e-9)
+
+
+def test_a_drive_that_lasts_longer_than_the_scenario_is_checked_to_its_end(tmp_path):
+    path = tmp_path / "drive.npy"
+    np.save(path, np.array([[0, 0], [1, 10], [5, 10], [6, 800], [7, 0.0]]))
+    result = ev.check(path, FIG6, set={"time.duration": "1 s"})
+    assert result.value("peak voltage") == 800
+
+
+def test_a_file_with_nan_or_without_voltage_is_refused(tmp_path):
+    path = tmp_path / "drive.npy"
+    np.save(path, np.array([[0, 0], [1, math.nan], [2, 0]]))
+    with pytest.raises(InputError, match=r"drive\.npy"):
+        ev.check(path, FIG6)
+    with pytest.raises(InputError, match="sample 1 is not a finite number"):
+        sampled(np.arange(3.0), np.array([0, math.nan, 0]))
+    (tmp_path / "drive.csv").write_text("time,force\n0,0\n1,1\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"drive\.csv"):
+        ev.check(tmp_path / "drive.csv", FIG6)
+
+
+def test_root_mean_square_of_many_samples():
+    times = np.linspace(0, 0.1, 5001)
+    result = ev.check(sampled(times, 50 * np.sin(2 * np.pi * 40 * times)), FIG6)
+    assert result.value("rms voltage") == pytest.approx(50 / math.sqrt(2), rel=1e-4)
+    assert rms_of_lines(np.array([0.0, 1, 3]), np.array([0.0, 3, 3])) == pytest.approx(
+        math.sqrt((3 + 18) / 3)
+    )
+    assert math.isnan(rms_of_lines(np.zeros(1), np.zeros(1)))
+
+
+def test_slew_of_a_pulse_is_that_of_its_steepest_edge():
+    drive = ev.load(FIG6, changes={"drive.fall": "1 ms"}).drive
+    assert slew_of(drive, 1.0) == pytest.approx(1e6)
+    assert slew_of(drive, 0.05) == pytest.approx(1000 / 36e-3)
+
+
+class TestCommandLine:
+    def run(self, *words):
+        return CliRunner(env={"COLUMNS": "200"}).invoke(app, ["check", *words])
+
+    def test_exit_code_and_verdict(self, tmp_path):
+        passed = self.run(FIG6)
+        assert passed.exit_code == 0
+        assert "no limit exceeded" in passed.output
+        failed = self.run(FIG6, "--set", "limits.voltage=900 V", "-o", str(tmp_path / "check.json"))
+        assert failed.exit_code == 1
+        assert "failed: 1 of 7 limits exceeded: peak voltage" in failed.output
+        content = json.loads((tmp_path / "check.json").read_text(encoding="utf-8"))
+        assert content["state"] == "fail"
+        assert content["limits"][0]["margin"] == pytest.approx(0.9)
+
+    def test_a_drive_before_the_scenario_and_a_table(self, tmp_path):
+        drive, table = tmp_path / "drive.csv", tmp_path / "check.csv"
+        drive.write_text("time,voltage\n0,0\n0.001,300\n0.01,0\n", encoding="utf-8")
+        done = self.run(str(drive), FIG6, "-o", str(table))
+        assert done.exit_code == 0
+        lines = table.read_text(encoding="utf-8").splitlines()
+        assert lines[2].startswith("kind,quantity,value,limit,unit,margin,state,source")
+        assert lines[3].startswith("limit,peak voltage,300.0,,V,,unknown")
+        assert self.run(str(drive), FIG6, "-o", str(table)).exit_code == 0, (
+            "what electrovib wrote is replaced"
+        )
+        assert isinstance(self.run(str(drive), FIG6, "-o", str(drive)).exception, InputError), (
+            "an input never"
+        )
+        assert isinstance(self.run(FIG6, "-o", "check.xyz").exception, InputError)
+
+    def test_a_page(self, tmp_path):
+        path = tmp_path / "check.html"
+        assert self.run(FIG6, "--set", "limits.voltage=900 V", "-o", str(path)).exit_code == 1
+        page = path.read_text(encoding="utf-8")
+        assert "failed: 1 of 7 limits exceeded: peak voltage" in page
+        assert "not a claim of medical safety" in page
+        assert self.run(FIG6, "-o", str(path)).exit_code == 0
+
+    def test_series_resistor(self):
+        shown = self.run(FIG6, "--series-resistor").output
+        assert "4 Mohm" in shown
+        assert "250 mW" in shown
