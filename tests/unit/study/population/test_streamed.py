@@ -128,5 +128,14 @@ def test_unknown_values_are_counted(monkeypatch, percentiles):
     assert all(np.isnan(block.mean).all() for block in found.blocks)
 
 
-def test_signals_of_many_poles_are_stored():
-    assert not evaluator("vardar_2017/square").streamed
+def test_signals_of_many_poles_are_stored(monkeypatch):
+    monkeypatch.setattr("electrovib.solve.population.together.over_time.FEW_POLES", 0)
+    assert not evaluator().streamed
+
+
+def test_thresholds_are_compared_with_numbers_in_float64():
+    one = evaluator()
+    values = one._signals(one._draws(0, 1024))[NAME][:, 20]
+    finger = np.flatnonzero(values.astype(np.float32) > values)[0]
+    other = evaluator(exceed=[float(values[finger])])
+    assert other.reduced(0, 1024)[NAME].counts.above[0, 20] == np.count_nonzero(values > values[finger])
