@@ -136,6 +136,7 @@ def test_signals_of_many_poles_are_stored(monkeypatch):
 def test_thresholds_are_compared_with_numbers_in_float64():
     one = evaluator()
     values = one._signals(one._draws(0, 1024))[NAME][:, 20]
-    finger = np.flatnonzero(values.astype(np.float32) > values)[0]
-    other = evaluator(exceed=[float(values[finger])])
-    assert other.reduced(0, 1024)[NAME].counts.above[0, 20] == np.count_nonzero(values > values[finger])
+    threshold = float(np.nextafter(np.median(values[:1023]), 0.0))  # both have the same float32
+    expected = np.count_nonzero(values > threshold)
+    assert np.count_nonzero(values.astype(np.float32) > np.float32(threshold)) != expected
+    assert evaluator(exceed=[threshold]).reduced(0, 1024)[NAME].counts.above[0, 20] == expected
