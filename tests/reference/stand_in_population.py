@@ -14,6 +14,7 @@ class StandInPopulation:
 
     kernel = "stand-in"
     method = "in closed form"
+    is_streamed = False
     unknown = False
 
     def __init__(self, *, signals):

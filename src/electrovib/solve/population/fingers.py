@@ -11,6 +11,7 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
+from electrovib.solve.population.kernels.choice import compiled
 from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
 from electrovib.solve.population.together.compare import compare
 from electrovib.solve.population.together.over_frequency import OverFrequency
@@ -182,13 +183,32 @@ class Population:
             return self._alone.signals(columns, out=out)
         return self._together.signals(columns, out=out, threads=threads)
 
-    def squares(self, draws: Mapping[str, ArrayLike], *, threads: int | None = None) -> Squares | None:
+    @property
+    def is_streamed(self) -> bool:
+        """Whether means and variances take less time from `squares` than from stored signals."""
+        found = self._together
+        return (
+            compiled() is not None
+            and isinstance(found, OverTime)
+            and found.has_squares
+            and found.has_few_poles
+        )
+
+    def squares(
+        self,
+        draws: Mapping[str, ArrayLike],
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> Squares | None:
         """Return the attraction of fingers in the form from which means and variances are computed without storing it.
 
         Parameters
         ----------
         draws : mapping of str to array_like, shape (fingers,)
             As for `signals`, in SI units.
+        out : mapping of str to ndarray, shape (fingers, n), optional
+            As for `signals`, with the same numbers; written unless None is returned.
         threads : int, optional
             Threads of a compiled kernel; by default one for each available processor.
 
@@ -205,7 +225,7 @@ class Population:
             As for `signals`.
         """
         return (
-            self._together.squares(self.columns(draws), threads=threads)
+            self._together.squares(self.columns(draws), out=out, threads=threads)
             if isinstance(self._together, OverTime)
             else None
         )

@@ -35,13 +35,15 @@ class FingerCounts:
     unknown: NDArray[Any]
 
     @classmethod
-    def of(cls, values: Real, thresholds: tuple[float, ...], blocks: Sequence[Moments]) -> FingerCounts:
+    def of(
+        cls, values: Real | NDArray[np.float32], thresholds: tuple[float, ...], blocks: Sequence[Moments]
+    ) -> FingerCounts:
         """Count fingers.
 
         Parameters
         ----------
         values : ndarray, shape (fingers, n)
-            Their signal.
+            Their signal; float32 only without thresholds.
         thresholds : tuple of float
             In the unit of the signal.
         blocks : sequence of Moments

@@ -126,7 +126,8 @@ class MergedFingers:
         blocks = {name: np.concatenate(each.block) for name, each in self.signals.items()}
         for each in self.signals.values():
             each.block = []
-        return self.evaluator.reduced(blocks)
+        count = len(next(iter(blocks.values())))
+        return self.evaluator.reduced(self.fingers - count, self.fingers, signals=blocks)
 
     def _merge(self, into: MergedSignal, found: ReducedSignal, start: int) -> None:
         from electrovib.solve.population.kernels import merged
@@ -192,4 +193,5 @@ def _new_memory(fingers: int, samples: int) -> NDArray[np.float32]:
     size = fingers * samples * np.dtype(np.float32).itemsize
     if size == 0:
         return np.zeros((fingers, samples), np.float32)
-    return np.frombuffer(mmap.mmap(-1, size), np.float32).reshape(fingers, samples)
+    private = {"flags": mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS} if hasattr(mmap, "MAP_PRIVATE") else {}
+    return np.frombuffer(mmap.mmap(-1, size, **private), np.float32).reshape(fingers, samples)

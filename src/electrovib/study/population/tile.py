@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,6 +49,7 @@ class Evaluator:
         self.samples = self.axis.size
         self.method = str(self.population.method)
         self.in_arrays = self.method == TOGETHER
+        self.streamed = self.population.is_streamed
         self.kernel = kernels(str(self.population.kernel))
         self.numbers = self.samples * len(declared.signals)
         self.exact = 4.0 * declared.fingers * self.numbers <= declared.memory
@@ -79,12 +80,14 @@ class Evaluator:
         if start % BLOCK == 0 and (stop % BLOCK == 0 or stop == self.declared.fingers):
             found.reduced = self._whole_blocks(start, stop, into or {})
         else:
-            found.raw = self._signals(start, stop)
+            found.raw = self._signals(self._draws(start, stop))
         found.seconds = time.perf_counter() - begun
         return found
 
-    def _signals(self, start: int, stop: int, out: Mapping[str, Real] | None = None) -> dict[str, Real]:
-        draws = self.declared.space.draw(self.declared.seed, start, stop)
+    def _draws(self, start: int, stop: int) -> dict[str, Real]:
+        return self.declared.space.draw(self.declared.seed, start, stop)
+
+    def _signals(self, draws: Mapping[str, Real], out: Mapping[str, Real] | None = None) -> dict[str, Real]:
         signals = self.population.signals(draws, out=out, threads=self.threads)
         return {name: np.asarray(signals[name], dtype=float) for name in self.declared.signals}
 
@@ -102,8 +105,7 @@ class Evaluator:
         found: dict[str, ReducedSignal] = {}
         for begin in range(start, stop, size):
             end = min(begin + size, stop)
-            rows = {name: each[begin:end] for name, each in into.items()}
-            part = self.reduced(self._signals(begin, end, self._memory(end - begin)), rows)
+            part = self.reduced(begin, end, {name: each[begin:end] for name, each in into.items()})
             if stop - start > size and not self.kept:
                 for each in part.values():
                     binned(each, self.threads)
@@ -112,41 +114,94 @@ class Evaluator:
         return found
 
     def reduced(
-        self, signals: Mapping[str, Real], rows: Mapping[str, NDArray[np.float32]] | None = None
+        self,
+        start: int,
+        stop: int,
+        rows: Mapping[str, NDArray[np.float32]] | None = None,
+        signals: Mapping[str, Real] | None = None,
     ) -> dict[str, ReducedSignal]:
         """Reduce the signals of consecutive fingers, the first of which begins a block.
 
         Parameters
         ----------
-        signals : mapping of str to ndarray, shape (fingers, n)
-            Signals by name.
+        start, stop : int
+            Indices of the first finger and of the one after the last.
         rows : mapping of str to ndarray of float32, shape (fingers, n), optional
-            Arrays that receive them; new ones by default.
+            Arrays that receive the signals; new ones by default.
+        signals : mapping of str to ndarray, shape (fingers, n), optional
+            The signals, where they are known.
 
         Returns
         -------
         reduced : dict of str to ReducedSignal
             By name, with the signals where they are kept or counted in a histogram.
-        """
-        from electrovib.solve.population.kernels import block_moments
 
-        found = {}
-        for name, values in signals.items():
-            blocks = block_moments(values, threads=self.threads)
-            found[name] = ReducedSignal(
-                blocks=blocks,
-                counts=FingerCounts.of(values, self.declared.thresholds.get(name, ()), blocks),
-                values=self._single(values, (rows or {}).get(name)),
-                histogram=None,
-            )
+        Notes
+        -----
+        Moments are streamed where the population has that form, whether the signals are known or not: which sums are
+        formed depends on the fingers of the block alone.
+        """
+        draws, fingers = self._draws(start, stop), stop - start
+        found = {name: self._nothing(name, fingers, (rows or {}).get(name)) for name in self.declared.signals}
+        step = BLOCK if self.streamed else fingers
+        for begin in range(0, fingers, step):
+            part = slice(begin, min(begin + step, fingers))
+            some = {path: values[part] for path, values in draws.items()}
+            known = None if signals is None else {name: values[part] for name, values in signals.items()}
+            if not self.streamed or not self._stream(found, part, some, known):
+                self._store(found, part, known or self._signals(some, self._memory(part.stop - begin)))
         return found
 
-    def _single(self, values: Real, rows: NDArray[np.float32] | None) -> NDArray[np.float32] | None:
-        """Return the signals as float32, where they are kept or counted."""
-        if rows is not None:
-            rows[:] = values
-            return rows
-        return values.astype(np.float32) if self.kept or self.binned else None
+    def _nothing(self, name: str, fingers: int, rows: NDArray[np.float32] | None) -> ReducedSignal:
+        """Return the statistics of no finger, with memory for the float32 signals where they are kept or counted."""
+        if rows is None and (self.kept or self.binned):
+            rows = np.empty((fingers, self.samples), np.float32)
+        counts = FingerCounts.empty(len(self.declared.thresholds.get(name, ())), self.samples)
+        return ReducedSignal(blocks=[], counts=counts, values=rows, histogram=None)
+
+    def _store(self, found: Mapping[str, ReducedSignal], part: slice, signals: Mapping[str, Real]) -> None:
+        """Add fingers whose signals are known."""
+        from electrovib.solve.population.kernels import block_moments
+
+        for name, values in signals.items():
+            each, blocks = found[name], block_moments(values, threads=self.threads)
+            each.blocks.extend(blocks)
+            each.counts.merge(FingerCounts.of(values, self.declared.thresholds.get(name, ()), blocks))
+            if each.values is not None:
+                each.values[part] = values
+
+    def _stream(
+        self,
+        found: Mapping[str, ReducedSignal],
+        part: slice,
+        draws: Mapping[str, Real],
+        signals: Mapping[str, Real] | None,
+    ) -> bool:
+        """Add the fingers of a block with streamed moments, or return False if one of them has another form.
+
+        Thresholds are compared with signals in float64; without them the signals are only written as float32.
+        """
+        from electrovib.solve.population.kernels import Moments, square_moments_many
+
+        ((name, each),) = found.items()
+        thresholds = self.declared.thresholds.get(name, ())
+        rows = None if each.values is None else each.values[part]
+        out = {name: rows} if rows is not None and signals is None and not thresholds else None
+        squares = self.population.squares(draws, out=out, threads=self.threads)
+        if squares is None:
+            return False
+        *numbers, factor, places = squares
+        (block,) = square_moments_many(*numbers, factor=factor, threads=self.threads)
+        block = Moments(block.fingers, block.mean[places], block.squares[places])
+        each.blocks.append(block)
+        if out is None and (rows is not None or thresholds or np.isnan(block.mean).any()):
+            signals = signals or self._signals(draws, self._memory(block.fingers))
+            if rows is not None:
+                rows[:] = signals[name]
+        values: Any = rows if out is not None else None if signals is None else signals[name]
+        if values is not None:
+            each.counts.merge(FingerCounts.of(values, thresholds, [block]))
+        return True
 
 
 def kernels(of_signals: str) -> str:

@@ -13,6 +13,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.force import ForceLaw
 from electrovib.solve.population import population
 from electrovib.solve.population.kernels import merged, moments, secular_many, square_moments_many, stepping
+from electrovib.solve.population.kernels.choice import compiled
 from electrovib.solve.population.together import pairs, steady_sines
 from electrovib.solve.population.together.quadratic import is_quadratic
 
@@ -379,6 +380,7 @@ def test_means_without_storing_are_those_of_the_signals(scenario):
     many = population(member, free, time=times_of(member))
     given = draw(member, free, 1100)
     squares = many.squares(given)
+    assert many.is_streamed == (squares is not None and compiled() is not None)
     if scenario == "strong_1970/display_gap":  # a sine, not straight pieces
         assert squares is None
         return

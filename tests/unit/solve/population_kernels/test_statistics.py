@@ -112,3 +112,15 @@ def test_each_place_in_the_order_is_found(kernel):
     places = np.concatenate([np.arange(0, 200), np.arange(4000, 4300), np.arange(8801, 9001)])
     found = quantiles(values, places / 9000.0)[:, 0]
     assert np.allclose(found, ordered[places], rtol=1e-12, atol=0)
+
+
+@pytest.mark.parametrize("few", [0, 1000])
+def test_groups_of_columns_do_not_change_the_order_statistics(monkeypatch, few):
+    from electrovib.solve.population.kernels.choice import compiled
+
+    if (kernel := compiled()) is None:
+        pytest.skip("of the compiled kernel")
+    monkeypatch.setattr("electrovib.solve.population.kernels.compiled.selection.FEW_ROWS", few)
+    values = np.random.default_rng(3).normal(size=(301, 150)).astype(np.float32)
+    places = np.array([0, 17, 150, 300])
+    np.testing.assert_array_equal(kernel.order_statistics(values, places, 2), np.sort(values, axis=0)[places])

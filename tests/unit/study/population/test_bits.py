@@ -145,11 +145,13 @@ def test_another_seed_draws_other_fingers(quick):
     )
 
 
-@pytest.mark.parametrize("memory", ["1 GB", "1 MB"])
-def test_threads_do_not_change_a_bit(monkeypatch, memory):
+@pytest.mark.parametrize(
+    ("memory", "exceed"), [("1 GB", "10 mN"), ("1 MB", "10 mN"), ("1 GB", ()), ("1 MB", ())]
+)
+def test_threads_do_not_change_a_bit(monkeypatch, memory, exceed):
     """The real population, in arrays over fingers."""
     scenario = load("vezzoli_2014/fig6_gap").replace({"time.samples": 50})
-    asked = {"n": 7000, "seed": 2, "draws": memory == "1 GB", "exceed": "10 mN", "budget_memory": memory}
+    asked = {"n": 7000, "seed": 2, "draws": memory == "1 GB", "exceed": exceed, "budget_memory": memory}
     reference = study(scenario, "fingers", **asked)
     assert reference.attrs["method"].startswith("together")
     evaluated = set()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from electrovib.solve.population.together.tile import write_sum
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from numpy.typing import NDArray
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
@@ -144,13 +146,19 @@ def write_friction(rows: Real, force: Real, tile: FingerTile, time: Real) -> Non
         rows[some] = chain.known(chain.steady(time, force[some]))
 
 
-def squares_of(tile: FingerTile) -> Squares | None:
+def squares_of(
+    tile: FingerTile, rows: NDArray[Any] | None = None, *, threads: int | None = None
+) -> Squares | None:
     """Return the attraction of fingers under a quadratic law as the arguments of a kernel that streams statistics.
 
     Parameters
     ----------
     tile : FingerTile
         Fingers under a law for which `is_quadratic` holds.
+    rows : ndarray, shape (fingers, n), optional
+        Receives the attraction [N] where there is such a form; float64, or float32 to which it is rounded.
+    threads : int, optional
+        Threads of the kernel.
 
     Returns
     -------
@@ -165,6 +173,9 @@ def squares_of(tile: FingerTile) -> Squares | None:
     if len(responses) > 1 or not responses[0].is_alone_stepped:
         return None
     (response,) = responses
+    if rows is not None:
+        for part in tile.parts():
+            write_sum(rows[part], responses, part, factor=square.factor, threads=threads)
     return Squares(
         rates=response.rates[some],
         residues=response.residues[some],

@@ -115,13 +115,21 @@ class OverTime:
             self._write({name: found[name][part] for name in self.names}, some, threads)
         return {name: found[name] for name in self.names}
 
-    def squares(self, draws: Mapping[str, Real], *, threads: int | None = None) -> Squares | None:
+    def squares(
+        self,
+        draws: Mapping[str, Real],
+        *,
+        out: Mapping[str, NDArray[Any]] | None = None,
+        threads: int | None = None,
+    ) -> Squares | None:
         """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics.
 
         Parameters
         ----------
         draws : mapping of str to ndarray, shape (fingers,)
             Dotted path to the value of each finger, in SI units.
+        out : mapping of str to ndarray, shape (fingers, n), optional
+            As for `signals`; written where there is such a form.
         threads : int, optional
             Threads of the kernel.
 
@@ -137,9 +145,22 @@ class OverTime:
             If a value is outside its range; names the first such finger.
         """
         check_ranges(self._quantities, draws)
-        if not self.is_quadratic or self.names != ("electrostatic_force",):
+        if not self.has_squares:
             return None
-        return squares_of(self.tile(draws, threads=threads))
+        rows = (out or {}).get("electrostatic_force")
+        return squares_of(self.tile(draws, threads=threads), rows, threads=threads)
+
+    @property
+    def has_squares(self) -> bool:
+        """Whether `squares` has a result for fingers of the usual form: a quadratic law under straight pieces."""
+        drives = self.drive.excitations
+        straight = len(drives) == 1 and not drives[0].tones and not drives[0].level
+        return self.is_quadratic and straight and self.names == ("electrostatic_force",)
+
+    @property
+    def has_few_poles(self) -> bool:
+        """Whether two passes through the steps take less time than one that stores the signals in float64."""
+        return self.at_once == AT_ONCE[0]
 
     def tile(self, draws: Mapping[str, Real], *, threads: int | None = None) -> FingerTile:
         """Return fingers in arrays.

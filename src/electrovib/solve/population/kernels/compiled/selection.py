@@ -11,6 +11,10 @@ from electrovib.solve.recursion.vectors.lanes import prefetch
 
 COLUMNS: Final = 32
 """Columns that are taken together: two lines of the cache."""
+WIDE: Final = 64
+"""The same for few rows: every row lies in a page of its own, whose address is resolved once for each group."""
+FEW_ROWS: Final = 131072
+"""Number of rows up to which they are few: the columns that are taken have 32 MB at most."""
 BUCKETS: Final = 2048
 """Buckets of one pass of the selection."""
 _LINE: Final = 16  # numbers in a line of the cache
@@ -55,8 +59,9 @@ def order_statistics(
     the bucket of a place are kept for the next pass.
     """
     count = patterns.shape[0]
-    for start in range(first, last, COLUMNS):
-        stop = min(start + COLUMNS, last)
+    together = keys.shape[0]
+    for start in range(first, last, together):
+        stop = min(start + together, last)
         _take(patterns, start, stop, keys)
         for column in range(start, stop):
             _of_column(keys[column - start], count, places, some, fewer, counts, found[:, column])

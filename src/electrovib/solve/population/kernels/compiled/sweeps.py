@@ -39,15 +39,16 @@ def order_statistics(values: NDArray[np.float32], places: Indices, threads: int 
     """
     count, columns = values.shape
     patterns, found = values.view(np.int32), np.empty((places.size, columns), np.int32)
+    together = selection.WIDE if count <= selection.FEW_ROWS else selection.COLUMNS
 
     def work(part: tuple[int, int]) -> None:
         # rows begin at different lines of a page, or they would displace each other from the cache
         length = count + -count % 1024 + 16
-        keys, some = np.empty((selection.COLUMNS, length), np.int32), np.empty((2, count + 1), np.int32)
+        keys, some = np.empty((together, length), np.int32), np.empty((2, count + 1), np.int32)
         counts = np.empty(selection.BUCKETS, np.int32)
         selection.order_statistics(patterns, places, *part, keys, some[0], some[1], counts, found)
 
-    in_threads(work, ranges(columns, _COLUMNS), threads)
+    in_threads(work, ranges(columns, together), threads)
     bits = found ^ ((found >> 31) & np.int32(0x7FFFFFFF))
     return bits.view(np.float32).astype(np.float64) + 0.0  # -0 becomes 0
 
