@@ -12,7 +12,14 @@ import typer
 import electrovib as ev
 from electrovib.apps.cli import app, main
 
-COMMANDS = sorted(command.name for command in app.registered_commands)
+COMMANDS = sorted(
+    [command.name for command in app.registered_commands]
+    + [
+        f"{group.name} {each.name}"
+        for group in app.registered_groups
+        for each in group.typer_instance.registered_commands
+    ]
+)
 
 
 @pytest.fixture
@@ -139,7 +146,7 @@ def test_citations_are_printed_as_bibtex(cli):
 
 
 def test_commands_are_completed(complete):
-    assert complete("") == [command.name for command in app.registered_commands]
+    assert complete("") == [each.name for each in (*app.registered_commands, *app.registered_groups)]
     assert complete("sc") == ["scenarios"]
 
 
@@ -160,9 +167,11 @@ def test_names_of_scenarios_are_completed(complete):
     assert complete("init", "nobody_2014/f") == []
 
 
-@pytest.mark.parametrize("command", ["run", "compare", "equilibrium", "perceive", "export", "init"])
+@pytest.mark.parametrize(
+    "command", ["run", "compare", "equilibrium", "perceive", "export", "init", "bench run"]
+)
 def test_every_command_that_takes_a_scenario_completes_its_name(command, complete):
-    assert complete(command, "bau_2010/") == ["bau_2010/sine"]
+    assert complete(*command.split(), "bau_2010/") == ["bau_2010/sine"]
 
 
 def test_every_argument_that_is_a_scenario_or_a_paper_is_completed():

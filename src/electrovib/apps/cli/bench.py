@@ -26,7 +26,7 @@ def register(app: typer.Typer) -> None:
     )
     group.command("run")(run)
     group.command("init")(init)
-    app.add_typer(group)
+    app.add_typer(group, name="bench")
 
 
 def run(

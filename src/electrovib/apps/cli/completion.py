@@ -87,8 +87,11 @@ def complete_arguments(app: typer.Typer) -> None:
     Parameters
     ----------
     app : typer.Typer
-        With its commands; an argument that declares a completion of its own keeps it.
+        With its commands and groups of commands; an argument that declares a completion of its own keeps it.
     """
+    for group in app.registered_groups:
+        assert group.typer_instance is not None
+        complete_arguments(group.typer_instance)
     for command in app.registered_commands:
         assert command.callback is not None
         hints = get_type_hints(command.callback, include_extras=True)

@@ -1,6 +1,8 @@
 """Fingers in arrays are the same fingers as one by one, and no finger depends on the others."""
 
 import importlib.util
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +12,10 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.physics.force import ForceLaw
 from electrovib.solve.population import population
 from electrovib.solve.population.kernels import merged, moments, secular_many, square_moments_many, stepping
 from electrovib.solve.population.kernels.choice import compiled
 from electrovib.solve.population.together import pairs, steady_sines
-from electrovib.solve.population.together.quadratic import is_quadratic
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)
@@ -347,20 +347,13 @@ def test_what_is_one_by_one_has_a_reason(scenario, free, names, words):
     assert many.kernel == "one scenario at a time"
 
 
-class MixesFingers(ForceLaw):
-    """A law whose formula takes the largest of all fields, which in arrays is that of another finger."""
-
-    evaluation_surface = "gap"
-
-    def pressure(self, E):
-        return 1e-12 * E**2 / (1 + 1e-14 * np.max(np.abs(E)) ** 2)
-
-
-def test_a_law_that_would_mix_fingers_is_found_out():
-    member = ev.load(GAP).replace({"force": {"model": "MixesFingers"}})
-    found, method = difference(member, ["stack.gap.thickness"], ["electrostatic_force"])
-    assert "differs from that of one finger" in method
-    assert found == 0
+def test_laws_of_users_pass_their_tests():
+    """In a process of their own, because a law that is declared is offered everywhere from then on."""
+    file = Path(__file__).with_name("laws_of_users.py")
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-3000:]
+    assert "3 passed" in done.stdout
 
 
 def test_values_outside_their_range_are_refused():
@@ -393,38 +386,6 @@ def test_means_without_storing_are_those_of_the_signals(scenario):
     )
     largest = expected.squares.max()
     np.testing.assert_allclose(found.squares[places], expected.squares, rtol=1e-11, atol=1e-12 * largest)
-
-
-def test_a_law_that_is_not_quadratic_has_no_squares():
-    member = ev.load(GAP).replace({"force": {"model": "MixesFingers"}})
-    assert not is_quadratic(member.force)
-    assert is_quadratic(ev.load(GAP).force)
-    assert is_quadratic(ev.load("vardar_2017/square").force)
-    assert (
-        population(member, ["stack.gap.thickness"], time=times_of(member)).squares(
-            {"stack.gap.thickness": [1e-5]}
-        )
-        is None
-    )
-    both = population(
-        GAP, ["stack.gap.thickness"], ["electrostatic_force", "lateral_force"], times_of(member)
-    )
-    assert both.squares({"stack.gap.thickness": [1e-5]}) is None
-
-
-class ThresholdLaw(ForceLaw):
-    """A law that is quadratic up to a field that is not reached before."""
-
-    evaluation_surface = "gap"
-
-    def pressure(self, E):
-        return np.where(np.abs(E) < 3e8, 4e-12 * E**2, 0.0)
-
-
-def test_a_law_that_is_quadratic_up_to_a_limit_is_not_quadratic():
-    member = ev.load(GAP).replace({"force": {"model": "ThresholdLaw"}})
-    assert not is_quadratic(member.force)
-    assert difference(member, ["stack.gap.thickness"])[0] < EQUAL
 
 
 @pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kang_2017/offset", "vardar_2017/square"])
