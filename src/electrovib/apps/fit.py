@@ -151,21 +151,13 @@ def fit(
     given = _FitRequest(
         measured=measured, free=free, varying=varying, signals=signals, start=start or {}, progress=progress
     )
-    best = given.fit(base)
-    fits = {_named(scenario, 1): best} | {name: given.fit(other, name) for name, other in others.items()}
-    result = FitResult(
-        best=best,
-        rows=parameter_table(best),
-        others={name: fits[name] for name in others},
-        comparison=compare_fits(fits) if others else None,
-        posterior=None if posterior is None else sample_posterior(best, **vars(posterior)),
-    )
+    result = given.result(_named(scenario, 1), base, others, posterior)
     if output is not None:
         from electrovib.view.fitted import write_fit
 
         write_fit(
             Path(output),
-            best,
+            result.best,
             result.rows,
             comparison=result.comparison,
             posterior=result.posterior,
@@ -196,6 +188,20 @@ class _FitRequest:
             signals=self.signals,
             start={path: value for path, value in self.start.items() if path in own},
             progress=self.progress,
+        )
+
+    def result(
+        self, name: str, scenario: Scenario, others: Mapping[str, Scenario], posterior: Sampling | None
+    ) -> FitResult:
+        """Fit the scenario and the other models, and compare them."""
+        best = self.fit(scenario)
+        fits = {name: best} | {other: self.fit(each, other) for other, each in others.items()}
+        return FitResult(
+            best=best,
+            rows=parameter_table(best),
+            others={other: fits[other] for other in others},
+            comparison=compare_fits(fits) if others else None,
+            posterior=None if posterior is None else sample_posterior(best, **vars(posterior)),
         )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import Limits
-from electrovib.study.check import LimitsFrom, checked, declared_limits
+from electrovib.study.check import LimitsFrom, cleared_for_output, declared_limits
 
 if TYPE_CHECKING:
     from electrovib.bench.settings import BenchSettings
@@ -48,7 +48,8 @@ def cleared(scenario: Scenario, settings: BenchSettings) -> tuple[Limits, CheckR
             " protect: set the hardware to that value, or declare a larger limit"
         )
     places.append(LimitsFrom(f"the current limiter ({limiter.name})", Limits(current=limiter.current)))
-    result = checked(scenario, limits=places)
-    result.refuse("Nothing is played")
+    result = cleared_for_output(
+        scenario, limits=places, what="a burst on the bench", consequence="Nothing is played"
+    )
     strict = declared_limits(scenario, places)
     return Limits(**{name: each.value for name, each in strict.items()}), result

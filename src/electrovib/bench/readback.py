@@ -14,51 +14,31 @@ if TYPE_CHECKING:
     from electrovib.bench.plan import BenchPlan
     from electrovib.bench.sequence import RunRecord
 
+_UNITS: Final = {"voltage": "V", "current": "A"}
 READINGS: Final = 2.0
 """Readings of the oscilloscope by which a value may exceed a limit: its resolution and the noise of the last bit."""
 
 
-def refuse_voltage(plan: BenchPlan, record: RunRecord, step: float) -> None:
-    """Refuse a voltage of the plate that exceeds its limit.
+def refuse_beyond(plan: BenchPlan, record: RunRecord, name: str, step: float) -> None:
+    """Refuse a voltage of the plate, or a current, that exceeds its limit.
 
     Parameters
     ----------
     plan : BenchPlan
         With the limits.
     record : RunRecord
-        With the voltage that was read back.
+        With what was read back.
+    name : str
+        ``"voltage"`` or ``"current"``.
     step : float
-        Difference of two readings [V].
+        Difference of two readings [V or A].
 
     Raises
     ------
     BenchError
         With the value and the limit.
     """
-    _refuse(record, "voltage", plan.limits.voltage, step, "V")
-
-
-def refuse_current(plan: BenchPlan, record: RunRecord, step: float) -> None:
-    """Refuse a current that exceeds its limit.
-
-    Parameters
-    ----------
-    plan : BenchPlan
-        With the limits.
-    record : RunRecord
-        With the current that was read back.
-    step : float
-        Difference of two readings [A].
-
-    Raises
-    ------
-    BenchError
-        With the value and the limit.
-    """
-    _refuse(record, "current", plan.limits.current, step, "A")
-
-
-def _refuse(record: RunRecord, name: str, limit: float | None, step: float, unit: str) -> None:
+    limit, unit = getattr(plan.limits, name), _UNITS[name]
     assert limit is not None
     reached = float(np.max(np.abs(record.channels[name])))
     if not reached <= limit + READINGS * step:

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.bench.drivers.hp_33120a import mismatches
 from electrovib.bench.faults import BenchError
-from electrovib.bench.readback import beyond_range, compare, refuse_current, refuse_voltage
+from electrovib.bench.readback import beyond_range, compare, refuse_beyond
 from electrovib.core.units import format_quantity
 
 if TYPE_CHECKING:
@@ -177,10 +177,10 @@ class BurstSequence:
         self._wait(oscilloscope.is_done, "has not recorded the burst")
         self._burst_name = name
         self._read("voltage")
-        refuse_voltage(self.plan, self.record, self._step("voltage"))
+        refuse_beyond(self.plan, self.record, "voltage", self._step("voltage"))
         if "current" in self.plan.settings.channels():
             self._read("current")
-            refuse_current(self.plan, self.record, self._step("current"))
+            refuse_beyond(self.plan, self.record, "current", self._step("current"))
 
     def _compare_low(self) -> None:
         self.record.statements += compare(

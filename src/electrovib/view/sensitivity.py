@@ -134,7 +134,7 @@ def _page(found: Sensitivity) -> str:
     figure = new_figure(size_of(found))
     with style():
         indices(found, ax=figure.add_subplot()).set_title("", loc="left")  # on the page it is a heading
-    title = "Sobol indices"
+    title = "Share of each input in the variance"
     svg = markup(inline(to_svg(figure), name="indices", words=title))
     remarks = [Page("The population", tuple(found.space.remarks))] if found.space.remarks else []
     return page(

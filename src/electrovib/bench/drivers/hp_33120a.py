@@ -39,6 +39,7 @@ import numpy as np
 
 from electrovib.bench.drivers.identity import identify
 from electrovib.bench.faults import BenchError
+from electrovib.export.waveform.hp_33120a import FEWEST_POINTS, LARGEST_CODE, LARGEST_VOLTAGE, MOST_POINTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,11 +48,8 @@ if TYPE_CHECKING:
 
     from electrovib.bench.link import Link
 
-LARGEST_CODE: Final = 2047
-FEWEST_POINTS: Final = 8
-MOST_POINTS: Final = 16_000
 HIGH_IMPEDANCE: Final = 9.9e37
-LARGEST_AMPLITUDE: Final = 20.0
+LARGEST_AMPLITUDE: Final = 2 * LARGEST_VOLTAGE
 """Largest peak-to-peak voltage into a high impedance [V]; unverified."""
 SMALLEST_AMPLITUDE: Final = 0.1
 """Smallest peak-to-peak voltage into a high impedance [V]; unverified."""

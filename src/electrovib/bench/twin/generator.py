@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.bench.drivers.hp_33120a import FEWEST_POINTS, HIGH_IMPEDANCE, LARGEST_CODE, MOST_POINTS
+from electrovib.bench.drivers.hp_33120a import HIGH_IMPEDANCE
 from electrovib.bench.twin.commands import (
     OUT_OF_RANGE,
     SETTINGS_CONFLICT,
     TRIGGER_IGNORED,
     TwinInstrument,
 )
+from electrovib.export.waveform.hp_33120a import FEWEST_POINTS, LARGEST_CODE, MOST_POINTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

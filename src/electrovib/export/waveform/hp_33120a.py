@@ -94,22 +94,3 @@ def as_csv(encoded: Encoded, notes: Sequence[str]) -> bytes:
     columns = (encoded.waveform.times.tolist(), encoded.voltages.tolist(), encoded.codes.astype(int).tolist())
     lines += [f"{time!r},{voltage!r},{code}" for time, voltage, code in zip(*columns, strict=True)]
     return ("\n".join(lines) + "\n").encode()
-
-
-def data_block(codes: Sequence[int]) -> bytes:
-    """Return the codes as a definite-length binary block, most significant byte first.
-
-    Parameters
-    ----------
-    codes : sequence of int
-        From -2047 to 2047.
-
-    Returns
-    -------
-    bytes
-        ``#``, the number of digits, the number of bytes, and two bytes for each code, as ``DATA:DAC VOLATILE`` takes them
-        under ``FORM:BORD NORM``.
-    """
-    raw = np.asarray(codes, dtype=">i2").tobytes()
-    size = str(len(raw))
-    return f"#{len(size)}{size}".encode() + raw

@@ -119,6 +119,7 @@ def cleared_for_output(
     limits: LimitsSource | Sequence[LimitsSource] = None,
     what: str = "a waveform that can be played",
     name: str = _OWN_DRIVE,
+    consequence: str = "Nothing was written",
 ) -> CheckResult:
     """Check a drive that is about to be written or played, or refuse it.
 
@@ -132,6 +133,8 @@ def cleared_for_output(
         What is about to be written or played.
     name : str
         What the drive is called.
+    consequence : str
+        Sentence added to each problem.
 
     Returns
     -------
@@ -146,7 +149,7 @@ def cleared_for_output(
     """
     refuse_unlimited(declared_limits(scenario, limits), what=what)
     result = checked(scenario, limits=limits, name=name)
-    result.refuse()
+    result.refuse(consequence)
     return result
 
 

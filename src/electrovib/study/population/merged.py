@@ -189,7 +189,10 @@ class MergedFingers:
 
 
 def _new_memory(fingers: int, samples: int) -> NDArray[np.float32]:
-    """Return memory of the system, 0, without the huge pages of numpy, whose first use takes five times as long here."""
+    """Return an array of zeros in pages of ordinary size.
+
+    numpy asks for huge pages, whose first use took up to five times as long on the virtual machine of the benchmarks.
+    """
     size = fingers * samples * np.dtype(np.float32).itemsize
     if size == 0:
         return np.zeros((fingers, samples), np.float32)

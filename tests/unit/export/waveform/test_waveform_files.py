@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 import subprocess
 from pathlib import Path
 
@@ -17,7 +16,6 @@ from electrovib.core.errors import InputError
 from electrovib.data.atomic import left_by_a_kill
 from electrovib.data.readers.wave_audio import read_wave
 from electrovib.export.waveform import FORMATS
-from electrovib.export.waveform.hp_33120a import data_block
 from electrovib.study.check import read_drive
 from electrovib.study.waveform import sampling_error, waveform
 
@@ -108,11 +106,6 @@ def test_the_generator_has_limits_of_its_own(folder):
         ev.export_waveform(scenario, "drive.csv", instrument="hp_33120", gain=20)
     assert not list(folder.iterdir())
     assert ev.export_waveform(scenario, "drive.csv", instrument="hp_33120a", gain=10).full_scale == 100
-
-
-def test_the_binary_block_has_the_most_significant_byte_first():
-    assert data_block([0, 1, -1, 2047, -2047]) == b"#210" + struct.pack(">5h", 0, 1, -1, 2047, -2047)
-    assert data_block([0] * 16_000).startswith(b"#532000")
 
 
 def test_the_scale_of_a_sound_file(folder):

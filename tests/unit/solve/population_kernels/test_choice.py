@@ -82,3 +82,31 @@ def test_threads_share_the_parts_and_pass_on_errors():
 
     with pytest.raises(ValueError, match="7"):
         in_threads(fails, [7, 8], 2)
+
+
+def test_code_compiled_from_other_files_counts_as_out_of_date():
+    """The cache of numba looks at one file alone; a changed constant of another one once gave wrong machine code."""
+    pytest.importorskip("numba")
+    from electrovib.solve.population.kernels.compiled.selection import count_bins
+    from electrovib.solve.recursion.vectors.jit import _stamp
+
+    kept = count_bins._cache._cache_file._source_stamp
+    named = {each[0] for each in kept[1:]}
+    assert kept == _stamp(Path(count_bins.py_func.__code__.co_filename).parent)
+    assert {"selection.py", "tiles.py", "stepping.py", "jit.py"} <= named
+    assert kept[0] in (1, 4, 8)
+
+
+def test_a_numba_without_that_mark_does_not_keep_compiled_code(monkeypatch):
+    numba = pytest.importorskip("numba")
+    from electrovib.solve.recursion.vectors import jit
+
+    asked = []
+
+    def njit(function, **options):
+        asked.append(options)
+        return function
+
+    monkeypatch.setattr(numba, "njit", njit)
+    assert jit.outer(abs) is abs
+    assert [each.get("cache", False) for each in asked] == [True, False]
