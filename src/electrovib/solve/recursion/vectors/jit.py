@@ -61,7 +61,9 @@ def outer(function: Callable[..., Any]) -> Callable[..., Any]:
         return njit(function, nogil=True, **_OPTIONS)
     # numba compiles anew when the file of the function changes; the files of the functions that it calls count as well
     file = getattr(getattr(made, "_cache", None), "_cache_file", None)
-    if file is None or not hasattr(file, "_source_stamp"):  # another numba: code that may be out of date is never loaded
+    if file is None or not hasattr(
+        file, "_source_stamp"
+    ):  # another numba: code that may be out of date is never loaded
         return njit(function, nogil=True, **_OPTIONS)
     file._source_stamp = _stamp(Path(function.__code__.co_filename).parent)  # noqa: SLF001
     return made
