@@ -1,0 +1,61 @@
+"""What is computed for a page when a parameter changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from electrovib.apps.explorer.limits import LONGEST_RUN
+from electrovib.core.budget import budget
+from electrovib.core.diagnostics import Diagnostic, read_diagnostics
+from electrovib.solve.simulate import simulate
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Computed:
+    """A scenario with its Trace.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        As the page shows it.
+    trace : xarray.Dataset
+        What `electrovib.simulate` returns for it.
+    """
+
+    scenario: Scenario
+    trace: xarray.Dataset
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        """Statements on the validity of the Trace."""
+        return read_diagnostics(self.trace.attrs["validity"])
+
+
+def compute(scenario: Scenario) -> Computed:
+    """Simulate a scenario within the time that a page allows.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment.
+
+    Returns
+    -------
+    Computed
+        Scenario and Trace.
+
+    Raises
+    ------
+    InputError
+        If models cannot be combined.
+    BudgetError
+        If the run would take longer than a page allows.
+    """
+    with budget(time=f"{LONGEST_RUN} s"):
+        return Computed(scenario, simulate(scenario))

@@ -1,0 +1,179 @@
+"""The controls of a page: one for each parameter of the scenario, made from its declaration."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.units import format_quantity
+
+if TYPE_CHECKING:
+    from electrovib.core.quantity import Quantity
+    from electrovib.scenario import Scenario
+
+STEPS: Final = 1000
+"""Positions of a slider."""
+DECADES: Final = 2.0
+"""Decades below and above its first value that a slider covers, within the declared range."""
+_SPANS_DECADES: Final = 100.0
+"""Ratio of the ends of a range from which its slider is logarithmic."""
+SECTIONS: Final = {
+    "drive": "Drive",
+    "stack": "Layers",
+    "circuit": "Circuit and amplifier",
+    "force": "Force law",
+    "contact": "Contact",
+    "load": "Load",
+    "friction": "Friction",
+    "motion": "Motion",
+    "finger": "Fingertip",
+    "rig": "Tribometer",
+    "perception": "Perception",
+    "moisture": "Moisture",
+    "limits": "Limits",
+    "time": "Times",
+    "frequency": "Frequencies",
+}
+"""Heading of the parameters below each part of a scenario, in the order of the page."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """A slider for one parameter.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path of the parameter.
+    meaning, unit, source : str
+        As declared; where the value came from, empty if nothing is stated.
+    value : float
+        Value at the start [SI].
+    low, high : float
+        Range of the slider [SI]; `allowed` is the declared one, which the field beside the slider takes.
+    allowed : tuple of float
+        Declared range [SI].
+    is_logarithmic : bool
+        Whether equal distances of the slider are equal ratios.
+    """
+
+    path: str
+    meaning: str
+    unit: str
+    source: str
+    value: float
+    low: float
+    high: float
+    allowed: tuple[float, float]
+    is_logarithmic: bool
+
+    @property
+    def section(self) -> str:
+        """Part of the scenario to which the parameter belongs."""
+        return self.path.partition(".")[0]
+
+    @property
+    def name(self) -> str:
+        """Path below its part, in words."""
+        return self.path.partition(".")[2].replace("_", " ").replace(".", ", ")
+
+    def at(self, position: float) -> float:
+        """Return the value at a position of the slider.
+
+        Parameters
+        ----------
+        position : float
+            From 0 to `STEPS`.
+
+        Returns
+        -------
+        value : float
+            In SI; the first value itself at its own position.
+        """
+        if round(position) == self.position(self.value):
+            return self.value
+        part = min(max(position / STEPS, 0.0), 1.0)
+        if not self.is_logarithmic:
+            return self.low + part * (self.high - self.low)
+        return float(min(max(self.low * (self.high / self.low) ** part, self.low), self.high))
+
+    def position(self, value: float) -> int:
+        """Return the position of the slider nearest to a value, from 0 to `STEPS`."""
+        value = min(max(value, self.low), self.high)
+        if self.is_logarithmic:
+            return round(STEPS * math.log(value / self.low) / math.log(self.high / self.low))
+        return round(STEPS * (value - self.low) / (self.high - self.low))
+
+    def written(self, value: float) -> str:
+        """Write a value with its unit, as it is read again."""
+        return format_quantity(value, self.unit, digits=4)
+
+    @property
+    def help(self) -> str:
+        """Meaning, declared range and source, as shown beside the slider."""
+        low, high = (format_quantity(bound, self.unit) for bound in self.allowed)
+        source = f" Source: {self.source}." if self.source else ""
+        return f"{self.meaning} ({self.path}); allowed from {low} to {high}.{source}"
+
+
+def controls(scenario: Scenario) -> list[Control]:
+    """Return a control for each parameter that has a value.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its values are where the sliders begin.
+
+    Returns
+    -------
+    controls : list of Control
+        In the order of `SECTIONS`, within it in that of the scenario.
+    """
+    found = [
+        _control(path, value, quantity, scenario.sources.get(path, ""))
+        for path, value, quantity in scenario.parameters()
+        if value is not None
+    ]
+    order = list(SECTIONS)
+    return sorted(
+        (each for each in found if each is not None and each.section in SECTIONS),
+        key=lambda each: order.index(each.section),
+    )
+
+
+def _control(path: str, value: float, quantity: Quantity, source: str) -> Control | None:
+    low, high = _ends(value, quantity)
+    if not low < high:
+        return None
+    return Control(
+        path=path,
+        meaning=quantity.doc,
+        unit=quantity.unit,
+        source=source,
+        value=value,
+        low=low,
+        high=high,
+        allowed=(quantity.low, quantity.high),
+        is_logarithmic=low > 0 and high / low >= _SPANS_DECADES,
+    )
+
+
+def _ends(value: float, quantity: Quantity) -> tuple[float, float]:
+    """Return the ends of a slider: some decades around its value where the declared range covers more."""
+    low, high = quantity.low, quantity.high
+    if value == 0:
+        size = min(high, -low if low < 0 else high)
+        shown = min(size, _UNITS.get(quantity.unit, 1.0))
+        return (-shown if low < 0 else max(low, 0.0)), shown
+    if low < 0:
+        size = min(3 * abs(value), max(high, -low))
+        return max(low, -size), min(high, size)
+    if quantity.unit == "1" and high <= 1:
+        return low, high
+    ratio = 10.0**DECADES
+    return max(low, value / ratio), min(high, value * ratio)
+
+
+_UNITS: Final = {"V": 1e3, "s": 0.1, "S/m": 1e-6, "ohm": 1e6, "m": 1e-3, "C/m2": 1e-4, "A": 1e-3, "F": 1e-9}
+"""Upper end of a slider that begins at 0, for the units whose declared ranges are wider than any experiment [SI]."""

@@ -1,0 +1,82 @@
+"""The bar at the top: which scenario, reset, curves to compare, dark or light."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from electrovib.apps.explorer.state import PageState, presets
+from electrovib.study.catalogue import scenarios
+
+if TYPE_CHECKING:
+    from electrovib.apps.explorer.session import Session
+
+
+class Bar:
+    """Controls that belong to the whole page.
+
+    Parameters
+    ----------
+    session : Session
+        Of the visitor.
+    ask : callable
+        Called with the state to show next.
+    redraw : callable
+        Called when the present result has to be drawn again.
+    """
+
+    def __init__(
+        self, session: Session, *, ask: Callable[[PageState], None], redraw: Callable[[], None]
+    ) -> None:
+        self._session, self._ask, self._redraw = session, ask, redraw
+        meanings = {each.name: each.meaning for each in scenarios()}
+        names = {
+            name: f"{name}: {meanings.get(name, 'the scenario of this page')}"
+            for name in presets(session.own)
+        }
+        with ui.header().classes("items-center gap-3 px-3 py-1"):
+            ui.label("electrovib").classes("text-lg font-bold")
+            ui.select(
+                names, value=session.state.preset, label="Scenario", on_change=lambda e: self._choose(e.value)
+            ).props("dense dark options-dense use-input hide-selected fill-input input-debounce=0").classes(
+                "w-96"
+            )
+            ui.button("Reset", on_click=lambda: ask(self._session.state.reset())).props(
+                "flat color=white no-caps"
+            )
+            ui.button("Keep curve", on_click=self._pin).props("flat color=white no-caps")
+            ui.button("Drop curves", on_click=self._unpin).props("flat color=white no-caps")
+            ui.space()
+            self._dark = ui.dark_mode(value=False)
+            ui.button("Dark or light", on_click=self._change_theme).props("flat color=white no-caps")
+        ui.timer(0.01, self._take_theme_of_browser, once=True)
+
+    @property
+    def is_dark(self) -> bool:
+        """Whether the page is dark."""
+        return bool(self._dark.value)
+
+    def _change_theme(self) -> None:
+        self._dark.toggle()
+        self._redraw()
+
+    async def _take_theme_of_browser(self) -> None:
+        wanted = await ui.run_javascript(
+            "window.matchMedia('(prefers-color-scheme: dark)').matches", timeout=5
+        )
+        if wanted:
+            self._change_theme()
+
+    def _choose(self, name: str) -> None:
+        if name != self._session.state.preset:
+            self._ask(PageState(name))
+
+    def _pin(self) -> None:
+        self._session.pin()
+        self._redraw()
+
+    def _unpin(self) -> None:
+        self._session.unpin()
+        self._redraw()

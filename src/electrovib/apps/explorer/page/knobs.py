@@ -1,0 +1,103 @@
+"""Sliders and fields of the parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from electrovib.apps.explorer.controls import SECTIONS, STEPS, Control, controls
+from electrovib.apps.explorer.state import PageState, scenario_of
+from electrovib.core.errors import InputError
+from electrovib.core.paths import value_at
+
+if TYPE_CHECKING:
+    from electrovib.apps.explorer.computed import Computed
+    from electrovib.apps.explorer.session import Session
+
+
+class Knobs:
+    """A slider and a field for each parameter of the scenario, in sections that open and close.
+
+    Parameters
+    ----------
+    session : Session
+        Of the visitor.
+    ask : callable
+        Called with the state to show next.
+    """
+
+    def __init__(self, session: Session, *, ask: Callable[[PageState], None]) -> None:
+        self._session, self._ask = session, ask
+        self._rows: dict[str, tuple[Control, Any, Any]] = {}
+        self._silent = False
+        with ui.left_drawer(value=True, bordered=True).props("width=330").classes("p-1"):
+            self._place = ui.column().classes("w-full gap-0")
+        self.rebuild()
+
+    def rebuild(self) -> None:
+        """Make the controls of another scenario; they begin at its own values, whatever was changed."""
+        own = self._session.own
+        try:
+            scenario = scenario_of(self._session.state, own=own)
+        except InputError:
+            scenario = scenario_of(self._session.state.reset(), own=own)
+        found = controls(scenario)
+        self._rows = {}
+        self._place.clear()
+        with self._place:
+            for section, heading in SECTIONS.items():
+                mine = [each for each in found if each.section == section]
+                if mine:
+                    with (
+                        ui.expansion(heading, value=section in ("drive", "stack"))
+                        .classes("w-full")
+                        .props("dense")
+                    ):
+                        for each in mine:
+                            self._row(each)
+
+    def show(self, found: Computed) -> None:
+        """Write the values of a result into fields and sliders."""
+        self._silent = True
+        for path, (control, slider, field) in self._rows.items():
+            try:
+                value = value_at(found.scenario, path)
+            except InputError:
+                continue
+            text = control.written(value)
+            if field.value != text:
+                field.set_value(text)
+            if control.position(value) != slider.value:
+                slider.set_value(control.position(value))
+        self._silent = False
+
+    def _row(self, control: Control) -> None:
+        with ui.column().classes("w-full gap-0 pb-1"):
+            with ui.row().classes("w-full items-center justify-between no-wrap"):
+                ui.label(control.name).classes("text-sm").tooltip(control.help)
+                field = (
+                    ui.input(value=control.written(control.value))
+                    .props(f'dense borderless input-class="text-right" aria-label="{control.name}, value"')
+                    .classes("w-28")
+                )
+            slider = ui.slider(
+                min=0,
+                max=STEPS,
+                step=1,
+                value=control.position(control.value),
+                on_change=lambda e, c=control: self._moved(c, e.value),
+            ).props(f'aria-label="{control.name}" dense')
+        field.on("blur", lambda _, c=control, f=field: self._typed(c, f.value))
+        field.on("keydown.enter", lambda _, c=control, f=field: self._typed(c, f.value))
+        self._rows[control.path] = (control, slider, field)
+
+    def _moved(self, control: Control, position: float) -> None:
+        if not self._silent:
+            self._ask(self._session.state.changed(control.path, control.written(control.at(position))))
+
+    def _typed(self, control: Control, text: str) -> None:
+        shown = self._session.state.changes.get(control.path, control.written(control.value))
+        if text.strip() and text != shown:
+            self._ask(self._session.state.changed(control.path, text.strip()))

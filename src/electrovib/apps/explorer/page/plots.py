@@ -1,0 +1,100 @@
+"""Drawing of the layers, diagnostics, and plots in tabs; a plot is drawn when its tab is open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
+
+from nicegui import ui
+
+from electrovib.apps.explorer.drawing import drawing
+from electrovib.apps.explorer.further import FELT, FREQUENCY, LAWS, SAFETY, TABS, TIME, Further
+from electrovib.apps.explorer.page.words import felt_words, judged_words, law_words, safety_words
+from electrovib.apps.explorer.pictures.felt import felt
+from electrovib.apps.explorer.pictures.laws import laws
+from electrovib.apps.explorer.pictures.over_frequency import over_frequency
+from electrovib.apps.explorer.pictures.over_time import over_time
+
+if TYPE_CHECKING:
+    from electrovib.apps.explorer.computed import Computed
+    from electrovib.apps.explorer.session import Session
+
+MOST_PLOTS: Final = 4
+"""Plots that are visible at once; more would make a slider lag."""
+_INK: Final = {False: ("#222222", "#e2e2e2"), True: ("#e6e6e6", "#444444")}
+"""Colours of text and grid on a light and on a dark page."""
+
+
+class Plots:
+    """The part of the page that shows results.
+
+    Parameters
+    ----------
+    session : Session
+        Of the visitor.
+    is_dark : callable
+        Returns whether the page is dark.
+    """
+
+    def __init__(self, session: Session, *, is_dark: Callable[[], bool]) -> None:
+        self._session, self._is_dark = session, is_dark
+        with ui.element("div").classes("w-full grid grid-cols-1 lg:grid-cols-2 gap-4"):
+            self._stack = ui.html("", sanitize=False).classes("w-full max-w-xl")
+            with ui.column().classes("gap-1"):
+                ui.label("Validity").classes("text-base font-bold").props("role=heading aria-level=2")
+                self._judged = ui.html("", sanitize=False).classes("text-sm").props("aria-live=polite")
+        tabs = ui.tabs(value=TABS[0], on_change=lambda e: session.open(e.value))
+        with tabs.props('dense no-caps align=left aria-label="Results"').classes("w-full"):
+            for name in TABS:
+                ui.tab(name)
+        self._words = ui.html("", sanitize=False).classes("w-full text-sm")
+        self._grid = ui.element("div").classes("w-full grid grid-cols-1 xl:grid-cols-2 gap-2")
+        self._plots: list[Any] = []
+        self._sent: dict[Any, str] = {}
+
+    def show(self, found: Computed, further: Further) -> None:
+        """Show a result, and what is known beside it."""
+        self._set(self._stack, drawing(found))
+        self._set(self._judged, judged_words(found.diagnostics))
+        figures, words = self._content(found, further)
+        self._set(self._words, words)
+        while len(self._plots) < len(figures):
+            with self._grid:
+                self._plots.append(ui.plotly({"data": [], "layout": {}}).classes("w-full h-64"))
+        for plot, figure in zip(self._plots, figures, strict=False):
+            plot.set_visibility(True)
+            plot.props(f'role=img aria-label="{figure["layout"]["title"]["text"]}"')
+            plot.update_figure(self._themed(figure))
+        for plot in self._plots[len(figures) :]:
+            plot.set_visibility(False)
+
+    def _content(self, found: Computed, further: Further) -> tuple[list[dict[str, Any]], str]:
+        """Return plots and text of the open tab."""
+        pinned = [each.computed for each in self._session.pinned]
+        tab, words = self._session.tab, "<br>".join(further.problems)
+        figures: list[dict[str, Any]] = []
+        if tab == TIME:
+            figures = over_time(found, pinned)
+        elif tab == FREQUENCY:
+            figures = over_frequency(found, pinned, band=further.band)
+        elif tab == LAWS:
+            figures, words = laws(found, further.laws), words + law_words(found, further)
+        elif tab == FELT and further.percept is not None:
+            figures, words = felt(further.percept), words + felt_words(further.percept)
+        elif tab == SAFETY and further.check is not None:
+            words += safety_words(further.check)
+        return figures[:MOST_PLOTS], words
+
+    def _themed(self, figure: dict[str, Any]) -> dict[str, Any]:
+        ink, grid = _INK[self._is_dark()]
+        layout = figure["layout"]
+        layout |= {"font": {"color": ink}, "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)"}
+        for axis in ("xaxis", "yaxis"):
+            layout[axis] |= {"gridcolor": grid, "linecolor": ink, "tickcolor": ink}
+        return figure
+
+    def _set(self, element: Any, content: str) -> None:
+        """Send a text only if it has changed."""
+        if self._sent.get(element.id) != content:
+            self._sent[element.id] = content
+            element.set_content(content)

@@ -1,0 +1,119 @@
+"""Tables and sentences of the tabs, as HTML in which every text is escaped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.diagnostics import STATES, Diagnostic
+from electrovib.view.units import pretty_quantity, typeset
+
+if TYPE_CHECKING:
+    from electrovib.apps.explorer.computed import Computed
+    from electrovib.apps.explorer.further import Further
+    from electrovib.study.check.result import CheckResult
+    from electrovib.study.percept import Percept
+
+CLASSES: Final = {
+    "ok": "ev-ok",
+    "pass": "ev-ok",
+    "unknown": "ev-unknown",
+    "warning": "ev-warning",
+    "fail": "ev-warning",
+}
+"""Classes of the style sheet for each state; the state is written as a word as well, never as a colour alone."""
+
+
+def judged_words(diagnostics: Sequence[Diagnostic]) -> str:
+    """List what limits the validity of a result, the worst first, and count what is in order."""
+    worst_first = sorted(diagnostics, key=lambda each: -STATES.index(each.state))
+    rows = [
+        f"<li>{_state(each.state)} <b>{escape(each.name)}</b>: {escape(typeset(each.text))}</li>"
+        for each in worst_first
+        if each.state != "ok"
+    ]
+    fine = [each.name for each in diagnostics if each.state == "ok"]
+    if fine:
+        rows.append(f"<li>{_state('ok')} {escape(', '.join(fine))}</li>")
+    return f'<ul class="ev-list">{"".join(rows)}</ul>'
+
+
+def law_words(found: Computed, further: Further) -> str:
+    """Tabulate the largest force of each law over that of the law of the page."""
+    own = _peak(found)
+    rows = []
+    for name, case in {type(found.scenario.force).__name__: found, **further.laws}.items():
+        peak = _peak(case)
+        ratio = f"{peak / own:.3g}" if own > 0 and np.isfinite(peak) else "–"
+        law = case.scenario.force
+        rows.append((name, law.evaluation_surface, law.status, pretty_quantity(peak, "N", digits=3), ratio))
+    rows += [(name, "", "", "cannot run here", why) for name, why in further.left_out.items()]
+    headings = ("law", "stress evaluated in", "source status", "largest force", "relative to this law")
+    return _table(headings, rows)
+
+
+def felt_words(percept: Percept) -> str:
+    """State the verdict of perception and the level of each channel."""
+    rows = [
+        (each.channel, f"{each.level:.1f} dB re 1 {percept.unit}", f"{each.relative:.1f} dB", each.status)
+        for each in percept.channels
+    ]
+    headings = (
+        "channel",
+        "level",
+        "relative to a sine of equal force at the best frequency",
+        "source status",
+    )
+    notes = "".join(f"<li>{escape(typeset(text))}</li>" for text in percept.calibrated_on)
+    strongest = f"; strongest channel {percept.loudest}" if percept.loudest else ""
+    return (
+        f"<p><b>{escape(percept.verdict)}</b>{escape(strongest)}</p>{_table(headings, rows)}"
+        f'<ul class="ev-list">{notes}</ul>'
+    )
+
+
+def safety_words(check: CheckResult) -> str:
+    """Tabulate limits and breakdown, and state what was assumed."""
+    rows = [
+        (
+            row.state,
+            row.quantity,
+            pretty_quantity(row.value, row.unit, digits=4),
+            pretty_quantity(row.limit, row.unit, digits=4),
+            typeset(row.source),
+        )
+        for row in (*check.rows, *check.comparisons)
+    ]
+    notes = "".join(f"<li>{escape(typeset(text))}</li>" for text in check.notes)
+    table = _table(("state", "quantity", "value", "limit", "source of the limit"), rows, states=True)
+    return (
+        f"<p>This page makes nothing safe: hardware has to limit the current.</p>{table}"
+        f'<ul class="ev-list">{notes}</ul>'
+    )
+
+
+def _peak(found: Computed) -> float:
+    if "electrostatic_force" not in found.trace:
+        return float("nan")
+    return float(np.nanmax(np.abs(found.trace["electrostatic_force"].values)))
+
+
+def _state(state: str) -> str:
+    return f'<span class="{CLASSES[state]}">{escape(state)}</span>'
+
+
+def _table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, states: bool = False) -> str:
+    head = "".join(f"<th scope=col>{escape(each)}</th>" for each in headings)
+    body = "".join(
+        "<tr>"
+        + "".join(
+            f"<td>{_state(cell) if states and place == 0 else escape(cell)}</td>"
+            for place, cell in enumerate(row)
+        )
+        + "</tr>"
+        for row in rows
+    )
+    return f'<table class="ev-table"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'

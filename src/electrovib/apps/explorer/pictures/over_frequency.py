@@ -1,0 +1,117 @@
+"""Plots over frequency: force with the band of a population, time constant of the skin, share of each layer, impedance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.apps.explorer.pictures.figure import PINNED, Axis, Curve, figure
+from electrovib.view.style import COLOURS, NEUTRAL, layer_colours
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.apps.explorer.computed import Computed
+
+FREQUENCY: Final = Axis("frequency", "Hz", is_logarithmic=True)
+
+
+def over_frequency(
+    shown: Computed, pinned: Sequence[Computed] = (), *, band: dict[str, NDArray[Any]] | None = None
+) -> list[dict[str, Any]]:
+    """Plot the mean force, the time constant of each layer, its share of the voltage, and the impedance.
+
+    Parameters
+    ----------
+    shown : Computed
+        Scenario of the page.
+    pinned : sequence of Computed
+        Kept for comparison, with dashed curves.
+    band : dict of str to ndarray, optional
+        ``frequency`` [Hz], ``low`` and ``high`` [N] of a population of fingers, each of shape (n,).
+
+    Returns
+    -------
+    figures : list of dict
+        Four plots.
+    """
+    plots = [_force(shown, pinned, band), _time_constant(shown), _shares(shown), _impedance(shown, pinned)]
+    return [plot for plot in plots if plot is not None]
+
+
+def _force(
+    shown: Computed, pinned: Sequence[Computed], band: dict[str, NDArray[Any]] | None
+) -> dict[str, Any] | None:
+    if "mean_force" not in shown.trace:
+        return None
+    curves = []
+    if band is not None:
+        curves.append(
+            Curve(
+                band["frequency"],
+                band["high"],
+                "5 to 95 % of fingers",
+                COLOURS[5],
+                fill_from=band["low"],
+            )
+        )
+    curves += [
+        Curve(each.trace["frequency"].values, each.trace["mean_force"].values, "mean force", dash=dash)
+        for each, dash in zip([shown, *pinned], ("solid", *PINNED), strict=False)
+        if "mean_force" in each.trace
+    ]
+    return figure("Mean force under a sine", FREQUENCY, Axis("force", "N", is_logarithmic=True), curves)
+
+
+def _time_constant(shown: Computed) -> dict[str, Any] | None:
+    """Plot permittivity over conductivity, the time in which a layer loses its charge."""
+    colours = layer_colours(list(shown.scenario.stack.layers))
+    frequency = shown.trace["frequency"].values
+    curves = []
+    for name in shown.scenario.stack.layers:
+        value = shown.trace["permittivity"].sel(layer=name).values
+        loss = -value.imag * 2 * np.pi * frequency
+        if np.any(loss > 0):
+            with np.errstate(divide="ignore"):
+                tau = np.where(loss > 0, value.real / np.where(loss > 0, loss, 1.0), np.nan)
+            curves.append(Curve(frequency, tau, name.replace("_", " "), colours[name]))
+    if not curves:
+        return None
+    words = Axis("permittivity / conductivity", "s", is_logarithmic=True)
+    return figure("Time constant of each layer", FREQUENCY, words, curves)
+
+
+def _shares(shown: Computed) -> dict[str, Any] | None:
+    if "field_gain" not in shown.trace:
+        return None
+    colours = layer_colours(list(shown.scenario.stack.layers))
+    curves = [
+        Curve(
+            shown.trace["frequency"].values,
+            np.abs(shown.trace["field_gain"].sel(layer=name).values),
+            name.replace("_", " "),
+            colours[name],
+        )
+        for name in shown.scenario.stack.layers
+    ]
+    words = Axis("share of the voltage", "1")
+    return figure("Share of each layer", FREQUENCY, words, curves)
+
+
+def _impedance(shown: Computed, pinned: Sequence[Computed]) -> dict[str, Any] | None:
+    curves = [
+        Curve(
+            each.trace["frequency"].values,
+            np.abs(each.trace["impedance"].values),
+            "magnitude",
+            NEUTRAL if dash != "solid" else COLOURS[2],
+            dash,
+        )
+        for each, dash in zip([shown, *pinned], ("solid", *PINNED), strict=False)
+        if "impedance" in each.trace
+    ]
+    if not curves:
+        return None
+    return figure("Impedance", FREQUENCY, Axis("impedance", "ohm", is_logarithmic=True), curves)

@@ -1,0 +1,61 @@
+"""Work for one page: one piece at a time, outside of the event loop, and only for the latest wish."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from concurrent.futures import Executor
+from typing import Generic, TypeVar
+
+W = TypeVar("W")
+
+
+class LatestOnly(Generic[W]):
+    """Run a task for the latest of the values that arrive, and never two tasks at once.
+
+    Parameters
+    ----------
+    task : coroutine function
+        Called with the latest value. A value that arrives while it runs replaces any other that waits.
+
+    Notes
+    -----
+    At most one value waits, so that no queue can grow however fast a slider moves. `is_stale` lets a long task end
+    between two slices of its work when a newer value waits.
+    """
+
+    def __init__(self, task: Callable[[W], Awaitable[None]]) -> None:
+        self._task = task
+        self._waiting: list[W] = []
+        self._running: asyncio.Task[None] | None = None
+
+    def ask(self, value: W) -> None:
+        """Let the task run for a value as soon as it is free; a value that waits already is forgotten."""
+        self._waiting = [value]
+        if self._running is None or self._running.done():
+            self._running = asyncio.get_running_loop().create_task(self._work())
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether a newer value waits than the one for which the task runs."""
+        return bool(self._waiting)
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing runs and nothing waits."""
+        return not self._waiting and (self._running is None or self._running.done())
+
+    def stop(self) -> None:
+        """Forget what waits and cancel the task that runs."""
+        self._waiting = []
+        if self._running is not None:
+            self._running.cancel()
+
+    async def _work(self) -> None:
+        while self._waiting:
+            await self._task(self._waiting.pop())
+
+
+async def apart(executor: Executor, work: Callable[[], W]) -> W:
+    """Run a function outside of the event loop and return its result."""
+    return await asyncio.get_running_loop().run_in_executor(executor, work)

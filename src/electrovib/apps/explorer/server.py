@@ -1,0 +1,126 @@
+"""The server of the explorer's page."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+from electrovib.apps.explorer.access import LOOPBACK, TOKEN, AccessControl, is_loopback, new_token
+from electrovib.core.errors import InputError
+from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
+
+if TYPE_CHECKING:
+    pass
+
+FIRST_PORT: Final = 8080
+"""Port that is tried first."""
+TRIED_PORTS: Final = 50
+YOURS: Final = "yours"
+"""Name of a scenario that is no paper's."""
+
+
+def explore(
+    scenario: Source = DEFAULT,
+    *,
+    port: int | None = None,
+    host: str = "127.0.0.1",
+    browser: bool = True,
+    say: Callable[[str], None] = print,
+) -> None:
+    """Open a page in the browser in which the parameters of a scenario are changed and their effect is seen.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        What the page shows first, as for `electrovib.load`.
+    port : int, optional
+        Port of the page; by default the first that is free from 8080 on.
+    host : str
+        Address at which the page is served. Any other than 127.0.0.1 or localhost can be reached from other machines: the
+        page then needs a token, which is part of the address that is printed.
+    browser : bool
+        Whether a browser is opened.
+    say : callable
+        Called with the address of the page.
+
+    Raises
+    ------
+    InputError
+        For a scenario that is not valid, a port that is in use, or a page whose packages are not installed.
+
+    Notes
+    -----
+    The function returns when the page is ended, by Ctrl-C. No request reads or writes a file of this machine, and what a
+    visitor can ask for is limited (`electrovib.apps.explorer.limits`).
+    """
+    try:
+        from nicegui import app, ui
+    except ImportError:
+        raise InputError("the page needs the extra 'explore': pip install 'electrovib[explore]'") from None
+    from electrovib.apps.explorer.page import build
+
+    own, first = _first(scenario)
+    chosen = _free_port(host, port)
+    token = "" if is_loopback(host) else new_token()
+    names = LOOPBACK if is_loopback(host) else (*LOOPBACK, *_names(host))
+    app.add_middleware(AccessControl, hosts=names, port=chosen, token=token)
+    build(own, first)
+    shown = "127.0.0.1" if is_loopback(host) else _names(host)[0]
+    address = f"http://{shown}:{chosen}/" + (f"?{TOKEN}={token}" if token else "")
+    say(f"The page is at {address} ; Ctrl-C ends it.")
+    path = f"/?{TOKEN}={token}" if token else "/"
+    ui.run(
+        host=host,
+        port=chosen,
+        title="electrovib explorer",
+        reload=False,
+        show=path if browser else False,
+        show_welcome_message=False,
+        dark=None,
+        favicon="〰",
+    )
+
+
+def _first(scenario: Source) -> tuple[dict[str, Scenario], str]:
+    """Return the scenarios that are not shipped, by name, and the name of the first one."""
+    from electrovib.apps.explorer.state import presets
+
+    if isinstance(scenario, str) and scenario in presets():
+        return {}, scenario
+    return {YOURS: read_scenario(scenario)}, YOURS
+
+
+def _free_port(host: str, port: int | None) -> int:
+    """Return a port that nothing else listens on."""
+    candidates = [port] if port is not None else range(FIRST_PORT, FIRST_PORT + TRIED_PORTS)
+    for each in candidates:
+        if not 1 <= each <= 65535:
+            raise InputError(f"port = {each}: a port is a number from 1 to 65535")
+        with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((host, each))
+            except PermissionError:
+                raise InputError(f"port = {each}: this user may not open it; take one above 1023") from None
+            except OSError as error:
+                reason = error
+                continue
+            return each
+    if port is None:
+        raise InputError(
+            f"no port from {FIRST_PORT} to {FIRST_PORT + TRIED_PORTS - 1} can be opened at {host}: {reason}"
+        )
+    raise InputError(f"port = {port}: it cannot be opened at {host} ({reason}); choose another with --port")
+
+
+def _names(host: str) -> tuple[str, ...]:
+    """Return the names under which a browser addresses this machine."""
+    if host in ("0.0.0.0", "::"):  # noqa: S104 - a comparison, not an address to bind
+        name = socket.gethostname()
+        try:
+            found = {str(entry[4][0]) for entry in socket.getaddrinfo(name, None, socket.AF_INET)}
+        except OSError:
+            found = set()
+        return (name.lower(), *sorted(found))
+    return (f"[{host}]" if ":" in host else host.lower(),)

@@ -1,0 +1,175 @@
+"""What a page shows: a scenario by name, the parameters that were changed, and its form in an address."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+from urllib.parse import parse_qsl, urlencode
+
+from electrovib.apps.changes import read_changes
+from electrovib.apps.explorer.limits import LONGEST_LINK, LONGEST_VALUE, MOST_CHANGES, MOST_SAMPLES
+from electrovib.core.errors import InputError, nearest
+from electrovib.scenario import Scenario, read_scenario
+from electrovib.study.catalogue import scenarios
+
+FILES: Final = frozenset({"file"})
+"""Keys of tables that name a file; a page never reads one."""
+
+
+@dataclass(frozen=True)
+class PageState:
+    """A scenario by its name and what was changed in it.
+
+    Parameters
+    ----------
+    preset : str
+        Name of the scenario: one of `presets`.
+    changes : mapping of str to str
+        Dotted path to value as a person writes it, with its unit.
+    """
+
+    preset: str
+    changes: Mapping[str, str] = field(default_factory=dict)
+
+    def to_query(self) -> str:
+        """Write the state as the part of an address behind the question mark."""
+        return urlencode([("preset", self.preset), *(("set", f"{p}={v}") for p, v in self.changes.items())])
+
+    def changed(self, path: str, value: str) -> PageState:
+        """Return the state with one more parameter changed; its last value counts."""
+        kept = {each: text for each, text in self.changes.items() if each != path}
+        return replace(self, changes={**kept, path: value})
+
+    def reset(self, path: str | None = None) -> PageState:
+        """Return the state without the change of one parameter, or without any."""
+        kept = {each: text for each, text in self.changes.items() if path is not None and each != path}
+        return replace(self, changes=kept)
+
+
+def presets(own: Mapping[str, Scenario] | None = None) -> list[str]:
+    """Return the names of the scenarios that a page offers: the given ones, then the shipped ones."""
+    return [*(own or {}), *(each.name for each in scenarios())]
+
+
+def read_query(query: str, *, own: Mapping[str, Scenario], default: str) -> PageState:
+    """Read a state from an address.
+
+    Parameters
+    ----------
+    query : str
+        Part of the address behind the question mark.
+    own : mapping of str to Scenario
+        Scenarios that the page was started with, by name.
+    default : str
+        Name of the scenario where the address names none.
+
+    Returns
+    -------
+    PageState
+        A state whose scenario can be built.
+
+    Raises
+    ------
+    InputError
+        If the address is too long, names an unknown scenario, parameter or file, or holds a value that does not fit.
+    """
+    if len(query) > LONGEST_LINK:
+        raise InputError(f"The link has {len(query)} letters; at most {LONGEST_LINK} are read.")
+    try:
+        items = parse_qsl(query, keep_blank_values=True, max_num_fields=MOST_CHANGES + 10)
+    except ValueError:
+        raise InputError(f"The link changes more than {MOST_CHANGES} parameters.") from None
+    preset, changes = default, {}
+    for name, value in items:
+        if name == "preset":
+            preset = value
+        elif name == "set":
+            path, equals, text = value.partition("=")
+            if not equals:
+                raise InputError(f"The link has 'set={_short(value)}'; it has to be 'set=path=value'.")
+            changes[path.strip()] = text
+    state = PageState(preset, changes)
+    scenario_of(state, own=own)
+    return state
+
+
+def scenario_of(state: PageState, *, own: Mapping[str, Scenario]) -> Scenario:
+    """Build the scenario of a page.
+
+    Parameters
+    ----------
+    state : PageState
+        Name and changes.
+    own : mapping of str to Scenario
+        Scenarios that the page was started with, by name.
+
+    Returns
+    -------
+    Scenario
+        Validated.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown, a change does not fit, names a file, or asks for more samples than a page computes.
+    """
+    known = presets(own)
+    if state.preset not in known:
+        raise InputError(
+            f"preset: no scenario is called '{_short(state.preset)}'.{nearest(state.preset, known)}"
+        )
+    if len(state.changes) > MOST_CHANGES:
+        raise InputError(
+            f"{len(state.changes)} parameters are changed; a page changes at most {MOST_CHANGES}."
+        )
+    for path, text in state.changes.items():
+        if len(path) > LONGEST_VALUE or len(text) > LONGEST_VALUE:
+            raise InputError(f"{_short(path)}: a value of a link has at most {LONGEST_VALUE} letters.")
+    wanted = read_changes([f"{path}={text}" for path, text in state.changes.items()])
+    refuse_files(wanted)
+    base = own.get(state.preset) or read_scenario(state.preset)
+    return refuse_many_samples(base.replace(wanted) if wanted else base)
+
+
+def refuse_many_samples(scenario: Scenario) -> Scenario:
+    """Return the scenario if its times and frequencies are few enough for a page; refuse it otherwise."""
+    counts = {"time": scenario.time.count(scenario.drive), "frequency": scenario.frequency.samples}
+    for path, count in counts.items():
+        if count > MOST_SAMPLES:
+            raise InputError(
+                f"{path}.samples = {count}: a page computes at most {MOST_SAMPLES}; use 'electrovib run' for more."
+            )
+    return scenario
+
+
+def refuse_files(content: Any, *, path: str = "") -> None:
+    """Refuse tables that name a file: nobody who sends a link or a table makes this program read one.
+
+    Parameters
+    ----------
+    content : object
+        Nested tables, lists and values.
+    path : str
+        Dotted path of the content.
+
+    Raises
+    ------
+    InputError
+        If a key of any table, or the last part of a dotted path, names a file.
+    """
+    if isinstance(content, Mapping):
+        for key, item in content.items():
+            inner = f"{path}.{key}" if path else str(key)
+            if str(key).rpartition(".")[2] in FILES:
+                raise InputError(
+                    "names a file, which a page never reads; drop the file on the page", path=inner
+                )
+            refuse_files(item, path=inner)
+    elif isinstance(content, Sequence) and not isinstance(content, str):
+        for index, item in enumerate(content):
+            refuse_files(item, path=f"{path}.{index}")
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else f"{text[:57]}..."
