@@ -10,6 +10,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from electrovib.apps.explorer.server import explore as explore
     from electrovib.apps.fit import fit as fit
     from electrovib.apps.fit_material import fit_material as fit_material
     from electrovib.apps.fit_separately import fit_separately as fit_separately
@@ -70,6 +71,7 @@ _PLACES = {
     "check": "electrovib.study.check",
     "compare": "electrovib.view.compare",
     "equilibrium": "electrovib.solve.equilibrium",
+    "explore": "electrovib.apps.explorer.server",
     "export": "electrovib.export.scenario",
     "export_waveform": "electrovib.export.waveform",
     "fit": "electrovib.apps.fit",

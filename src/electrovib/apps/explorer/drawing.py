@@ -99,6 +99,9 @@ def _words(name: str, thickness: float, shown: Computed, middle: float) -> list[
     ]
     if "field" in shown.trace:
         field = float(np.nanmax(np.abs(shown.trace["field"].sel(layer=name).values)))
-        values = f"at most {pretty_quantity(field, 'V/m', digits=3)}, {pretty_quantity(field * thickness, 'V', digits=3)} across it"
+        strength, voltage = (
+            pretty_quantity(each, unit, digits=3) for each, unit in ((field, "V/m"), (field * thickness, "V"))
+        )
+        values = f"at most {strength}, {voltage} across it"
         lines.append(f'<text x="{_TEXT:g}" y="{middle + 11:.1f}" font-size="10">{escape(values)}</text>')
     return lines

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Mapping
+from typing import Any, Final
 
 from electrovib.apps.explorer.access import LOOPBACK, TOKEN, AccessControl, is_loopback, new_token
 from electrovib.core.errors import InputError
 from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
-
-if TYPE_CHECKING:
-    pass
 
 FIRST_PORT: Final = 8080
 """Port that is tried first."""
@@ -23,6 +20,7 @@ YOURS: Final = "yours"
 def explore(
     scenario: Source = DEFAULT,
     *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     port: int | None = None,
     host: str = "127.0.0.1",
     browser: bool = True,
@@ -34,6 +32,8 @@ def explore(
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         What the page shows first, as for `electrovib.load`.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
     port : int, optional
         Port of the page; by default the first that is free from 8080 on.
     host : str
@@ -60,7 +60,7 @@ def explore(
         raise InputError("the page needs the extra 'explore': pip install 'electrovib[explore]'") from None
     from electrovib.apps.explorer.page import build
 
-    own, first = _first(scenario)
+    own, first = _first(scenario, set)
     chosen = _free_port(host, port)
     token = "" if is_loopback(host) else new_token()
     names = LOOPBACK if is_loopback(host) else (*LOOPBACK, *_names(host))
@@ -82,13 +82,13 @@ def explore(
     )
 
 
-def _first(scenario: Source) -> tuple[dict[str, Scenario], str]:
+def _first(scenario: Source, changes: Mapping[str, Any] | None) -> tuple[dict[str, Scenario], str]:
     """Return the scenarios that are not shipped, by name, and the name of the first one."""
     from electrovib.apps.explorer.state import presets
 
-    if isinstance(scenario, str) and scenario in presets():
+    if isinstance(scenario, str) and scenario in presets() and not changes:
         return {}, scenario
-    return {YOURS: read_scenario(scenario)}, YOURS
+    return {YOURS: read_scenario(scenario, changes=changes)}, YOURS
 
 
 def _free_port(host: str, port: int | None) -> int:

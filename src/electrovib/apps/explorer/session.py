@@ -15,6 +15,8 @@ from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import ElectrovibError, InputError
 
 if TYPE_CHECKING:
+    import xarray
+
     from electrovib.scenario import Scenario
 
 
@@ -46,6 +48,8 @@ class Session:
         What is shown first.
     executor : Executor
         Where simulations run, outside of the event loop.
+    patient : Executor
+        Where work of many seconds runs, such as fits and reports.
     show : callable
         Called with every new result, and again when more is known beside it.
     complain : callable
@@ -55,12 +59,14 @@ class Session:
     own: Mapping[str, Scenario]
     state: PageState
     executor: Executor
+    patient: Executor
     show: Callable[[Computed, Further], None]
     complain: Callable[[str], None]
     tab: str = TABS[0]
     computed: Computed | None = None
     further: Further = field(default_factory=Further)
     pinned: list[Pinned] = field(default_factory=list)
+    measured: xarray.Dataset | None = None
 
     def __post_init__(self) -> None:
         """Prepare the queue of one."""

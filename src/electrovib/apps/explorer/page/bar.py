@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from electrovib.apps.explorer.downloads import DOWNLOADS, Download
+from electrovib.apps.explorer.runner import apart
 from electrovib.apps.explorer.state import PageState, presets
+from electrovib.core.errors import ElectrovibError
 from electrovib.study.catalogue import scenarios
 
 if TYPE_CHECKING:
@@ -32,22 +35,29 @@ class Bar:
     ) -> None:
         self._session, self._ask, self._redraw = session, ask, redraw
         meanings = {each.name: each.meaning for each in scenarios()}
-        names = {
+        self._names = {
             name: f"{name}: {meanings.get(name, 'the scenario of this page')}"
             for name in presets(session.own)
         }
         with ui.header().classes("items-center gap-3 px-3 py-1"):
             ui.label("electrovib").classes("text-lg font-bold")
-            ui.select(
-                names, value=session.state.preset, label="Scenario", on_change=lambda e: self._choose(e.value)
-            ).props("dense dark options-dense use-input hide-selected fill-input input-debounce=0").classes(
-                "w-96"
+            self._select = ui.select(
+                self._names,
+                value=session.state.preset,
+                label="Scenario",
+                on_change=lambda e: self._choose(e.value),
             )
+            self._select.props(
+                "dense dark options-dense use-input hide-selected fill-input input-debounce=0"
+            ).classes("w-96")
             ui.button("Reset", on_click=lambda: ask(self._session.state.reset())).props(
                 "flat color=white no-caps"
             )
             ui.button("Keep curve", on_click=self._pin).props("flat color=white no-caps")
             ui.button("Drop curves", on_click=self._unpin).props("flat color=white no-caps")
+            with ui.button("Download").props("flat color=white no-caps"), ui.menu():
+                for each in DOWNLOADS:
+                    ui.menu_item(each.label, on_click=lambda each=each: self._download(each))
             ui.space()
             self._dark = ui.dark_mode(value=False)
             ui.button("Dark or light", on_click=self._change_theme).props("flat color=white no-caps")
@@ -68,6 +78,22 @@ class Bar:
         )
         if wanted:
             self._change_theme()
+
+    def offer(self, name: str) -> None:
+        """Add a scenario to the list, and choose it."""
+        self._names = {name: f"{name}: the scenario that was dropped on this page"} | self._names
+        self._select.set_options(self._names, value=name)
+
+    async def _download(self, wanted: Download) -> None:
+        found = self._session.computed
+        if found is None:
+            return
+        try:
+            content = await apart(self._session.patient, lambda: wanted.make(found))
+        except ElectrovibError as error:
+            ui.notify(f"{wanted.label}: {error}", type="negative", multi_line=True)
+        else:
+            ui.download.content(content, wanted.name, wanted.media_type)
 
     def _choose(self, name: str) -> None:
         if name != self._session.state.preset:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -13,6 +13,7 @@ from nicegui import app, ui
 from electrovib.apps.explorer.page.bar import Bar
 from electrovib.apps.explorer.page.knobs import Knobs
 from electrovib.apps.explorer.page.plots import Plots
+from electrovib.apps.explorer.page.recording import DROPPED, RecordingPanel
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState, read_query
 from electrovib.core.errors import InputError
@@ -27,6 +28,8 @@ _PRIMARY: Final = "#1c5d94"
 """Dark enough for white text."""
 WORKERS: Final = 2
 """Threads in which the simulations of all visitors run."""
+PATIENT_WORKERS: Final = 2
+"""Threads in which their fits, reports and uploads run, so that no simulation waits for one."""
 
 
 def build(own: Mapping[str, Scenario], first: str) -> None:
@@ -40,11 +43,13 @@ def build(own: Mapping[str, Scenario], first: str) -> None:
         Name of the scenario that is shown where the address names none.
     """
     executor = ThreadPoolExecutor(WORKERS, thread_name_prefix="explorer")
-    app.on_shutdown(lambda: executor.shutdown(wait=False, cancel_futures=True))
+    patient = ThreadPoolExecutor(PATIENT_WORKERS, thread_name_prefix="explorer-patient")
+    for each in (executor, patient):
+        app.on_shutdown(lambda each=each: each.shutdown(wait=False, cancel_futures=True))
 
     @ui.page("/")
     def page(request: Request) -> None:
-        Page(own, first, executor, request.url.query)
+        Page(own, first, (executor, patient), request.url.query)
 
 
 class Page:
@@ -54,14 +59,14 @@ class Page:
     ----------
     own, first : mapping of str to Scenario, str
         As for `build`.
-    executor : ThreadPoolExecutor
-        Where simulations run.
+    executors : tuple of Executor
+        Where simulations run, and where longer work runs.
     query : str
         Part of the address behind the question mark.
     """
 
     def __init__(
-        self, own: Mapping[str, Scenario], first: str, executor: ThreadPoolExecutor, query: str
+        self, own: Mapping[str, Scenario], first: str, executors: tuple[Executor, Executor], query: str
     ) -> None:
         mistake = ""
         try:
@@ -71,7 +76,7 @@ class Page:
                 PageState(first),
                 "The link could not be read: " + "; ".join(map(str, error.problems)),
             )
-        self.session = Session(own, state, executor, self._show, self._complain)
+        self.session = Session(own, state, *executors, self._show, self._complain)
         self.client = ui.context.client
         ui.add_css(_STYLE)
         ui.colors(primary=_PRIMARY)
@@ -79,15 +84,37 @@ class Page:
         self.knobs = Knobs(self.session, ask=self._ask)
         with ui.column().classes("w-full gap-2"):
             self.message = ui.label(mistake).props("role=alert").classes("text-negative whitespace-pre-line")
-            self.plots = Plots(self.session, is_dark=lambda: self.bar.is_dark)
-        self.client.on_disconnect(self.session.stop)
+            self.plots = Plots(
+                self.session,
+                is_dark=lambda: self.bar.is_dark,
+                make_recording=lambda: self._recording().element,
+            )
+        self.client.on_delete(self._leave)
         ui.timer(0.01, lambda: self.session.ask(self.session.state), once=True)
+
+    def _leave(self) -> None:
+        self.session.stop()
+        self.recording.stop()
+
+    def _recording(self) -> RecordingPanel:
+        self.recording = RecordingPanel(
+            self.session, ask=self._ask, redraw=self._redraw, complain=self._complain, take=self._take
+        )
+        return self.recording
+
+    def _take(self, scenario: Scenario) -> None:
+        """Show a scenario that was dropped on the page."""
+        self.session.own = {**self.session.own, DROPPED: scenario}
+        self.bar.offer(DROPPED)
+        self.session.state = PageState(self.session.state.preset)
+        self._ask(PageState(DROPPED))
 
     def _ask(self, state: PageState) -> None:
         """Compute another state, and write it into the address."""
         other = state.preset != self.session.state.preset
         self.session.ask(state)
-        if other:
+        self.message.set_text("")
+        if other or not state.changes:
             self.knobs.rebuild()
         with self.client:
             ui.navigate.history.replace(f"/?{state.to_query()}")

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 from nicegui import ui
 
 from electrovib.apps.explorer.drawing import drawing
-from electrovib.apps.explorer.further import FELT, FREQUENCY, LAWS, SAFETY, TABS, TIME, Further
+from electrovib.apps.explorer.further import FELT, FREQUENCY, LAWS, RECORDING, SAFETY, TABS, TIME, Further
 from electrovib.apps.explorer.page.words import felt_words, judged_words, law_words, safety_words
 from electrovib.apps.explorer.pictures.felt import felt
 from electrovib.apps.explorer.pictures.laws import laws
 from electrovib.apps.explorer.pictures.over_frequency import over_frequency
 from electrovib.apps.explorer.pictures.over_time import over_time
+from electrovib.apps.explorer.pictures.recorded import recorded
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
@@ -34,9 +35,13 @@ class Plots:
         Of the visitor.
     is_dark : callable
         Returns whether the page is dark.
+    make_recording : callable
+        Makes the controls of the tab for recordings, and returns their element.
     """
 
-    def __init__(self, session: Session, *, is_dark: Callable[[], bool]) -> None:
+    def __init__(
+        self, session: Session, *, is_dark: Callable[[], bool], make_recording: Callable[[], Any]
+    ) -> None:
         self._session, self._is_dark = session, is_dark
         with ui.element("div").classes("w-full grid grid-cols-1 lg:grid-cols-2 gap-4"):
             self._stack = ui.html("", sanitize=False).classes("w-full max-w-xl")
@@ -47,6 +52,7 @@ class Plots:
         with tabs.props('dense no-caps align=left aria-label="Results"').classes("w-full"):
             for name in TABS:
                 ui.tab(name)
+        self._recording = make_recording()
         self._words = ui.html("", sanitize=False).classes("w-full text-sm")
         self._grid = ui.element("div").classes("w-full grid grid-cols-1 xl:grid-cols-2 gap-2")
         self._plots: list[Any] = []
@@ -56,6 +62,7 @@ class Plots:
         """Show a result, and what is known beside it."""
         self._set(self._stack, drawing(found))
         self._set(self._judged, judged_words(found.diagnostics))
+        self._recording.set_visibility(self._session.tab == RECORDING)
         figures, words = self._content(found, further)
         self._set(self._words, words)
         while len(self._plots) < len(figures):
@@ -83,6 +90,8 @@ class Plots:
             figures, words = felt(further.percept), words + felt_words(further.percept)
         elif tab == SAFETY and further.check is not None:
             words += safety_words(further.check)
+        elif tab == RECORDING and self._session.measured is not None:
+            figures = recorded(found, self._session.measured)
         return figures[:MOST_PLOTS], words
 
     def _themed(self, figure: dict[str, Any]) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from electrovib.view.units import pretty_quantity, typeset
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
     from electrovib.apps.explorer.further import Further
+    from electrovib.apps.fit import FitResult
     from electrovib.study.check.result import CheckResult
     from electrovib.study.percept import Percept
 
@@ -93,6 +94,23 @@ def safety_words(check: CheckResult) -> str:
         f"<p>This page makes nothing safe: hardware has to limit the current.</p>{table}"
         f'<ul class="ev-list">{notes}</ul>'
     )
+
+
+def fit_words(result: FitResult) -> str:
+    """Tabulate the estimates of a fit with their 95 % intervals, or the reason why there is none."""
+    rows = [
+        (
+            row.name,
+            pretty_quantity(row.value, row.unit, digits=row.digits),
+            f"{pretty_quantity(row.lower, row.unit, digits=row.digits)} to"
+            f" {pretty_quantity(row.upper, row.unit, digits=row.digits)}"
+            if np.isfinite(row.lower)
+            else "–",
+            row.note or row.state,
+        )
+        for row in result.rows
+    ]
+    return _table(("parameter", "estimate", "95 % interval", "note"), rows)
 
 
 def _peak(found: Computed) -> float:

@@ -1,0 +1,42 @@
+"""``electrovib explore``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli.terminal import say
+from electrovib.scenario import DEFAULT
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("explore")(command)
+
+
+def command(
+    scenario: Annotated[
+        str, typer.Argument(help="Name of a scenario, a TOML file, or a Trace, which the page shows first.")
+    ] = DEFAULT,
+    port: Annotated[
+        int | None, typer.Option(help="Port of the page. Default: the first that is free from 8080 on.")
+    ] = None,
+    host: Annotated[
+        str,
+        typer.Option(
+            help="Address at which the page is served; any other than 127.0.0.1 can be reached from other machines and needs"
+            " the token of the printed address."
+        ),
+    ] = "127.0.0.1",
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
+    changes: Changes = None,
+    models: Models = None,
+) -> None:
+    """Open a page in the browser in which parameters are changed and their effect is seen."""
+    del models  # imported by now
+    from electrovib.apps.changes import read_changes
+    from electrovib.apps.explorer.server import explore
+
+    explore(scenario, set=read_changes(changes or []), port=port, host=host, browser=not no_browser, say=say)

@@ -1,0 +1,93 @@
+"""The fit of chosen parameters to a recording, with progress and cancel."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.budget import budget
+from electrovib.core.errors import ElectrovibError, InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.apps.fit import FitResult
+    from electrovib.scenario import Scenario
+
+MOST_FREE: Final = 6
+"""Parameters that a page fits at once."""
+LONGEST_FIT: Final = 120.0
+"""Seconds after which a fit is ended."""
+
+
+@dataclass
+class RunningFit:
+    """A fit that runs in a thread, can be observed, and can be cancelled.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Where the search begins.
+    measured : xarray.Dataset
+        Recording.
+    free : sequence of str
+        Dotted paths of the unknown parameters.
+
+    Attributes
+    ----------
+    evaluations : int
+        Number of predictions so far.
+    squares : float
+        Weighted sum of squares of the last one [1].
+    """
+
+    scenario: Scenario
+    measured: xarray.Dataset
+    free: Sequence[str]
+    evaluations: int = 0
+    squares: float = float("nan")
+    _cancelled: threading.Event = field(default_factory=threading.Event)
+
+    def __post_init__(self) -> None:
+        """Refuse what a page does not fit."""
+        if not 1 <= len(self.free) <= MOST_FREE:
+            raise InputError(
+                f"{len(self.free)} parameters are chosen; a page fits one to {MOST_FREE} at once."
+            )
+
+    def cancel(self) -> None:
+        """End the fit at its next evaluation."""
+        self._cancelled.set()
+
+    def run(self) -> FitResult:
+        """Fit.
+
+        Returns
+        -------
+        FitResult
+            As `electrovib.fit` returns it.
+
+        Raises
+        ------
+        ElectrovibError
+            If the fit was cancelled, takes too long, or does not find the parameters.
+        """
+        from time import monotonic
+
+        from electrovib.apps.fit import fit
+
+        end = monotonic() + LONGEST_FIT
+
+        def progress(evaluations: int, squares: float) -> bool:
+            self.evaluations, self.squares = evaluations, squares
+            return self._cancelled.is_set() or monotonic() > end
+
+        with budget(time=f"{LONGEST_FIT} s"):
+            try:
+                return fit(self.scenario, self.measured, free=self.free, progress=progress)
+            except ElectrovibError:
+                if self._cancelled.is_set():
+                    raise InputError("The fit was cancelled.") from None
+                raise

@@ -1,0 +1,216 @@
+"""The tab for recordings: drop a file, say which column is which signal, fit parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
+
+from nicegui import events, ui
+
+from electrovib.apps.explorer.controls import controls
+from electrovib.apps.explorer.fitting import RunningFit
+from electrovib.apps.explorer.limits import LARGEST_UPLOAD
+from electrovib.apps.explorer.page.words import fit_words
+from electrovib.apps.explorer.runner import apart
+from electrovib.apps.explorer.state import PageState
+from electrovib.apps.explorer.uploads import (
+    OVER_TIME,
+    SCENARIO_SUFFIX,
+    Uploaded,
+    named,
+    read_upload,
+    read_uploaded_scenario,
+)
+from electrovib.core.errors import ElectrovibError
+
+if TYPE_CHECKING:
+    from electrovib.apps.explorer.session import Session
+    from electrovib.scenario import Scenario
+
+DROPPED: Final = "dropped"
+"""Name of a scenario that was dropped on the page; it belongs to one visitor, and no link reproduces it."""
+_REFRESH: Final = 0.25
+"""Time between two looks at the progress of a fit [s]."""
+
+
+class RecordingPanel:
+    """Controls for a recording.
+
+    Parameters
+    ----------
+    session : Session
+        Of the visitor.
+    ask : callable
+        Called with the state to show next.
+    redraw : callable
+        Called when the present result has to be drawn again.
+    complain : callable
+        Called with a sentence about a mistake; empty when there is none.
+    take : callable
+        Called with a scenario that was dropped.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        *,
+        ask: Callable[[PageState], None],
+        redraw: Callable[[], None],
+        complain: Callable[[str], None],
+        take: Callable[[Scenario], None],
+    ) -> None:
+        self._session, self._ask, self._redraw = session, ask, redraw
+        self._complain, self._take = complain, take
+        self._content = b""
+        self._uploaded: Uploaded | None = None
+        self._running: RunningFit | None = None
+        self.element = ui.column().classes("w-full gap-2")
+        with self.element:
+            ui.label(
+                "Drop a recording (CSV of an oscilloscope, MATLAB, netCDF, ISF, TDMS, ...) to compare and fit it, or a"
+                " scenario (TOML) to show it. It stays in the memory of this page."
+            ).classes("text-sm")
+            ui.upload(
+                label="Drop a file here",
+                auto_upload=True,
+                max_file_size=LARGEST_UPLOAD,
+                max_files=1,
+                on_upload=self._dropped,
+                on_rejected=lambda _: complain(
+                    f"The file was not taken: a page takes one file of at most {LARGEST_UPLOAD / 1e6:g} MB at a time."
+                ),
+            ).classes("w-96").props('aria-label="Drop a file"')
+            self._columns = ui.column().classes("gap-1")
+            self._fit = ui.column().classes("gap-1")
+            self._result = ui.html("", sanitize=False).classes("text-sm")
+
+    async def _dropped(self, event: events.UploadEventArguments) -> None:
+        name, content = event.file.name, await event.file.read()
+        event.sender.reset()
+        self._complain("")
+        try:
+            if name.lower().endswith(SCENARIO_SUFFIX):
+                self._take(await apart(self._session.patient, lambda: read_uploaded_scenario(name, content)))
+                return
+            found = await apart(self._session.patient, lambda: read_upload(name, content))
+        except ElectrovibError as error:
+            self._complain(f"{error}")
+            return
+        self._content, self._uploaded = content, found
+        self._columns.clear()
+        if found.trace is not None:
+            self._compare(found)
+        else:
+            self._choose_columns(found)
+
+    def _choose_columns(self, found: Uploaded) -> None:
+        """Let the visitor state which column is which signal."""
+        assert found.recorded is not None
+        headings = {
+            each.name: f"{each.name} [{each.unit or 'unit not stated'}]"
+            for each in found.recorded.channels
+            if each.name != found.recorded.time
+        }
+        with self._columns:
+            ui.label(f"{found.name}: {found.recorded.size} samples. Which column is which signal?").classes(
+                "text-sm"
+            )
+            with ui.row().classes("items-end"):
+                column = ui.select(headings, label="column", value=next(iter(headings), None)).classes("w-60")
+                signal = ui.select(
+                    {each: each.replace("_", " ") for each in OVER_TIME},
+                    label="signal",
+                    value="lateral_force_measured",
+                ).classes("w-60")
+                unit = ui.input("unit where the file states none").classes("w-60")
+                step = ui.input("time between samples where the file has no times").classes("w-80")
+                if found.recorded.time or found.recorded.step is not None:
+                    step.set_visibility(False)
+                ui.button(
+                    "Compare",
+                    on_click=lambda: self._import(
+                        str(column.value), str(signal.value), str(unit.value), str(step.value)
+                    ),
+                ).props("no-caps")
+
+    async def _import(self, column: str, signal: str, unit: str, step: str) -> None:
+        assert self._uploaded is not None
+        name, content = self._uploaded.name, self._content
+        heading = f"{column} [{unit.strip()}]" if unit.strip() else column
+        try:
+            found = await apart(
+                self._session.patient, lambda: named(name, content, {signal: heading}, step=step.strip())
+            )
+        except ElectrovibError as error:
+            self._complain(str(error))
+            return
+        self._complain("")
+        self._compare(found)
+
+    def _compare(self, found: Uploaded) -> None:
+        self._session.measured = found.trace
+        self._result.set_content("")
+        self._offer_fit()
+        self._redraw()
+
+    def _offer_fit(self) -> None:
+        self._fit.clear()
+        if self._session.computed is None:
+            return
+        paths = {each.path: each.path for each in controls(self._session.computed.scenario)}
+        with self._fit, ui.row().classes("items-center"):
+            chosen = (
+                ui.select(paths, label="parameters to fit", multiple=True, value=[])
+                .classes("w-96")
+                .props("use-chips")
+            )
+            start = ui.button(
+                "Fit", on_click=lambda: self._start(list(chosen.value), start, cancel, progress)
+            ).props("no-caps")
+            cancel = ui.button("Cancel", on_click=self._cancel).props("no-caps flat")
+            cancel.set_visibility(False)
+            progress = ui.label("").classes("text-sm").props("role=status")
+
+    def _cancel(self) -> None:
+        if self._running is not None:
+            self._running.cancel()
+
+    async def _start(self, free: list[str], start: Any, cancel: Any, progress: Any) -> None:
+        session = self._session
+        if session.computed is None or session.measured is None or self._running is not None:
+            return
+        try:
+            running = self._running = RunningFit(session.computed.scenario, session.measured, free)
+        except ElectrovibError as error:
+            self._complain(str(error))
+            return
+        self._complain("")
+        start.set_enabled(False)
+        cancel.set_visibility(True)
+        timer = ui.timer(
+            _REFRESH,
+            lambda: progress.set_text(
+                f"{running.evaluations} evaluations, sum of squares {running.squares:.4g}"
+            ),
+        )
+        try:
+            result = await apart(session.patient, running.run)
+        except ElectrovibError as error:
+            progress.set_text(str(error))
+        else:
+            progress.set_text("")
+            self._result.set_content(fit_words(result))
+            state = session.state
+            for row in result.rows:
+                if row.name in free:
+                    state = state.changed(row.name, f"{row.value:.9g}")
+            self._ask(state)
+        finally:
+            timer.cancel()
+            start.set_enabled(True)
+            cancel.set_visibility(False)
+            self._running = None
+
+    def stop(self) -> None:
+        """End what runs, when the visitor has left."""
+        self._cancel()
