@@ -17,6 +17,8 @@ class LatestOnly(Generic[W]):
     ----------
     task : coroutine function
         Called with the latest value. A value that arrives while it runs replaces any other that waits.
+    failed : callable
+        Called with an exception that the task did not handle; the next value is then worked on as usual.
 
     Notes
     -----
@@ -24,8 +26,8 @@ class LatestOnly(Generic[W]):
     between two slices of its work when a newer value waits.
     """
 
-    def __init__(self, task: Callable[[W], Awaitable[None]]) -> None:
-        self._task = task
+    def __init__(self, task: Callable[[W], Awaitable[None]], failed: Callable[[Exception], None]) -> None:
+        self._task, self._failed = task, failed
         self._waiting: list[W] = []
         self._running: asyncio.Task[None] | None = None
 
@@ -53,7 +55,10 @@ class LatestOnly(Generic[W]):
 
     async def _work(self) -> None:
         while self._waiting:
-            await self._task(self._waiting.pop())
+            try:
+                await self._task(self._waiting.pop())
+            except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the page
+                self._failed(error)
 
 
 async def apart(executor: Executor, work: Callable[[], W]) -> W:

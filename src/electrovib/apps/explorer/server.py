@@ -13,6 +13,8 @@ from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
 FIRST_PORT: Final = 8080
 """Port that is tried first."""
 TRIED_PORTS: Final = 50
+HISTORY: Final = 20
+"""Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
 YOURS: Final = "yours"
 """Name of a scenario that is no paper's."""
 
@@ -75,8 +77,10 @@ def explore(
         port=chosen,
         title="electrovib explorer",
         reload=False,
+        language="en-US",
         show=path if browser else False,
         show_welcome_message=False,
+        message_history_length=HISTORY,
         dark=None,
         favicon="〰",
     )

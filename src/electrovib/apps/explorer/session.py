@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
@@ -70,7 +71,7 @@ class Session:
 
     def __post_init__(self) -> None:
         """Prepare the queue of one."""
-        self._updates: LatestOnly[PageState] = LatestOnly(self._update)
+        self._updates: LatestOnly[PageState] = LatestOnly(self._update, self._failed)
         self._shown: PageState | None = None
 
     @property
@@ -103,6 +104,14 @@ class Session:
     def stop(self) -> None:
         """Cancel what runs, when the visitor has left."""
         self._updates.stop()
+
+    def _failed(self, error: Exception) -> None:
+        """Report a mistake of the program as a sentence; the page goes on."""
+        logging.getLogger(__name__).error("the page could not compute a scenario", exc_info=error)
+        self.complain(
+            f"The program failed at this scenario ({type(error).__name__}: {error}). This is a mistake of electrovib; please"
+            " report it with the address of this page."
+        )
 
     async def _update(self, state: PageState) -> None:
         if state != self._shown or self.computed is None:

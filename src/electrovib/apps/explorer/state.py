@@ -37,13 +37,17 @@ class PageState:
         return urlencode([("preset", self.preset), *(("set", f"{p}={v}") for p, v in self.changes.items())])
 
     def changed(self, path: str, value: str) -> PageState:
-        """Return the state with one more parameter changed; its last value counts."""
-        kept = {each: text for each, text in self.changes.items() if each != path}
+        """Return the state with one more parameter changed; a part that is replaced loses the changes inside it."""
+        kept = {each: text for each, text in self.changes.items() if not _is_inside(each, path)}
         return replace(self, changes={**kept, path: value})
 
     def reset(self, path: str | None = None) -> PageState:
-        """Return the state without the change of one parameter, or without any."""
-        kept = {each: text for each, text in self.changes.items() if path is not None and each != path}
+        """Return the state without the changes of one parameter or part, or without any."""
+        kept = {
+            each: text
+            for each, text in self.changes.items()
+            if path is not None and not _is_inside(each, path)
+        }
         return replace(self, changes=kept)
 
 
@@ -169,6 +173,12 @@ def refuse_files(content: Any, *, path: str = "") -> None:
     elif isinstance(content, Sequence) and not isinstance(content, str):
         for index, item in enumerate(content):
             refuse_files(item, path=f"{path}.{index}")
+
+
+def _is_inside(path: str, part: str) -> bool:
+    """Return whether a path is that of a part, or of something inside it; a model counts as its whole part."""
+    part = part.removesuffix(".model")
+    return path == part or path.startswith(f"{part}.")
 
 
 def _short(text: str) -> str:

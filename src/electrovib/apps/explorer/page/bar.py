@@ -40,7 +40,7 @@ class Bar:
             for name in presets(session.own)
         }
         with ui.header().classes("items-center gap-3 px-3 py-1"):
-            ui.label("electrovib").classes("text-lg font-bold")
+            ui.label("electrovib").classes("text-lg font-bold").props("role=heading aria-level=1")
             self._select = ui.select(
                 self._names,
                 value=session.state.preset,

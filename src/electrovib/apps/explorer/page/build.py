@@ -44,8 +44,12 @@ def build(own: Mapping[str, Scenario], first: str) -> None:
     """
     executor = ThreadPoolExecutor(WORKERS, thread_name_prefix="explorer")
     patient = ThreadPoolExecutor(PATIENT_WORKERS, thread_name_prefix="explorer-patient")
-    for each in (executor, patient):
-        app.on_shutdown(lambda each=each: each.shutdown(wait=False, cancel_futures=True))
+
+    def close() -> None:
+        for each in (executor, patient):
+            each.shutdown(wait=False, cancel_futures=True)
+
+    app.on_shutdown(close)
 
     @ui.page("/")
     def page(request: Request) -> None:

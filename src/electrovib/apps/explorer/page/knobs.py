@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
+from electrovib.apps.explorer.choices import AS_GIVEN, Choice, choices
 from electrovib.apps.explorer.controls import SECTIONS, STEPS, Control, controls
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import InputError
@@ -47,6 +48,8 @@ class Knobs:
         self._rows = {}
         self._place.clear()
         with self._place:
+            for choice in choices(scenario):
+                self._choose(choice)
             for section, heading in SECTIONS.items():
                 mine = [each for each in found if each.section == section]
                 if mine:
@@ -72,6 +75,21 @@ class Knobs:
             if control.position(value) != slider.value:
                 slider.set_value(control.position(value))
         self._silent = False
+
+    def _choose(self, choice: Choice) -> None:
+        """Make the list of alternatives for one part."""
+        chosen = self._session.state.changes.get(choice.path, AS_GIVEN)
+        options = (
+            dict(choice.options) if chosen in choice.options else {chosen: chosen} | dict(choice.options)
+        )
+        ui.select(
+            options, value=chosen, label=choice.label, on_change=lambda e: self._chosen(choice, e.value)
+        ).props("dense options-dense").classes("w-full")
+
+    def _chosen(self, choice: Choice, value: str) -> None:
+        state = self._session.state
+        self._ask(state.reset(choice.path) if value == AS_GIVEN else state.changed(choice.path, value))
+        self.rebuild()
 
     def _row(self, control: Control) -> None:
         with ui.column().classes("w-full gap-0 pb-1"):

@@ -22,6 +22,20 @@ if TYPE_CHECKING:
 
 MOST_PLOTS: Final = 4
 """Plots that are visible at once; more would make a slider lag."""
+_LIGHTER: Final = {
+    "#0072b2": "#5bb4f0",
+    "#d55e00": "#ff8a3c",
+    "#009e73": "#35d0a2",
+    "#333333": "#d0d0d0",
+    "#5e3c99": "#a98be0",
+    "#8a8d2e": "#c9cc5a",
+    "#6f4e37": "#c59a78",
+    "#870f0f": "#ff7a7a",
+    "#b0009a": "#ff6be8",
+    "#2222e0": "#8c8cff",
+    "#2e6b3a": "#6cc47c",
+}
+"""Colours of curves that are too dark on a dark page."""
 _INK: Final = {False: ("#222222", "#e2e2e2"), True: ("#e6e6e6", "#444444")}
 """Colours of text and grid on a light and on a dark page."""
 
@@ -97,6 +111,11 @@ class Plots:
     def _themed(self, figure: dict[str, Any]) -> dict[str, Any]:
         ink, grid = _INK[self._is_dark()]
         layout = figure["layout"]
+        if self._is_dark():
+            for each in figure["data"]:
+                line = each.get("line", {})
+                if line.get("color") in _LIGHTER:
+                    each["line"] = {**line, "color": _LIGHTER[line["color"]]}
         layout |= {"font": {"color": ink}, "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)"}
         for axis in ("xaxis", "yaxis"):
             layout[axis] |= {"gridcolor": grid, "linecolor": ink, "tickcolor": ink}

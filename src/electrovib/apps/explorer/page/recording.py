@@ -29,6 +29,11 @@ if TYPE_CHECKING:
 
 DROPPED: Final = "dropped"
 """Name of a scenario that was dropped on the page; it belongs to one visitor, and no link reproduces it."""
+_LABELS: Final = """
+document.querySelectorAll('.q-uploader__input').forEach(e => e.setAttribute('aria-label', 'Choose a file'));
+document.querySelectorAll('.q-uploader__header a').forEach(e => e.setAttribute('aria-label', 'Choose a file'));
+"""
+"""Names of the controls of the framework's element for files, which it leaves without one."""
 _REFRESH: Final = 0.25
 """Time between two looks at the progress of a fit [s]."""
 
@@ -80,6 +85,7 @@ class RecordingPanel:
                     f"The file was not taken: a page takes one file of at most {LARGEST_UPLOAD / 1e6:g} MB at a time."
                 ),
             ).classes("w-96").props('aria-label="Drop a file"')
+            ui.timer(0.1, lambda: ui.run_javascript(_LABELS), once=True)
             self._columns = ui.column().classes("gap-1")
             self._fit = ui.column().classes("gap-1")
             self._result = ui.html("", sanitize=False).classes("text-sm")
