@@ -57,6 +57,11 @@ class RunningFit:
                 f"{len(self.free)} parameters are chosen; a page fits one to {MOST_FREE} at once."
             )
 
+    @property
+    def progress(self) -> str:
+        """What is known while the fit runs, in words."""
+        return f"{self.evaluations} evaluations, sum of squares {self.squares:.4g}"
+
     def cancel(self) -> None:
         """End the fit at its next evaluation."""
         self._cancelled.set()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
@@ -82,7 +83,7 @@ def slices(tab: str, found: Computed) -> Iterator[Slice]:
     elif tab == LAWS:
         for name in find_members(ForceLaw):
             if name != type(found.scenario.force).__name__:
-                yield lambda known, name=name: _with_law(known, found, name)
+                yield functools.partial(_with_law, found=found, name=name)
     elif tab == FELT:
         yield _guarded(lambda known: replace(known, percept=_percept(found)), "What is felt")
     elif tab == SAFETY:
@@ -107,7 +108,7 @@ def _band(found: Computed) -> dict[str, NDArray[Any]]:
     return {"frequency": bands["frequency"].values, "low": low, "middle": middle, "high": high}
 
 
-def _with_law(known: Further, found: Computed, name: str) -> Further:
+def _with_law(known: Further, *, found: Computed, name: str) -> Further:
     try:
         case = compute(found.scenario.replace({"force": {"model": name}}))
     except ElectrovibError as error:

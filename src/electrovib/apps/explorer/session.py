@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import logging
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
@@ -134,6 +135,6 @@ class Session:
             if self._updates.is_stale:
                 return
             known = self.further
-            self.further = await apart(self.executor, lambda each=each, known=known: each(known))
+            self.further = await apart(self.executor, functools.partial(each, known))
             if not self._updates.is_stale:
                 self.show(found, self.further)

@@ -79,9 +79,11 @@ def read_upload(name: str, content: bytes) -> Uploaded:
         path = Path(folder) / f"upload{_suffix(name)}"
         path.write_bytes(content)
         try:
-            return Uploaded(name, trace=_checked(open_trace(path).load()))
+            trace = open_trace(path).load()
         except ElectrovibError:
-            pass
+            trace = None
+        if trace is not None:
+            return Uploaded(name, trace=_checked(trace))
         try:
             recorded = read_recorded(path)
         except ElectrovibError as error:

@@ -62,10 +62,11 @@ class Plots:
             with ui.column().classes("gap-1"):
                 ui.label("Validity").classes("text-base font-bold").props("role=heading aria-level=2")
                 self._judged = ui.html("", sanitize=False).classes("text-sm").props("aria-live=polite")
-        tabs = ui.tabs(value=TABS[0], on_change=lambda e: session.open(e.value))
+        tabs = ui.tabs(on_change=lambda e: session.open(e.value))
         with tabs.props('dense no-caps align=left aria-label="Results"').classes("w-full"):
             for name in TABS:
                 ui.tab(name)
+        tabs.set_value(TABS[0])
         self._recording = make_recording()
         self._words = ui.html("", sanitize=False).classes("w-full text-sm")
         self._grid = ui.element("div").classes("w-full grid grid-cols-1 xl:grid-cols-2 gap-2")

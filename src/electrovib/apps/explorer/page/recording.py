@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final
 
 from nicegui import events, ui
 
@@ -25,6 +25,7 @@ from electrovib.core.errors import ElectrovibError
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.session import Session
+    from electrovib.apps.fit import FitResult
     from electrovib.scenario import Scenario
 
 DROPPED: Final = "dropped"
@@ -75,16 +76,20 @@ class RecordingPanel:
                 "Drop a recording (CSV of an oscilloscope, MATLAB, netCDF, ISF, TDMS, ...) to compare and fit it, or a"
                 " scenario (TOML) to show it. It stays in the memory of this page."
             ).classes("text-sm")
-            ui.upload(
-                label="Drop a file here",
-                auto_upload=True,
-                max_file_size=LARGEST_UPLOAD,
-                max_files=1,
-                on_upload=self._dropped,
-                on_rejected=lambda _: complain(
-                    f"The file was not taken: a page takes one file of at most {LARGEST_UPLOAD / 1e6:g} MB at a time."
-                ),
-            ).classes("w-96").props('aria-label="Drop a file"')
+            self._upload = (
+                ui.upload(
+                    label="Drop a file here",
+                    auto_upload=True,
+                    max_file_size=LARGEST_UPLOAD,
+                    max_files=1,
+                    on_upload=self._dropped,
+                    on_rejected=lambda _: complain(
+                        f"The file was not taken: a page takes one file of at most {LARGEST_UPLOAD / 1e6:g} MB at a time."
+                    ),
+                )
+                .classes("w-96")
+                .props('aria-label="Drop a file"')
+            )
             ui.timer(0.1, lambda: ui.run_javascript(_LABELS), once=True)
             self._columns = ui.column().classes("gap-1")
             self._fit = ui.column().classes("gap-1")
@@ -92,7 +97,7 @@ class RecordingPanel:
 
     async def _dropped(self, event: events.UploadEventArguments) -> None:
         name, content = event.file.name, await event.file.read()
-        event.sender.reset()
+        self._upload.reset()
         self._complain("")
         try:
             if name.lower().endswith(SCENARIO_SUFFIX):
@@ -165,23 +170,20 @@ class RecordingPanel:
             return
         paths = {each.path: each.path for each in controls(self._session.computed.scenario)}
         with self._fit, ui.row().classes("items-center"):
-            chosen = (
-                ui.select(paths, label="parameters to fit", multiple=True, value=[])
-                .classes("w-96")
-                .props("use-chips")
+            chosen = ui.select(paths, label="parameters to fit", multiple=True, value=[])
+            chosen.classes("w-96").props("use-chips")
+            self._start_button = ui.button("Fit", on_click=lambda: self._start(list(chosen.value))).props(
+                "no-caps"
             )
-            start = ui.button(
-                "Fit", on_click=lambda: self._start(list(chosen.value), start, cancel, progress)
-            ).props("no-caps")
-            cancel = ui.button("Cancel", on_click=self._cancel).props("no-caps flat")
-            cancel.set_visibility(False)
-            progress = ui.label("").classes("text-sm").props("role=status")
+            self._cancel_button = ui.button("Cancel", on_click=self._cancel).props("no-caps flat")
+            self._cancel_button.set_visibility(False)
+            self._progress = ui.label("").classes("text-sm").props("role=status")
 
     def _cancel(self) -> None:
         if self._running is not None:
             self._running.cancel()
 
-    async def _start(self, free: list[str], start: Any, cancel: Any, progress: Any) -> None:
+    async def _start(self, free: list[str]) -> None:
         session = self._session
         if session.computed is None or session.measured is None or self._running is not None:
             return
@@ -191,31 +193,30 @@ class RecordingPanel:
             self._complain(str(error))
             return
         self._complain("")
-        start.set_enabled(False)
-        cancel.set_visibility(True)
-        timer = ui.timer(
-            _REFRESH,
-            lambda: progress.set_text(
-                f"{running.evaluations} evaluations, sum of squares {running.squares:.4g}"
-            ),
-        )
+        self._start_button.set_enabled(False)
+        self._cancel_button.set_visibility(True)
+        timer = ui.timer(_REFRESH, lambda: self._progress.set_text(running.progress))
         try:
             result = await apart(session.patient, running.run)
         except ElectrovibError as error:
-            progress.set_text(str(error))
+            self._progress.set_text(str(error))
         else:
-            progress.set_text("")
+            self._progress.set_text("")
             self._result.set_content(fit_words(result))
-            state = session.state
-            for row in result.rows:
-                if row.name in free:
-                    state = state.changed(row.name, f"{row.value:.9g}")
-            self._ask(state)
+            self._take_estimates(result, running.free)
         finally:
             timer.cancel()
-            start.set_enabled(True)
-            cancel.set_visibility(False)
+            self._start_button.set_enabled(True)
+            self._cancel_button.set_visibility(False)
             self._running = None
+
+    def _take_estimates(self, result: FitResult, free: Sequence[str]) -> None:
+        """Show the scenario with the fitted values."""
+        state = self._session.state
+        for row in result.rows:
+            if row.name in free:
+                state = state.changed(row.name, f"{row.value:.9g}")
+        self._ask(state)
 
     def stop(self) -> None:
         """End what runs, when the visitor has left."""

@@ -165,8 +165,12 @@ def _numbers(values: NDArray[Any]) -> list[float | None]:
     """Round to a few digits, so that little is sent; numbers that are not finite become gaps."""
     finite = np.isfinite(values)
     sizes = np.abs(np.where(finite & (values != 0), values, 1.0))
-    unit = 10.0 ** (np.floor(np.log10(sizes)) - DIGITS + 1)
-    rounded = np.where(finite, np.round(values / unit) * unit, 0.0)
+    places = DIGITS - 1 - np.floor(np.log10(sizes))
+    up, down = (
+        10.0 ** np.clip(places, 0, 300),
+        10.0 ** np.clip(-places, 0, 300),
+    )  # exact, so that few digits are written
+    rounded = np.round(np.where(finite, values, 0.0) * up / down) / up * down
     return [value if kept else None for value, kept in zip(rounded.tolist(), finite.tolist(), strict=True)]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -19,7 +19,7 @@ FREQUENCY: Final = Axis("frequency", "Hz", is_logarithmic=True)
 
 
 def over_frequency(
-    shown: Computed, pinned: Sequence[Computed] = (), *, band: dict[str, NDArray[Any]] | None = None
+    shown: Computed, pinned: Sequence[Computed] = (), *, band: Mapping[str, NDArray[Any]] | None = None
 ) -> list[dict[str, Any]]:
     """Plot the mean force, the time constant of each layer, its share of the voltage, and the impedance.
 
@@ -42,7 +42,7 @@ def over_frequency(
 
 
 def _force(
-    shown: Computed, pinned: Sequence[Computed], band: dict[str, NDArray[Any]] | None
+    shown: Computed, pinned: Sequence[Computed], band: Mapping[str, NDArray[Any]] | None
 ) -> dict[str, Any] | None:
     if "mean_force" not in shown.trace:
         return None

@@ -1,0 +1,212 @@
+"""Files that are dropped on the page, and files that a visitor takes away."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.apps.explorer.computed import compute
+from electrovib.apps.explorer.downloads import DOWNLOADS
+from electrovib.apps.explorer.fitting import MOST_FREE, RunningFit
+from electrovib.apps.explorer.limits import LARGEST_UPLOAD
+from electrovib.apps.explorer.page.words import fit_words
+from electrovib.apps.explorer.uploads import MOST_VALUES, named, read_upload, read_uploaded_scenario
+from electrovib.core.errors import ElectrovibError, InputError
+
+FIG6 = "vezzoli_2014/fig6"
+TABLE = b"time (s),CH1 (N)\n" + b"\n".join(b"%.6f,%.6f" % (t / 1e3, t * t / 1e4) for t in range(50))
+
+
+@pytest.fixture(scope="module")
+def shown():
+    return compute(ev.load(FIG6))
+
+
+@pytest.fixture(scope="module")
+def content(shown):
+    return {each.name: each.make(shown) for each in DOWNLOADS}
+
+
+@pytest.fixture
+def scratch(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    return tmp_path
+
+
+def test_the_scenario_reads_back(content, shown, tmp_path):
+    path = tmp_path / "scenario.toml"
+    path.write_bytes(content["scenario.toml"])
+    assert ev.load(path) == shown.scenario
+    assert read_uploaded_scenario("mine.toml", content["scenario.toml"]) == shown.scenario
+
+
+def test_the_trace_reads_back(content, shown, tmp_path):
+    path = tmp_path / "trace.nc"
+    path.write_bytes(content["trace.nc"])
+    np.testing.assert_array_equal(ev.open_trace(path).electrostatic_force, shown.trace.electrostatic_force)
+    with zipfile.ZipFile(io.BytesIO(content["trace.zip"])) as packed:
+        packed.extractall(tmp_path / "csv")
+        assert all(name.endswith(".csv") for name in packed.namelist())
+        assert len(packed.namelist()) >= 2
+
+
+def test_pictures_report_and_references(content):
+    assert content["figures.png"].startswith(b"\x89PNG")
+    assert b"<svg" in content["figures.svg"]
+    assert b"Validity" in content["report.html"]
+    assert b"@inproceedings{" in content["references.bib"] or b"@article{" in content["references.bib"]
+    assert b"Vezzoli" in content["references.bib"]
+
+
+def test_a_trace_of_ours_names_its_signals(content, scratch):
+    found = read_upload("trace.nc", content["trace.nc"])
+    assert "electrostatic_force" in found.trace
+    assert list(scratch.iterdir()) == []
+
+
+def test_columns_are_listed_and_become_signals(scratch):
+    found = read_upload("scope.csv", TABLE)
+    assert found.trace is None
+    assert [each.name for each in found.recorded.channels] == ["time", "CH1"] or len(
+        found.recorded.channels
+    ) == 2
+    heading = found.recorded.channels[1].name
+    trace = named("scope.csv", TABLE, {"lateral_force_measured": heading}).trace
+    assert trace.lateral_force_measured.values[-1] == pytest.approx(49**2 / 1e4, rel=1e-5)
+    assert list(scratch.iterdir()) == []
+    with pytest.raises(InputError, match="CH9"):
+        named("scope.csv", TABLE, {"lateral_force_measured": "CH9"})
+    with pytest.raises(InputError):
+        named("scope.csv", TABLE, {"lateral_force_measured": f"{heading} [V]"})
+    assert list(scratch.iterdir()) == []
+
+
+def _damaged(seed):
+    rng = np.random.default_rng(seed)
+    names = [
+        "a.csv",
+        "a.nc",
+        "a.mat",
+        "a.isf",
+        "a.wav",
+        "a.npy",
+        "a.tdms",
+        "a.xlsx",
+        "a.trc",
+        "../../a.csv",
+        "a",
+        "a.s1p",
+        "x" * 300,
+    ]
+    kinds = [
+        b"",
+        bytes(rng.integers(0, 256, 400, dtype=np.uint8)),
+        TABLE[: int(rng.integers(1, 40))],
+        b"time,volts\n1,2\n1,x\n",
+        b"\x89HDF\r\n\x1a\n" + bytes(rng.integers(0, 256, 200, dtype=np.uint8)),
+        b"CDF\x01" + bytes(60),
+        b"\x93NUMPY\x01\x00v\x00{'descr': '|O', 'fortran_order': False, 'shape': (3,), }" + b" " * 40,
+        b"RIFF" + bytes(40),
+        b"PK\x03\x04" + bytes(100),
+        b"MATLAB 5.0 MAT-file" + bytes(120),
+        b"<script>alert(1)</script>",
+        "sökande;\xff".encode("latin-1") * 20,
+    ]
+    return names[seed % len(names)], kinds[seed % len(kinds)]
+
+
+@pytest.mark.parametrize(
+    "seed", [pytest.param(seed, marks=pytest.mark.slow if seed >= 24 else ()) for seed in range(156)]
+)
+def test_malformed_recordings_give_a_sentence_and_leave_nothing(seed, scratch):
+    name, content = _damaged(seed)
+    try:
+        found = read_upload(name, content)
+    except ElectrovibError as error:
+        assert str(error)
+        assert str(scratch) not in str(error)
+    else:
+        assert found.recorded is not None or found.trace is not None
+    assert list(scratch.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\xff\xfe",
+        b"schema = 1",
+        b"schema = 1\ndrive = {",
+        b'schema = 1\ndrive = { model = "Sampled", file = "/etc/passwd" }',
+        b'stack = { insulator = { material = { model = "Tabulated", file = "a.csv" } } }',
+        b"a = " + b"[" * 5000,
+        b"x = 1\n" * 1000,
+        b'drive = "os.system"',
+    ],
+)
+def test_malformed_scenarios_give_a_sentence(content):
+    with pytest.raises(InputError) as error:
+        read_uploaded_scenario("mine.toml", content)
+    assert str(error.value)
+
+
+def test_large_files_are_refused(monkeypatch):
+    with pytest.raises(InputError, match="at most 20 MB"):
+        read_upload("a.csv", bytes(LARGEST_UPLOAD + 1))
+    monkeypatch.setattr("electrovib.apps.explorer.uploads.MOST_VALUES", 60)
+    with pytest.raises(InputError, match="more than a page reads"):
+        read_upload("a.csv", TABLE)
+    assert MOST_VALUES >= 1_000_000
+
+
+def test_a_sweep_is_no_recording(tmp_path):
+    found = ev.sweep(FIG6, {"drive.high": [100.0, 200.0]}, quantities=["peak electrostatic_force"])
+    ev.save(found, tmp_path / "sweep.nc")
+    with pytest.raises(ElectrovibError):
+        read_upload("sweep.nc", (tmp_path / "sweep.nc").read_bytes())
+
+
+def _measured(shown):
+    trace = ev.simulate(
+        shown.scenario.replace({"stack.insulator.thickness": 80e-6}), time=np.linspace(0, 0.27, 300)
+    )
+    noise = 1e-5 * np.random.default_rng(1).normal(size=300)
+    return trace[["electrostatic_force"]].assign(electrostatic_force=trace.electrostatic_force + noise)
+
+
+def test_a_fit_finds_the_parameter_and_shows_its_progress(shown):
+    running = RunningFit(shown.scenario, _measured(shown), ["stack.insulator.thickness"])
+    result = running.run()
+    (row,) = result.rows
+    assert row.lower < 80e-6 < row.upper
+    assert running.evaluations > 1
+    assert "stack.insulator.thickness" in fit_words(result)
+
+
+def test_a_fit_is_cancelled(shown):
+    running = RunningFit(shown.scenario, _measured(shown), ["stack.insulator.thickness"])
+    running.cancel()
+    with pytest.raises(InputError, match="cancelled"):
+        running.run()
+
+
+@pytest.mark.parametrize("count", [0, MOST_FREE + 1])
+def test_too_few_and_too_many_parameters(shown, count):
+    with pytest.raises(InputError, match="one to 6 at once"):
+        RunningFit(shown.scenario, _measured(shown), ["x"] * count)
+
+
+def test_names_of_uploads_never_reach_the_file_system(scratch):
+    for name in ("../../../evil.csv", "/etc/evil.csv", "a\x00.csv", "con.csv.", "a.c/sv", "." * 300):
+        try:
+            read_upload(name, TABLE)
+        except ElectrovibError as error:
+            assert str(error)
+    assert list(scratch.iterdir()) == []
+    assert not Path("/etc/evil.csv").exists()

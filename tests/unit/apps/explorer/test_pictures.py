@@ -1,0 +1,186 @@
+"""Plots of the page: the numbers of the Trace, in the unit of the axis."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.apps.explorer.computed import compute
+from electrovib.apps.explorer.drawing import drawing
+from electrovib.apps.explorer.further import FELT, FREQUENCY, LAWS, SAFETY, Further, slices
+from electrovib.apps.explorer.limits import SHOWN_SAMPLES
+from electrovib.apps.explorer.page.words import felt_words, judged_words, law_words, safety_words
+from electrovib.apps.explorer.pictures.felt import felt
+from electrovib.apps.explorer.pictures.figure import Axis, Curve, figure, thinned
+from electrovib.apps.explorer.pictures.laws import laws
+from electrovib.apps.explorer.pictures.over_frequency import over_frequency
+from electrovib.apps.explorer.pictures.over_time import over_time
+from electrovib.apps.explorer.pictures.recorded import recorded
+from electrovib.apps.explorer.state import presets
+
+
+@pytest.fixture(scope="module")
+def shown():
+    return compute(ev.load("vezzoli_2014/fig6_gap"))
+
+
+def title(plot):
+    return plot["layout"]["title"]["text"]
+
+
+def known_further(tab, shown):
+    known = Further()
+    for each in slices(tab, shown):
+        known = each(known)
+    return known
+
+
+def test_a_curve_holds_the_numbers_of_the_trace_in_the_unit_of_its_axis(shown):
+    plot = next(each for each in over_time(shown) if title(each) == "Electrostatic force")
+    assert plot["layout"]["yaxis"]["title"]["text"] == "force [mN]"
+    assert plot["layout"]["xaxis"]["title"]["text"] == "time [ms]"
+    force = shown.trace.electrostatic_force.values
+    assert max(plot["data"][0]["y"]) == pytest.approx(1e3 * force.max(), rel=1e-4)
+    x, y = np.array(plot["data"][0]["x"]) / 1e3, np.array(plot["data"][0]["y"]) / 1e3
+    np.testing.assert_allclose(
+        y, np.interp(x, shown.trace.time.values, force), rtol=0, atol=5e-4 * force.max()
+    )
+
+
+def test_the_voltages_of_the_layers_add_up_to_that_of_the_stack(shown):
+    plot = next(each for each in over_time(shown) if title(each) == "Voltage across each layer")
+    ends = [line["y"][-1] for line in plot["data"]]
+    total = shown.trace.stack_voltage.values[-1] / 1e3
+    assert sum(ends) == pytest.approx(total, abs=1e-4)
+
+
+def test_the_time_constant_is_permittivity_over_conductivity(shown):
+    plot = next(each for each in over_frequency(shown) if title(each) == "Time constant of each layer")
+    by_name = {line["name"]: line["y"] for line in plot["data"]}
+    skin = shown.scenario.stack.layers["stratum_corneum"].material
+    expected = 8.8541878128e-12 * skin.permittivity / skin.conductivity
+    assert by_name["stratum corneum"][0] == pytest.approx(expected, rel=1e-4)
+    assert "insulator" not in by_name  # it does not conduct
+
+
+def test_a_band_lies_between_its_edges(shown):
+    known = known_further(FREQUENCY, shown)
+    assert known.problems == ()
+    assert np.all(known.band["low"] <= known.band["middle"])
+    assert np.all(known.band["middle"] <= known.band["high"])
+    lower, upper, line = over_frequency(shown, band=known.band)[0]["data"]
+    assert upper["fill"] == "tonexty"
+    assert all(low <= high for low, high in zip(lower["y"], upper["y"], strict=True))
+    assert line["name"] == "mean force"
+
+
+def test_kept_curves_are_dashed(shown):
+    other = compute(shown.scenario.replace({"drive.high": "500 V"}))
+    lines = next(each for each in over_time(shown, [other]) if title(each) == "Electrostatic force")["data"]
+    assert [line["line"]["dash"] for line in lines] == ["solid", "dash"]
+    assert max(lines[0]["y"]) == pytest.approx(4 * max(lines[1]["y"]), rel=1e-3)
+
+
+def test_every_other_law_is_run_or_left_out_with_a_reason(shown):
+    known = known_further(LAWS, shown)
+    assert {"MaxwellStressInInsulator", "EffectiveMedium"} <= set(known.laws)
+    assert "Vezzoli2014PerFrequency" in known.left_out
+    plots = laws(shown, known.laws)
+    assert len(plots) == 2
+    assert plots[0]["data"][0]["name"] == "MaxwellStressInGap"
+    text = law_words(shown, known)
+    assert "cannot run here" in text
+    one = ev.simulate(shown.scenario.replace({"force": {"model": "MaxwellStressInInsulator"}}))
+    ratio = one.electrostatic_force.values.max() / shown.trace.electrostatic_force.values.max()
+    assert f"<td>{ratio:.3g}</td>" in text
+
+
+def test_felt_and_safety(shown):
+    percept = known_further(FELT, shown).percept
+    assert percept.verdict in felt_words(percept)
+    (plot,) = felt(percept)
+    largest = percept.spectrum.amplitude[percept.spectrum.frequency >= 1].max()
+    assert max(plot["data"][0]["y"]) == pytest.approx(largest * 1e3, rel=1e-6)
+    text = safety_words(known_further(SAFETY, shown).check)
+    assert "hardware has to limit the current" in text
+    assert "250 µA" in text
+
+
+def test_a_mistake_of_a_slice_becomes_a_sentence():
+    shown = compute(ev.load("rauf_2025/relaxor"))  # a clutch: no population of fingers fits it
+    known = known_further(FREQUENCY, shown)
+    assert known.band is None
+    assert known.problems[0].startswith("The band of fingers is not shown: ")
+
+
+def test_the_drawing_is_to_scale_on_its_left(shown):
+    text = drawing(shown)
+    boxes = [
+        (float(y), float(height))
+        for x, y, height in re.findall(
+            r'<rect x="([\d.]+)" y="([\d.]+)" width="[\d.]+" height="([\d.]+)"[^>]*fill-opacity', text
+        )
+        if float(x) < 10
+    ]
+    thicknesses = [layer.thickness for layer in shown.scenario.stack.layers.values()]
+    heights = [height for _, height in boxes]
+    assert heights[2] / heights[0] == pytest.approx(thicknesses[2] / thicknesses[0], rel=0.01)
+    assert boxes[0][0] > boxes[2][0]  # the insulator lies below the skin
+    assert 'role="img"' in text
+    assert "gap, 1 µm" in text
+
+
+@pytest.mark.parametrize("name", presets()[::4])
+def test_plots_of_every_kind_of_scenario_can_be_sent(name):
+    shown = compute(ev.load(name))
+    plots = [*over_time(shown), *over_frequency(shown)]
+    assert len(over_time(shown)) <= 4
+    text = json.dumps(plots, allow_nan=False)
+    assert len(text) < 400_000
+    assert all(len(line["x"]) <= SHOWN_SAMPLES + 4 for plot in plots for line in plot["data"])
+    assert "<svg" in drawing(shown)
+    assert "<li>" in judged_words(shown.diagnostics)
+
+
+def test_a_recording_stands_beside_the_prediction(shown):
+    measured = shown.trace[["electrostatic_force", "impedance"]]
+    plots = recorded(shown, measured)
+    assert [title(plot) for plot in plots] == ["electrostatic force", "impedance"]
+    assert plots[0]["data"][0]["y"] == plots[0]["data"][1]["y"]
+
+
+def test_thinned_keeps_extremes_and_ends():
+    x = np.arange(100_003.0)
+    y = np.sin(x / 7)
+    y[50_001], y[7] = 9.0, -8.0
+    short, kept = thinned(x, y)
+    assert len(short) <= SHOWN_SAMPLES + 2
+    assert (kept.max(), kept.min()) == (9.0, -8.0)
+    assert (short[0], short[-1]) == (0, 100_002)
+    assert np.all(np.diff(short) > 0)
+
+
+def test_numbers_that_are_not_finite_are_gaps():
+    plot = figure(
+        "t", Axis("x", "s"), Axis("y", "N"), [Curve([0, 1, 2], [1.23456789, math.nan, math.inf], "a")]
+    )
+    assert plot["data"][0]["y"] == [1.2346, None, None]
+
+
+def test_a_constant_is_drawn_as_one_and_zeros_on_a_logarithmic_axis_are_left_out():
+    plot = figure("t", Axis("x", "s"), Axis("y", "N"), [Curve([0, 1], [2.0, 2.0 + 1e-12], "a")])
+    assert plot["layout"]["yaxis"]["range"] == pytest.approx([1.6, 2.4])
+    plot = figure("t", Axis("x", "s"), Axis("y", "N", is_logarithmic=True), [Curve([0, 1], [0.0, 1e-3], "a")])
+    assert plot["layout"]["yaxis"]["range"] == pytest.approx([-3.1, -2.85])
+
+
+def test_text_of_a_visitor_stays_text(shown):
+    from electrovib.core.diagnostics import Diagnostic
+
+    text = judged_words([Diagnostic("<b>", "warning", "<script>alert(1)</script>")])
+    assert "<script>" not in text
