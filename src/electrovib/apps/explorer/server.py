@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import socket
 from collections.abc import Callable, Mapping
 from typing import Any, Final
@@ -13,6 +14,16 @@ from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
 FIRST_PORT: Final = 8080
 """Port that is tried first."""
 TRIED_PORTS: Final = 50
+COMPUTES_WITH: Final = (
+    "xarray",
+    "electrovib.apps.fit",
+    "electrovib.solve.simulate",
+    "electrovib.study.check",
+    "electrovib.study.perceive",
+    "electrovib.study.population",
+    "electrovib.view.report",
+)
+"""Modules that import much; two threads that import them at the same time can see them half made."""
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
 YOURS: Final = "yours"
@@ -67,6 +78,7 @@ def explore(
     token = "" if is_loopback(host) else new_token()
     names = LOOPBACK if is_loopback(host) else (*LOOPBACK, *_names(host))
     app.add_middleware(AccessControl, hosts=names, port=chosen, token=token)
+    _import_all()
     build(own, first)
     shown = "127.0.0.1" if is_loopback(host) else _names(host)[0]
     address = f"http://{shown}:{chosen}/" + (f"?{TOKEN}={token}" if token else "")
@@ -93,6 +105,12 @@ def _first(scenario: Source, changes: Mapping[str, Any] | None) -> tuple[dict[st
     if isinstance(scenario, str) and scenario in presets() and not changes:
         return {}, scenario
     return {YOURS: read_scenario(scenario, changes=changes)}, YOURS
+
+
+def _import_all() -> None:
+    """Import what the page computes with, before several threads do so at the same time."""
+    for name in COMPUTES_WITH:
+        importlib.import_module(name)
 
 
 def _free_port(host: str, port: int | None) -> int:

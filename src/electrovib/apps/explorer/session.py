@@ -74,6 +74,7 @@ class Session:
         """Prepare the queue of one."""
         self._updates: LatestOnly[PageState] = LatestOnly(self._update, self._failed)
         self._shown: PageState | None = None
+        self._reported = False
 
     @property
     def is_idle(self) -> bool:
@@ -109,23 +110,29 @@ class Session:
     def _failed(self, error: Exception) -> None:
         """Report a mistake of the program as a sentence; the page goes on."""
         logging.getLogger(__name__).error("the page could not compute a scenario", exc_info=error)
-        self.complain(
+        self._report(
             f"The program failed at this scenario ({type(error).__name__}: {error}). This is a mistake of electrovib; please"
             " report it with the address of this page."
         )
+
+    def _report(self, sentence: str) -> None:
+        """Show a sentence; an empty one only takes back what this session has reported itself."""
+        if sentence or self._reported:
+            self.complain(sentence)
+        self._reported = bool(sentence)
 
     async def _update(self, state: PageState) -> None:
         if state != self._shown or self.computed is None:
             try:
                 self.computed = await apart(self.executor, lambda: compute(scenario_of(state, own=self.own)))
             except InputError as error:
-                self.complain("\n".join(str(problem) for problem in error.problems))
+                self._report("\n".join(str(problem) for problem in error.problems))
                 return
             except ElectrovibError as error:
-                self.complain(str(error))
+                self._report(str(error))
                 return
             self._shown, self.further = state, Further(band=self.further.band)
-            self.complain("")
+            self._report("")
         self.show(self.computed, self.further)
         await self._compute_further(self.computed)
 

@@ -48,7 +48,7 @@ def test_a_curve_holds_the_numbers_of_the_trace_in_the_unit_of_its_axis(shown):
     assert max(plot["data"][0]["y"]) == pytest.approx(1e3 * force.max(), rel=1e-4)
     x, y = np.array(plot["data"][0]["x"]) / 1e3, np.array(plot["data"][0]["y"]) / 1e3
     np.testing.assert_allclose(
-        y, np.interp(x, shown.trace.time.values, force), rtol=0, atol=5e-4 * force.max()
+        y, np.interp(x, shown.trace.time.values, force), rtol=0, atol=1e-3 * force.max()
     )
 
 

@@ -45,7 +45,7 @@ def test_what_is_shown_is_what_the_library_gives():
         session.ask(session.state.changed("drive.high", "500 V"))
 
     session, shown, complaints = visit(actions)
-    assert complaints == [""]
+    assert complaints == []
     expected = ev.simulate(ev.load(FIG6).replace({"drive.high": "500 V"}))
     assert shown[-1][0].trace.electrostatic_force.equals(expected.electrostatic_force)
     assert session.computed is shown[-1][0]

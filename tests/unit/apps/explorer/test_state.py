@@ -76,7 +76,7 @@ MALFORMED = [
     "set=stack.stratum_corneum.material=nobody_1900/skin",
     "set=stack.stratum_corneum.material=skin.csv",
     "set=stack.stratum_corneum.material="
-    + '{ model = "Tabulated", file = "/etc/passwd", conductivity = "1 uS/m" }',
+    '{ model = "Tabulated", file = "/etc/passwd", conductivity = "1 uS/m" }',
     "set=drive=" + '{ model = "Sampled", file = "/etc/passwd" }',
     "set=drive.file=/etc/passwd",
     "set=drive=" + '{ model = "Sampled", time_samples = [0, 1], voltage_samples = [0, 1], file = "x" }',

@@ -92,12 +92,15 @@ class Knobs:
         self.rebuild()
 
     def _row(self, control: Control) -> None:
+        label = f"{SECTIONS[control.section]}: {control.name}"
         with ui.column().classes("w-full gap-0 pb-1"):
             with ui.row().classes("w-full items-center justify-between no-wrap"):
                 ui.label(control.name).classes("text-sm").tooltip(control.help)
                 field = (
                     ui.input(value=control.written(control.value))
-                    .props(f'dense borderless input-class="text-right" aria-label="{control.name}, value"')
+                    .props(
+                        f'dense borderless input-class="text-right" aria-label="{SECTIONS[control.section]}: {control.name}, value"'
+                    )
                     .classes("w-28")
                 )
             slider = ui.slider(
@@ -106,7 +109,7 @@ class Knobs:
                 step=1,
                 value=control.position(control.value),
                 on_change=lambda e, c=control: self._moved(c, e.value),
-            ).props(f'aria-label="{control.name}" dense')
+            ).props(f'aria-label="{label}" dense')
         field.on("blur", lambda _, c=control, f=field: self._typed(c, f.value))
         field.on("keydown.enter", lambda _, c=control, f=field: self._typed(c, f.value))
         self._rows[control.path] = (control, slider, field)

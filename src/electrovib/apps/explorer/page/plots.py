@@ -84,11 +84,11 @@ class Plots:
             with self._grid:
                 self._plots.append(ui.plotly({"data": [], "layout": {}}).classes("w-full h-64"))
         for plot, figure in zip(self._plots, figures, strict=False):
-            plot.set_visibility(True)
             plot.props(f'role=img aria-label="{figure["layout"]["title"]["text"]}"')
             plot.update_figure(self._themed(figure))
-        for plot in self._plots[len(figures) :]:
-            plot.set_visibility(False)
+        for plot in self._plots[len(figures) :]:  # a hidden plot cannot be resized
+            plot.delete()
+        del self._plots[len(figures) :]
 
     def _content(self, found: Computed, further: Further) -> tuple[list[dict[str, Any]], str]:
         """Return plots and text of the open tab."""

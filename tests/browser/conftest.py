@@ -1,0 +1,117 @@
+"""A server of the page in a process of its own, and a browser of the machine."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+ARGUMENTS = (
+    "--no-sandbox",  # as root it is required
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+)
+WAIT = 30_000
+"""Longest wait for anything on the page [ms]."""
+
+
+class Server:
+    """The command, serving on loopback until it is stopped."""
+
+    def __init__(self, *arguments: str, folder: Path) -> None:
+        self.folder = folder
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+        environment = {**kept, "TMPDIR": str(folder), "OMP_NUM_THREADS": "1"}
+        self.log = folder.parent / f"{folder.name}.log"
+        with self.log.open("w") as errors:
+            self.process = subprocess.Popen(
+                [sys.executable, "-u", "-m", "electrovib", "explore", "--no-browser", *arguments],
+                stdout=subprocess.PIPE,
+                stderr=errors,
+                text=True,
+                env=environment,
+            )
+        line = self.process.stdout.readline()
+        self.address = re.search(r"http://\S+", line)[0]
+        self.port = int(re.search(r":(\d+)/", self.address)[1])
+
+    def stop(self) -> str:
+        """End the server, and return what it wrote on its error output."""
+        self.process.terminate()
+        self.process.wait(20)
+        self.process.stdout.close()
+        return self.log.read_text()
+
+
+def started(factory, name: str, *arguments: str) -> Server:
+    """Start a server, and wait until it answers."""
+    import time
+    import urllib.error
+    import urllib.request
+
+    server = Server(*arguments, folder=factory.mktemp(name))
+    for _ in range(300):
+        try:
+            urllib.request.urlopen(f"http://127.0.0.1:{server.port}/", timeout=5).close()
+        except urllib.error.HTTPError:
+            break
+        except OSError:
+            time.sleep(0.1)
+        else:
+            break
+    return server
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory):
+    found = started(tmp_path_factory, "server")
+    yield found
+    log = found.stop()
+    assert "Traceback" not in log, log
+
+
+@pytest.fixture(scope="session")
+def browser():
+    if CHROMIUM is None:
+        pytest.skip("no chromium on this machine: Debian's package has it")
+    playwright = pytest.importorskip("playwright.sync_api")
+    with playwright.sync_playwright() as running:
+        found = running.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def opened(browser, server):
+    """Open a page in a new window; every message of an error on its console fails the test."""
+    contexts, errors = [], []
+
+    def open_page(query: str = "", **options):
+        context = browser.new_context(viewport={"width": 1500, "height": 1000}, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(WAIT)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on(
+            "console",
+            lambda message: (
+                errors.append(f"{message.text} {message.location}") if message.type == "error" else None
+            ),
+        )
+        page.goto(f"http://127.0.0.1:{server.port}/{query}")
+        page.wait_for_selector(".js-plotly-plot .main-svg")
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert errors == []

@@ -1,0 +1,313 @@
+"""The page in a real browser: what a visitor does, and that the numbers are those of the library."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import urllib.error
+import urllib.request
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+
+pytestmark = pytest.mark.slow
+
+FORCE = """() => {
+  const plot = [...document.querySelectorAll('.js-plotly-plot')].find(
+    e => e.offsetParent !== null && e.layout.title.text === 'Electrostatic force');
+  return plot ? Math.max(...plot.data[0].y) + ' ' + plot.layout.yaxis.title.text : '';
+}"""
+FRAMEWORK = frozenset({"nested-interactive"})
+"""Findings of the framework's own element for files."""
+SCREENSHOTS = os.environ.get("ELECTROVIB_SCREENSHOTS")
+
+
+def shown(page, expected: float):
+    """Wait until the largest force of the plot is the expected one [N]."""
+    page.wait_for_function(
+        "([find, wanted]) => { const text = eval(find)(); if (!text) return false;"
+        " const units = {'[N]': 1, '[mN]': 1e-3, '[µN]': 1e-6, '[nN]': 1e-9};"
+        " const found = parseFloat(text) * units[text.split(' ').pop()];"
+        " return Math.abs(found / wanted - 1) < 2e-3; }",
+        arg=[FORCE, expected],
+    )
+
+
+def peak(scenario) -> float:
+    return float(ev.simulate(scenario).electrostatic_force.max())
+
+
+def keep(page, name: str) -> None:
+    """Keep a screenshot where they are asked for."""
+    if SCREENSHOTS:
+        Path(SCREENSHOTS).mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=Path(SCREENSHOTS) / f"{name}.png")
+
+
+def test_a_slider_changes_the_numbers_to_those_of_the_library_and_the_link_gives_them_again(opened):
+    page = opened()
+    base = ev.load("vezzoli_2014/fig6")
+    shown(page, peak(base))
+    sliders = page.locator(".q-slider__track-container")
+    sliders.nth(1).focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    field = page.get_by_label("Drive: high, value")
+    page.wait_for_function("field => field.value !== '1 kV'", arg=field.element_handle())
+    page.wait_for_timeout(1000)
+    text = field.input_value()
+    assert text != "1 kV"
+    shown(page, peak(base.replace({"drive.high": text})))
+    field.fill("500 V")
+    field.press("Enter")
+    shown(page, peak(base.replace({"drive.high": "500 V"})))
+    page.wait_for_url("**drive.high**")
+    other = opened(page.url.partition("/?")[2] and "?" + page.url.partition("/?")[2])
+    shown(other, peak(base.replace({"drive.high": "500 V"})))
+    keep(page, "over_time")
+    page.get_by_role("button", name="Reset").click()
+    shown(page, peak(base))
+
+
+def test_mistakes_are_sentences(opened):
+    page = opened("?preset=none&set=drive.high=5")
+    page.get_by_text("no scenario is called 'none'").wait_for()
+    field = page.get_by_label("Drive: high, value")
+    field.fill("five parsecs")
+    field.press("Enter")
+    page.get_by_text("drive.high = 'five parsecs'").wait_for()
+    field.fill("400 V")
+    field.press("Enter")
+    shown(page, peak(ev.load("vezzoli_2014/fig6").replace({"drive.high": "400 V"})))
+    assert page.get_by_role("alert").inner_text() == ""
+
+
+def test_every_tab_shows_its_content(opened):
+    page = opened("?preset=vezzoli_2014/fig6_gap")
+    for tab, text in (
+        ("Over frequency", "5 to 95 % of fingers"),
+        ("Force laws", "relative to this law"),
+        ("Felt", "strongest channel"),
+        ("Safety", "hardware has to limit the current"),
+        ("Recording", "Drop a recording"),
+    ):
+        page.get_by_role("tab", name=tab).click()
+        page.get_by_text(text).first.wait_for(timeout=90_000)  # compiled code is made at its first use
+        page.wait_for_timeout(300)
+        keep(page, tab.lower().replace(" ", "_"))
+
+
+def test_dry_and_moist_fingers_and_curves_to_compare(opened):
+    page = opened("?preset=vezzoli_2014/fig6_gap")
+    base = ev.load("vezzoli_2014/fig6_gap")
+    shown(page, peak(base))
+    page.get_by_role("button", name="Keep curve").click()
+    for words, name in (("dry finger", "dry"), ("moist finger", "wet")):
+        page.get_by_label("Skin").click()
+        page.get_by_role("option", name=words).click()
+        shown(page, peak(base.replace({"stack.stratum_corneum.material": f"gabriel_1996/{name}"})))
+    count = (
+        "() => [...document.querySelectorAll('.js-plotly-plot')]"
+        ".find(e => e.layout.title.text === 'Electrostatic force').data.length"
+    )
+    assert page.evaluate(count) == 2
+    page.get_by_role("button", name="Drop curves").click()
+    page.wait_for_function(f"({count})() === 1")
+
+
+def _recording() -> bytes:
+    scenario = ev.load("vezzoli_2014/fig6").replace({"stack.insulator.thickness": "80 um"})
+    trace = ev.simulate(scenario, time=np.linspace(0, 0.27, 400))
+    force = trace.electrostatic_force.values + 1e-5 * np.random.default_rng(1).normal(size=400)
+    rows = (f"{time:.9g},{value:.6g}" for time, value in zip(trace.time.values, force, strict=True))
+    return "\n".join(["time (s),CH1 (N)", *rows]).encode()
+
+
+def drop(page, name: str, content: bytes) -> None:
+    page.get_by_role("tab", name="Recording").click()
+    page.set_input_files("input[type=file]", {"name": name, "mimeType": "text/plain", "buffer": content})
+
+
+def test_a_recording_is_overlaid_and_fitted(opened):
+    page = opened()
+    drop(page, "scope.csv", _recording())
+    page.get_by_text("Which column is which signal?").wait_for()
+    page.get_by_label("signal").click()
+    page.get_by_role("option", name="electrostatic force").click()
+    page.get_by_role("button", name="Compare").click()
+    page.get_by_text("recorded", exact=True).wait_for()
+    page.get_by_label("parameters to fit").click()
+    page.get_by_role("option", name="stack.insulator.thickness").click()
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Fit", exact=True).click()
+    page.get_by_text("95 % interval").wait_for()
+    row = page.locator("tr", has_text="stack.insulator.thickness").inner_text()
+    value = float(row.split("\t")[1].split()[0])
+    assert value == pytest.approx(80, abs=0.2)
+    keep(page, "fit")
+
+
+def test_a_scenario_is_dropped(opened):
+    page = opened()
+    scenario = ev.load("bau_2010/sine").replace({"drive.amplitude": "77 V"})
+    drop(page, "mine.toml", scenario.to_toml().encode())
+    page.get_by_role("tab", name="Over time").click()
+    shown(page, peak(scenario))
+
+
+def test_bad_uploads_are_sentences_and_the_server_goes_on(opened, server):
+    page = opened()
+    before = sorted(each for each in server.folder.rglob("*") if each.is_file())
+    for name, content, words in (
+        ("a.csv", b"\x00\x01", "a.csv"),
+        ("a.toml", b'drive = { model = "Sampled", file = "/etc/passwd" }', "names a file"),
+        ("a.toml", b"schema = {", "not valid TOML"),
+        ("../../a.nc", b"\x89HDF\r\n\x1a\n" + bytes(100), "a.nc"),
+    ):
+        drop(page, name, content)
+        page.wait_for_function(
+            "words => document.querySelector('[role=alert]').innerText.includes(words)", arg=words
+        )
+    page.get_by_role("tab", name="Over time").click()
+    shown(page, peak(ev.load("vezzoli_2014/fig6")))
+    assert sorted(each for each in server.folder.rglob("*") if each.is_file()) == before
+
+
+def test_every_download_has_the_right_content(opened, tmp_path):
+    page = opened("?set=drive.high=300 V")
+    scenario = ev.load("vezzoli_2014/fig6").replace({"drive.high": "300 V"})
+    shown(page, peak(scenario))
+    found = {}
+    for label in (
+        "Scenario (TOML)",
+        "Numbers (CSV, zipped)",
+        "Trace (netCDF)",
+        "Figures (PNG)",
+        "Figures (SVG)",
+        "Report (HTML)",
+        "References (BibTeX)",
+    ):
+        page.get_by_role("button", name="Download").click()
+        with page.expect_download() as download:
+            page.get_by_text(label, exact=True).click()
+        path = tmp_path / download.value.suggested_filename
+        download.value.save_as(path)
+        found[path.name] = path
+        page.wait_for_timeout(300)
+    assert ev.load(found["scenario.toml"]) == scenario
+    assert float(ev.open_trace(found["trace.nc"]).electrostatic_force.max()) == pytest.approx(peak(scenario))
+    with zipfile.ZipFile(io.BytesIO(found["trace.zip"].read_bytes())) as packed:
+        assert any(b"electrostatic_force" in packed.read(name) for name in packed.namelist())
+    assert found["figures.png"].read_bytes().startswith(b"\x89PNG")
+    assert "<svg" in found["figures.svg"].read_text()
+    assert "300 V" in found["report.html"].read_text()
+    assert "@" in found["references.bib"].read_text()
+
+
+def test_two_visitors_see_their_own_scenario(opened):
+    first, second = opened(), opened("?preset=bau_2010/sine")
+    field = first.get_by_label("Drive: high, value")
+    field.fill("200 V")
+    field.press("Enter")
+    shown(first, peak(ev.load("vezzoli_2014/fig6").replace({"drive.high": "200 V"})))
+    shown(second, peak(ev.load("bau_2010/sine")))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_serious_finding_of_accessibility(opened, scheme):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright")
+    page = opened("?preset=vezzoli_2014/fig6_gap", color_scheme=scheme)
+    page.wait_for_timeout(1000)
+    for tab in ("Over time", "Over frequency", "Force laws", "Felt", "Safety", "Recording"):
+        page.get_by_role("tab", name=tab).click()
+        page.wait_for_timeout(1500)
+        found = [
+            (each["id"], [node["html"][:200] for node in each["nodes"]])
+            for each in axe.Axe().run(page).response["violations"]
+            if each["impact"] in ("serious", "critical") and each["id"] not in FRAMEWORK
+        ]
+        assert found == [], (tab, json.dumps(found, indent=1))
+
+
+def test_no_request_leaves_this_machine(opened, server):
+    page = opened()
+    loaded = page.evaluate("() => performance.getEntriesByType('resource').map(e => e.name)")
+    assert loaded
+    assert all(name.startswith((f"http://127.0.0.1:{server.port}/", "data:", "blob:")) for name in loaded)
+
+
+def _status(server, *, host="", origin="", path="/"):
+    request = urllib.request.Request(f"http://127.0.0.1:{server.port}{path}")
+    if host:
+        request.add_header("Host", host)
+    if origin:
+        request.add_header("Origin", origin)
+    try:
+        with urllib.request.urlopen(request, timeout=20) as answer:
+            return answer.status
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
+def test_other_sites_cannot_talk_to_the_page(server):
+    assert _status(server) == 200
+    assert _status(server, host="attacker.example") == 403
+    assert _status(server, origin="http://attacker.example") == 403
+    assert (
+        _status(
+            server, path="/_nicegui_ws/socket.io/?EIO=4&transport=polling", origin="http://attacker.example"
+        )
+        == 403
+    )
+
+
+def test_a_websocket_of_another_site_is_refused(browser, server):
+    """A page of another origin in the same browser tries to open the websocket of this page."""
+    context = browser.new_context()
+    page = context.new_page()
+    page.route(
+        "http://attacker.example/**",
+        lambda route: route.fulfill(body="<p>attacker</p>", content_type="text/html"),
+    )
+    page.goto("http://attacker.example/")
+    script = """address => new Promise(resolve => {
+      const socket = new WebSocket(address);
+      socket.onopen = () => resolve('open');
+      socket.onerror = () => resolve('refused');
+    })"""
+    address = f"ws://127.0.0.1:{server.port}/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
+    assert page.evaluate(script, address) == "refused"
+    context.close()
+    own = browser.new_context().new_page()
+    own.goto(f"http://127.0.0.1:{server.port}/")
+    assert own.evaluate(script, address) == "open"
+    own.context.close()
+
+
+def test_a_page_for_other_machines_needs_its_token(browser, tmp_path_factory):
+    from tests.browser.conftest import started
+
+    server = started(tmp_path_factory, "token", "--host", "0.0.0.0")
+    try:
+        assert "token=" in server.address
+        query = server.address.partition("?")[2]
+        assert _status(server) == 403
+        context = browser.new_context()
+        page = context.new_page()
+        page.goto(f"http://127.0.0.1:{server.port}/")
+        assert "needs its token" in page.content()
+        page.goto(f"http://127.0.0.1:{server.port}/?{query}&preset=bau_2010/sine")
+        page.wait_for_selector(".js-plotly-plot .main-svg", timeout=30_000)
+        assert "token" not in page.url
+        (cookie,) = context.cookies()
+        assert cookie["httpOnly"]
+        assert cookie["sameSite"] == "Strict"
+        assert page.evaluate("() => document.cookie") == ""
+        context.close()
+    finally:
+        server.stop()
