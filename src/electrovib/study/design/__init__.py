@@ -1,0 +1,1 @@
+"""Inverse problems: parameters and drives that give a wanted force."""
