@@ -57,18 +57,18 @@ class _Grid:
     periods: int
 
     @property
-    def step(self) -> float:
-        """Time between two samples [s]."""
-        return 1 / (self.carrier * self.per_period)
+    def rate(self) -> float:
+        """Samples per second [Hz]."""
+        return self.carrier * self.per_period
 
     @property
     def edges(self) -> Real:
         """Beginnings of the periods of the carrier, and the end of the last [s]."""
-        return np.arange(self.periods + 1) / self.carrier
+        return np.asarray(np.arange(self.periods + 1) / self.carrier)
 
     def times(self) -> Real:
         """Return the times of the samples [s]."""
-        return np.arange(self.periods * self.per_period + 1) * self.step
+        return np.asarray(np.arange(self.periods * self.per_period + 1) / self.rate)
 
 
 def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
@@ -143,7 +143,7 @@ def design_carrier(
     used = chosen_carrier(scenario, target, bounds) if carrier is None else carrier
     grid = _grid(target, used, rate)
     gain = carrier_gain(scenario, [used])
-    played = Played(scenario, grid.step)
+    played = Played(scenario, grid.rate)
     largest = float(gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))[0])
     root = target.root(grid.times()) / math.sqrt(float(gain.force[0]))
     wave = _Wave(grid, root, current=scenario.drive.quantity == "current")
@@ -162,12 +162,13 @@ def design_carrier(
         raise InputError(f"no envelope was found that holds {over}; raise the limit or lower the target")
     return Solution(
         times=grid.times(),
+        rate=grid.rate,
         values=values,
         edges=grid.edges,
         wanted=wanted,
         predicted=means,
         carrier=used,
-        scale=_scale(wave, largest, corrected=corrected, wanted=wanted, means=means),
+        scale=(largest / peak) ** 2 if (peak := float(np.max(np.abs(root)))) > 0 else math.inf,
         limited=np.abs(wave.envelope(np.ones(grid.periods), np.inf)) > largest * (1 + 1e-6),
         ratios=ratios,
     )
@@ -192,7 +193,7 @@ class _Wave:
         phase = 2 * np.pi * (np.arange(len(envelope)) % self.grid.per_period) / self.grid.per_period
         if not self.current:
             return envelope * np.sin(phase)
-        rate = np.gradient(envelope, self.grid.step) / (2 * np.pi * self.grid.carrier)
+        rate = np.gradient(envelope, 1 / self.grid.rate) / (2 * np.pi * self.grid.carrier)
         return envelope * np.cos(phase) + rate * np.sin(phase)
 
 
@@ -217,13 +218,6 @@ def _corrected(
         if np.max(np.abs(factor - 1)) < _CONVERGED:
             break
     return values, means
-
-
-def _scale(wave: _Wave, largest: float, *, corrected: bool, wanted: Real, means: Real) -> float:
-    """Return the largest multiple of the target that the largest amplitude allows [1]; infinite without limits."""
-    del corrected, wanted, means
-    peak = float(np.max(np.abs(wave.root)))
-    return (largest / peak) ** 2 if peak > 0 else math.inf
 
 
 def _grid(target: Target, carrier: float, rate: float | None) -> _Grid:

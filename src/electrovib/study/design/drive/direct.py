@@ -18,7 +18,7 @@ from electrovib.study.design.drive.trade import Trade, best_factor
 from electrovib.study.design.gain import carrier_gain, refuse_nonlinear
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
     from electrovib.study.design.drive.limits import Bounds
     from electrovib.study.design.drive.target import Target
@@ -103,11 +103,11 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
     """
     refuse_nonlinear(scenario)
     count = _intervals(target, rate)
-    step = target.duration / count if rate is None else 1 / rate
-    played = Played(scenario, step)
+    played = Played(scenario, count / target.duration if rate is None else rate)
+    step = 1 / played.rate
     lead = _lead(scenario, bounds, step)
     response = _response(played, count, lead)
-    edges = np.arange(count + 1) * step
+    edges = played.times(count + 1)
     wanted = target.means(edges)
     root = np.sqrt(target.force(edges) / response.per_square)
     inverse = _inverse(response.knots)
@@ -129,6 +129,7 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
     force = played.force(values)
     return Solution(
         times=played.times(len(values)),
+        rate=played.rate,
         values=values,
         edges=edges + lead * step,
         wanted=wanted,
@@ -178,9 +179,11 @@ def _response(played: Played, count: int, lead: int) -> Response:
     total = count + 2 * lead
     hat = np.zeros(total + 1)
     hat[1] = 1.0
-    beside = _BESIDE * played.step
+    beside = _BESIDE / played.rate
     times = np.unique(
-        np.concatenate([played.halves(total + 1), (times := played.times(total + 1))[1:] - beside, times[:-1] + beside])
+        np.concatenate(
+            [played.halves(total + 1), (times := played.times(total + 1))[1:] - beside, times[:-1] + beside]
+        )
     )
     record = played.expanded(hat).at(times)
     amplitudes = {key: row for key, row in record.solution.found.items() if isinstance(key, AmplitudeOf)}
@@ -193,7 +196,7 @@ def _response(played: Played, count: int, lead: int) -> Response:
     (key, row), found = next(iter(amplitudes.items())), record.solution.found
     per_square = float(attraction(played.base, total_pull(played.base, {key.name: np.array([1.0])}))[0])
     spread = _spread(count, lead)
-    at = np.searchsorted(times, played.halves(total + 1) - 1e-9 * played.step)
+    at = np.searchsorted(times, played.halves(total + 1) - 1e-9 / played.rate)
     knots = _shifted(row[at[::2]], total) @ spread
     middles = _shifted(row[at[1::2]], total)[:total] @ spread
     window = slice(lead, lead + count + 1)
@@ -209,7 +212,7 @@ def _response(played: Played, count: int, lead: int) -> Response:
     )
 
 
-def _on_both_sides(row: Real, at: Real, total: int) -> Real:
+def _on_both_sides(row: Real, at: Indices, total: int) -> Real:
     """Return the matrix from all samples to a current before and after each sample."""
     before = np.append(0.0, row[at[2::2] - 1])
     after = np.append(row[at[:-1:2] + 1], 0.0)

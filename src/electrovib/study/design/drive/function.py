@@ -80,7 +80,9 @@ def design_drive(
     del progress
     if method not in METHODS:
         raise InputError(
-            f"expected one of {', '.join(METHODS)}.{nearest(str(method), METHODS)}", path="method", value=str(method)
+            f"expected one of {', '.join(METHODS)}.{nearest(str(method), METHODS)}",
+            path="method",
+            value=str(method),
         )
     wanted = read_target(target)
     frequency, samples = _frequency(carrier, "carrier"), _frequency(rate, "rate")
@@ -93,10 +95,8 @@ def design_drive(
         found = design_direct(linear, wanted, bounds, rate=samples)
     else:
         corrected = method != "sqrt-am"
-        found = design_carrier(
-            linear, wanted, bounds, carrier=frequency, rate=samples, corrected=corrected
-        )
-    played = Played(own, float(found.times[1]))
+        found = design_carrier(linear, wanted, bounds, carrier=frequency, rate=samples, corrected=corrected)
+    played = Played(own, found.rate)
     final = played.scenario(found.values)
     several = tuple(limits) if isinstance(limits, Sequence) and not isinstance(limits, str) else (limits,)
     return DesignedDrive(
@@ -113,9 +113,9 @@ def design_drive(
 
 def _predicted(played: Played, found: Solution) -> Real:
     """Return the mean forces of the full model with the limits of the amplifier [N]."""
-    step, edges = played.step, found.edges
-    width = round(float(edges[1] - edges[0]) / step)
-    first = round(float(edges[0]) / step)
+    edges = found.edges
+    width = round(float(edges[1] - edges[0]) * played.rate)
+    first = round(float(edges[0]) * played.rate)
     return played.means(played.force(found.values), first, len(edges) - 1, width)
 
 

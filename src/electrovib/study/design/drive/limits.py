@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from electrovib.study.check import DeclaredLimit, LimitsSource
 
 
-
 @dataclass(frozen=True)
 class Bounds:
     """The strictest declared limits of a design.
@@ -50,9 +49,7 @@ class Bounds:
         if amplifier is not None and amplifier.is_limited:
             low, high = amplifier.current_limits
             largest = min(-low, high)
-            own = Limits(
-                voltage=amplifier.saturation, current=largest if math.isfinite(largest) else None
-            )
+            own = Limits(voltage=amplifier.saturation, current=largest if math.isfinite(largest) else None)
             several.append(LimitsFrom("circuit.amplifier", own))
         return cls(declared_limits(scenario, several))
 

@@ -30,18 +30,18 @@ class Played:
     ----------
     scenario : Scenario
         Experiment; its drive counts only as a voltage or a current.
-    step : float
-        Time between two samples [s].
+    rate : float
+        Samples per second [Hz].
     """
 
-    def __init__(self, scenario: Scenario, step: float) -> None:
+    def __init__(self, scenario: Scenario, rate: float) -> None:
         self.base = scenario
-        self.step = step
+        self.rate = rate
         self._last: Expanded | None = None
 
     def times(self, count: int) -> Real:
         """Return the times of a number of samples [s]."""
-        return np.arange(count) * self.step
+        return np.asarray(np.arange(count) / self.rate)
 
     def scenario(self, values: Real) -> Scenario:
         """Return the scenario with samples as its drive.
@@ -74,7 +74,7 @@ class Played:
 
     def halves(self, count: int) -> Real:
         """Return the times of a number of samples and the middles between them [s]."""
-        return np.arange(2 * count - 1) * (self.step / 2)
+        return np.asarray(np.arange(2 * count - 1) / (2 * self.rate))
 
     def force(self, values: Real) -> Real:
         """Return the predicted force at the samples and in the middles between them.

@@ -23,6 +23,8 @@ TRACKED: Final = 0.01
 """Misfit up to which a target counts as followed [1]."""
 _BINDING: Final = 0.99
 """Share of a limit from which on it counts as binding [1]."""
+_NEGLIGIBLE: Final = 1e-6
+"""Relative amplitude below which harmonics are not listed [1]."""
 _SLOW: Final = 10.0
 """Carrier over the highest frequency of the target below which a warning is given."""
 
@@ -78,7 +80,7 @@ class DesignedDrive:
     @property
     def rate(self) -> float:
         """Samples per second [Hz]."""
-        return (len(self.times) - 1) / float(self.times[-1])
+        return self.solution.rate
 
     @property
     def carrier(self) -> float | None:
@@ -168,7 +170,11 @@ class DesignedDrive:
     def _drive_lines(self) -> list[str]:
         unit = "V" if self.quantity == "voltage" else "A"
         peak = format_quantity(float(np.max(np.abs(self.values))), unit, digits=4)
-        carried = "" if self.carrier is None else f" with a carrier of {format_quantity(self.carrier, 'Hz', digits=6)}"
+        carried = (
+            ""
+            if self.carrier is None
+            else f" with a carrier of {format_quantity(self.carrier, 'Hz', digits=6)}"
+        )
         ramps = ""
         if self.carrier is None:
             lead = format_quantity(float(self.edges[0]), "s", digits=4)
@@ -188,7 +194,12 @@ class DesignedDrive:
         ]
         if self.harmonics:
             first, *others = self.harmonics.values()
-            listed = ", ".join(f"{100 * each:.2g} %" for each in others)
+            small = max(others, default=0.0) < _NEGLIGIBLE
+            listed = (
+                f"below {100 * _NEGLIGIBLE:g} %"
+                if small
+                else ", ".join(f"{100 * each:.2g} %" for each in others)
+            )
             found.append(
                 f"amplitude of the predicted force at the frequency of the target: {100 * first:.4g} % of the wanted one; at"
                 f" 2 to {len(others) + 1} times that frequency: {listed}"
@@ -202,9 +213,9 @@ class DesignedDrive:
             return ["no limit was declared that the design has to hold"]
         which = "; ".join(f"limits.{name} ({self.bounds[name].source})" for name in self.binding)
         return [
-            f"the target is not within the limits: {which} prevents it in {100 * self.limited_share:.3g} % of the time. This drive"
-            f" has the smallest mean square of the departure that was found; without a compromise {self.scale:.4g} times the"
-            " target is within the limits"
+            f"the target is not within the limits: {which} prevents it in {100 * self.limited_share:.3g} % of the time. This"
+            f" drive has the smallest mean square of the departure that was found; {self.scale:.4g} times the target would be"
+            " within the limits"
         ]
 
     def _doubts(self) -> list[str]:
@@ -212,7 +223,9 @@ class DesignedDrive:
         missing = [name for name in ("voltage", "current") if name not in self.bounds]
         if missing:
             named = " and ".join(f"limits.{name}" for name in missing)
-            found.append(f"{named} not declared: the drive was not designed to hold it, and cannot be written as a waveform")
+            found.append(
+                f"{named} not declared: the drive was not designed to hold it, and cannot be written as a waveform"
+            )
         if self.carrier is not None and self.carrier < _SLOW * self.target.highest_frequency * (1 - 1e-9):
             found.append(
                 "the carrier is below ten times the highest frequency of the target: within a period of the carrier the target"

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
     import numpy as np
+    from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
 
@@ -20,6 +20,8 @@ class Solution:
     ----------
     times, values : ndarray, shape (n,)
         Evenly spaced times from 0 [s], and samples [V, or A of a current drive].
+    rate : float
+        Samples per second [Hz].
     edges : ndarray, shape (m + 1,)
         Ends of the intervals over which forces are averaged [s].
     wanted, predicted : ndarray, shape (m,)
@@ -36,6 +38,7 @@ class Solution:
 
     times: Real
     values: Real
+    rate: float
     edges: Real
     wanted: Real
     predicted: Real

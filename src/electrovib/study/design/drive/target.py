@@ -34,7 +34,9 @@ _VARIANCE: Final = 0.999
 """Share of the variance of a sampled target below its highest frequency [1]; a choice."""
 _RESAMPLED: Final = 4096
 _QUANTITY: Final = r"([-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[^\s\d]+)"
-_SINE: Final = re.compile(rf"sine\s+{_QUANTITY}\s+{_QUANTITY}(?:\s+to\s+{_QUANTITY})?(?:\s+for\s+{_QUANTITY})?")
+_SINE: Final = re.compile(
+    rf"sine\s+{_QUANTITY}\s+{_QUANTITY}(?:\s+to\s+{_QUANTITY})?(?:\s+for\s+{_QUANTITY})?"
+)
 _CONSTANT: Final = re.compile(rf"constant\s+{_QUANTITY}(?:\s+for\s+{_QUANTITY})?")
 
 
@@ -107,7 +109,12 @@ class SineTarget(Target):
         """What it is, in words."""
         low, high, often, long = (
             format_quantity(value, unit, digits=6)
-            for value, unit in ((self.low, "N"), (self.high, "N"), (self.frequency, "Hz"), (self.duration, "s"))
+            for value, unit in (
+                (self.low, "N"),
+                (self.high, "N"),
+                (self.frequency, "Hz"),
+                (self.duration, "s"),
+            )
         )
         return f"a force between {low} and {high} at {often} for {long}, which begins at {low}"
 
@@ -198,13 +205,18 @@ def read_target(source: TargetSource) -> Target:
     if isinstance(source, str | Path):
         return _of_file(Path(source))
     if isinstance(source, Sequence) and len(source) == 2:
-        return _of_samples(np.asarray(source[0], dtype=float), np.asarray(source[1], dtype=float), "the given force")
-    raise InputError(f"expected {TEXTS}, a file with the columns time and force, or times and forces", path="target")
+        return _of_samples(
+            np.asarray(source[0], dtype=float), np.asarray(source[1], dtype=float), "the given force"
+        )
+    raise InputError(
+        f"expected {TEXTS}, a file with the columns time and force, or times and forces", path="target"
+    )
 
 
 def _of_text(text: str) -> Target:
-    lowered = text.lower().split()[0]
-    found = (_SINE if lowered == "sine" else _CONSTANT).fullmatch(text.replace(text.split()[0], lowered, 1))
+    kind, _, rest = text.partition(" ")
+    lowered = kind.lower()
+    found = (_SINE if lowered == "sine" else _CONSTANT).fullmatch(f"{lowered} {rest}")
     if found is None:
         raise InputError(f"expected {TEXTS}", path="target", value=text)
     if lowered == "constant":
@@ -232,7 +244,7 @@ def _read(text: str, unit: str) -> float:
         raise InputError(str(error), path="target", value=text) from None
 
 
-def _refuse(text: str, good: bool, wanted: str) -> None:  # noqa: FBT001 - a condition
+def _refuse(text: str, good: bool, wanted: str) -> None:
     if not good:
         raise InputError(f"expected {wanted}", path="target", value=text)
 
