@@ -105,12 +105,15 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
     count = _intervals(target, rate)
     played = Played(scenario, count / target.duration if rate is None else rate)
     step = 1 / played.rate
-    lead = _lead(scenario, bounds, step)
-    response = _response(played, count, lead)
     edges = played.times(count + 1)
     wanted = target.means(edges)
+    response = _response(played, count, 1)
     root = np.sqrt(target.force(edges) / response.per_square)
     inverse = _inverse(response.knots)
+    lead = _lead(scenario, bounds, step, volts=float(np.max(np.abs((inverse @ root)[[0, -1]]))))
+    if lead > 1:
+        response = _response(played, count, lead)
+        inverse = _inverse(response.knots)
     shrink = 1 - _MARGIN
     for _ in range(_TRIALS):
         trade = _trade(response, inverse * root, wanted, bounds, scenario, step, shrink)
@@ -158,11 +161,12 @@ def _intervals(target: Target, rate: float | None) -> int:
     return count
 
 
-def _lead(scenario: Scenario, bounds: Bounds, step: float) -> int:
+def _lead(scenario: Scenario, bounds: Bounds, step: float, *, volts: float) -> int:
     """Return the number of intervals of the ramps: so many that current and slew rate take a share of their limits."""
     gain = carrier_gain(scenario, [1e3])
-    volts = bounds.value("voltage")
-    volts = 1e3 if volts is None else volts / float(gain.voltage[0])
+    ceiling = bounds.value("voltage")
+    if ceiling is not None:
+        volts = min(volts, ceiling / float(gain.voltage[0]))
     times = [step]
     for name, each in (("current", gain.current), ("body_current", gain.body_current)):
         limit = bounds.value(name)

@@ -7,9 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from electrovib.physics.limits import Limits
+from electrovib.physics.limits import SWITCH_ON, Limits
+from electrovib.solve.diagnostics import running_currents
+from electrovib.solve.diagnostics.judge import largest_values
+from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.study.check import LimitsFrom, declared_limits
-from electrovib.study.check.values import checked_values
+from electrovib.study.check.values import checked_values, slew_of
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
@@ -82,13 +85,30 @@ class Bounds:
             Largest value of the drive over each declared limit [1], for the energy the root of it, so that each is
             proportional to the drive; NaN where the value is not known.
         """
-        values = checked_values(scenario)
+        values = _largest(scenario, rms=any(name.startswith("rms_") for name in self.declared))
         found = {}
         for name, limit in self.declared.items():
-            value = values.largest.get(name, math.nan)
+            value = values.get(name, math.nan)
             ratio = value / limit.value
             found[name] = math.sqrt(ratio) if name == "stored_energy" else ratio
         return found
+
+
+def _largest(scenario: Scenario, *, rms: bool) -> dict[str, float]:
+    """Return the largest values by the names of their limits, as `checked_values`; root mean squares only if asked for."""
+    if rms:
+        return checked_values(scenario).largest
+    expanded = Expanded(scenario, mechanics=False)
+    record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
+    assert record.peaks is not None
+    peaks = record.peaks.without_overshoot()
+    reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
+    for name in [each for each in reached if each.endswith(SWITCH_ON)]:
+        own = name.removesuffix(SWITCH_ON)
+        reached[own] = max(reached[own], reached[name])
+    amplifier = scenario.circuit.amplifier
+    gain = 1.0 if amplifier is None else abs(amplifier.gain)
+    return reached | {"slew_rate": gain * slew_of(scenario.drive, float(expanded.times[-1]))}
 
 
 def unlimited(scenario: Scenario) -> Scenario:
