@@ -11,7 +11,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.scenario.space import read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.study.check import checked, declared_limits
-from electrovib.study.design.parameter.evaluation import Evaluation, refuse_long
+from electrovib.study.design.parameter.evaluation import Evaluation, estimate, refuse_long
 from electrovib.study.design.parameter.result import DesignedParameter, Explored, FoundValue, found_value
 from electrovib.study.design.parameter.scale import first_values
 from electrovib.study.design.parameter.search import Function, Solution, explore, sharpen_extremes, solutions
@@ -35,6 +35,8 @@ _CONSTANT: Final = 1e-12
 """Relative range of a quantity up to which it does not depend on the parameter."""
 _FLAT_LEVEL: Final = 1e-5
 """The same for a level [dB]."""
+_LONG: Final = 0.1
+"""Estimated computing time of an evaluation from which on fewer are made [s]."""
 _DRAWS: Final = 200
 """Number of draws from a space."""
 _EACH_DRAW: Final = 5
@@ -102,7 +104,7 @@ def design_parameter(
     given = tuple(limits) if isinstance(limits, (list, tuple)) else () if limits is None else (limits,)
     declared_limits(scenario, list(given))  # a mistake in them is reported before anything is computed
     over = _draws(scenario, space, n=n, seed=seed, linear=linear)
-    values = first_values(wanted.low, wanted.high, wanted.begin)
+    values = first_values(wanted.low, wanted.high, wanted.begin, sparse=estimate(scenario) > _LONG)
     refuse_long(scenario, len(values), what=free, remedy="narrow the range by --between")
     evaluation = Evaluation(scenario, wanted, (wanted.free,))
     function = Function(_reporting(lambda at: evaluation({wanted.free: at}), progress, len(values)))
