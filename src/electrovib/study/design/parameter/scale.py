@@ -22,7 +22,7 @@ _SMALLEST: Final = 1e-9
 """Smallest value beside zero over the largest value."""
 
 
-def first_values(low: float, high: float, begin: float) -> Real:
+def first_values(low: float, high: float, begin: float, *, sparse: bool = False) -> Real:
     """Return the values of a parameter at which a quantity is computed first.
 
     Parameters
@@ -31,6 +31,8 @@ def first_values(low: float, high: float, begin: float) -> Real:
         Ends of the range, in any unit.
     begin : float
         Value in the scenario, in the same unit.
+    sparse : bool
+        Whether half as many values are enough, for a quantity that takes long.
 
     Returns
     -------
@@ -40,27 +42,28 @@ def first_values(low: float, high: float, begin: float) -> Real:
         either side of it, down to 1e-4 of the value in the scenario, or 1e-9 of the larger end where that is greater.
     """
     if low >= 0:
-        found = _side(low, high, begin)
+        found = _side(low, high, begin, sparse)
     elif high <= 0:
-        found = -_side(-high, -low, -begin)[::-1]
+        found = -_side(-high, -low, -begin, sparse)[::-1]
     else:
-        found = np.concatenate([-_side(0.0, -low, -begin)[::-1], _side(0.0, high, begin)])
+        found = np.concatenate([-_side(0.0, -low, -begin, sparse)[::-1], _side(0.0, high, begin, sparse)])
     inside = [begin] if low < begin < high else []
     values = np.unique(np.concatenate([found, inside]))
     values[0], values[-1] = low, high
     return np.asarray(values)
 
 
-def _side(low: float, high: float, begin: float) -> Real:
+def _side(low: float, high: float, begin: float, sparse: bool) -> Real:
     """Return values from `low` >= 0 to `high` > 0."""
-    even = np.linspace(low, high, EVEN)
+    each = 2 if sparse else 1
+    even = np.linspace(low, high, 1 + (EVEN - 1) // each)
     if low > 0 and high / low < _DECADES:
         return even
     start = low
     if low == 0:
         size = abs(begin)
         start = max(_SMALLEST * high, _BELOW * size) if 0 < size < high else 1e-6 * high
-    count = max(EVEN, 1 + math.ceil(PER_DECADE * math.log10(high / start)))
+    count = max(len(even), 1 + math.ceil(PER_DECADE / each * math.log10(high / start)))
     spread = np.geomspace(start, high, count)
     return spread if low > 0 else np.concatenate([[0.0], spread])
 

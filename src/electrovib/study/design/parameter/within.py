@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import ElectrovibError
 from electrovib.study.check.result import FAIL
+from electrovib.study.design.parameter.scale import coordinate
 from electrovib.study.design.parameter.search import CannotBeComputedError, Function, coordinates
 
 if TYPE_CHECKING:
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
 
 _TRIES: Final = 4
 """Number of limits that can be found one behind the other between two values."""
-_CANDIDATES: Final = 3
-"""Number of ends of allowed ranges that are refined."""
+_NEAR: Final = 0.01
+"""Relative distance below which two values are not both compared with the limits."""
 
 
 @dataclass(frozen=True)
@@ -99,14 +100,14 @@ def obtainable(function: Function, limited: Limited, target: float) -> Obtainabl
     Known values are checked in the order of their distance from the wanted one. Where an allowed value has a neighbour that
     is nearer to the wanted one and is forbidden, the value at which the limit is reached is found by Brent's method.
     """
-    points = function.known
-    place = {at: i for i, (at, _) in enumerate(points)}
+    points = _thinned(function.known)
     best: Obtainable | None = None
-    refined = 0
-    for at, value in sorted(points, key=lambda point: abs(point[1] - target)):
-        if not limited.allows(at):
+    for i in sorted(range(len(points)), key=lambda i: abs(points[i][1] - target)):
+        at, value = points[i]
+        beside = [points[j] for j in (i - 1, i + 1) if 0 <= j < len(points)]
+        nearest = min(abs(reached - target) for _, reached in [points[i], *beside])
+        if (best is not None and nearest >= abs(best.reached - target)) or not limited.allows(at):
             continue
-        beside = [points[i] for i in (place[at] - 1, place[at] + 1) if 0 <= i < len(points)]
         found = [
             _at_limit(function, limited, at, other)
             for other, reached in beside
@@ -115,10 +116,17 @@ def obtainable(function: Function, limited: Limited, target: float) -> Obtainabl
         for each in [Obtainable(at, value, None), *(each for each in found if each is not None)]:
             if best is None or abs(each.reached - target) < abs(best.reached - target):
                 best = each
-        refined += 1
-        if refined == _CANDIDATES:
-            break
     return best
+
+
+def _thinned(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Omit values that lie closely beside another one, as refinements have left them."""
+    kept: list[tuple[float, float]] = []
+    for at, value in points:
+        if kept and coordinate(at, kept[-1][0]) and abs(math.log(at / kept[-1][0])) < _NEAR:
+            continue
+        kept.append((at, value))
+    return kept
 
 
 def _at_limit(function: Function, limited: Limited, allowed: float, forbidden: float) -> Obtainable | None:
