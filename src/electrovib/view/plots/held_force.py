@@ -37,9 +37,7 @@ def held_force(found: HeldForce, *, ax: Axes | None = None) -> Axes:
     """
     with drawing(ax) as axes:
         for colour, (stray, force) in zip(COLOURS, found.forces.items(), strict=False):
-            words = "without stray capacitance"
-            if stray:
-                words = f"{pretty_quantity(stray, 'F', digits=3)} stray capacitance"
+            words = f"{pretty_quantity(stray, 'F', digits=3)} stray" if stray else "no stray capacitance"
             axes.loglog(found.carriers, force, color=colour, label=f"carrier, {words}")
         axes.axhline(found.direct, color="#222222", linestyle="--")
         long = pretty_quantity(found.duration, "s", digits=3)

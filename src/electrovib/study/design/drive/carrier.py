@@ -92,6 +92,7 @@ def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
     candidates = lowest * 10.0 ** (np.arange(_DECADES * _PER_DECADE + 1) / _PER_DECADE)
     gain = carrier_gain(scenario, candidates)
     peak = gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))
+    peak = np.minimum(peak, bounds.largest_drive(scenario))
     force = gain.force * np.where(np.isfinite(peak), peak, 1.0) ** 2
     return float(candidates[int(np.argmax(force > 0.999 * np.max(force)))])
 
@@ -145,6 +146,7 @@ def design_carrier(
     gain = carrier_gain(scenario, [used])
     played = Played(scenario, grid.rate)
     largest = float(gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))[0])
+    largest = min(largest, saturated := bounds.largest_drive(scenario))
     root = target.root(grid.times()) / math.sqrt(float(gain.force[0]))
     wave = _Wave(grid, root, current=scenario.drive.quantity == "current")
     wanted = target.means(grid.edges)
@@ -154,9 +156,11 @@ def design_carrier(
         worst = max((each for each in ratios.values() if not math.isnan(each)), default=0.0)
         reached = float(np.max(np.abs(values))) * (1 + _USED)
         bound = largest <= reached
-        if worst <= 1 and (worst >= 1 - _USED or not bound):
+        if worst <= 1 and (worst >= 1 - _USED or not bound or largest == saturated):
             break
-        largest = min(largest, reached) * (1 - _USED / 2) / worst
+        largest = min(min(largest, reached) * (1 - _USED / 2) / worst, saturated)
+    if math.isfinite(saturated):
+        ratios["voltage"] = max(ratios["voltage"], float(np.max(np.abs(values))) / saturated)
     if worst > 1:
         over = ", ".join(f"limits.{name}" for name, each in ratios.items() if each > 1)
         raise InputError(f"no envelope was found that holds {over}; raise the limit or lower the target")

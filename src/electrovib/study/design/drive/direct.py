@@ -1,4 +1,4 @@
-"""Slow unipolar voltages whose force is a target: the inverse of root, leak and dispersion, within limits."""
+"""Slow voltages whose force is a target: the inverse of root, leak and dispersion, within limits."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from scipy.linalg import cho_factor, cho_solve, toeplitz
 from electrovib.core.errors import InputError
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.stack.keys import AmplitudeOf
+from electrovib.study.check.series import plate_capacitance
 from electrovib.study.design.drive.played import Played
 from electrovib.study.design.drive.solution import Solution
 from electrovib.study.design.drive.trade import Trade, best_factor
@@ -37,6 +38,8 @@ _BESIDE: Final = 1e-3
 _LEAD_SHARE: Final = 0.5
 """Share of the limits of current and slew rate that the ramps at both ends may take."""
 _ROUNDED: Final = 1e-3
+_LAGS: Final = 5.0
+"""Duration of the ramps over the lag of series resistance and amplifier, at least."""
 _TRIALS: Final = 4
 _MARGIN: Final = 1e-6
 
@@ -71,7 +74,7 @@ class Response:
 
 
 def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: float | None) -> Solution:
-    """Design a slow unipolar voltage whose predicted force is the target.
+    """Design a slow voltage whose predicted force is the target.
 
     Parameters
     ----------
@@ -96,12 +99,15 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
 
     Notes
     -----
-    With the amplitude E = M v of the law at the samples, linear and causal in the voltages v, and F = c E^2, the voltage
-    minimises |M v - sqrt(F*/c)|^2 + w |second differences of v|^2: the penalty matters only where M has no stable inverse.
-    Where a limit binds, E = s sqrt(F*/c) with a factor s(t) of straight lines that minimises the mean square of F - F* over
+    With the amplitude E = M v of the law at the samples and between them, linear and causal in the voltages v, and F = c E^2,
+    the voltage minimises |M v - sqrt(F*/c)|^2 + w |second differences of v|^2: the penalty matters only where M has no stable
+    inverse.
+    The drive times the gain of an amplifier is held within the limit of the voltage, whatever its bandwidth. Where a limit
+    binds, E = s sqrt(F*/c) with a factor s(t) of straight lines that minimises the mean square of F - F* over
     the target under the limits.
     """
     refuse_nonlinear(scenario)
+    _refuse_charge(scenario)
     count = _intervals(target, rate)
     played = Played(scenario, count / target.duration if rate is None else rate)
     step = 1 / played.rate
@@ -109,18 +115,18 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
     wanted = target.means(edges)
     response = _response(played, count, 1)
     root = np.sqrt(target.force(edges) / response.per_square)
-    inverse = _inverse(response.knots)
+    inverse = _inverse(response)
     lead = _lead(scenario, bounds, step, volts=float(np.max(np.abs((inverse @ root)[[0, -1]]))))
     if lead > 1:
         response = _response(played, count, lead)
-        inverse = _inverse(response.knots)
+        inverse = _inverse(response)
     shrink = 1 - _MARGIN
     for _ in range(_TRIALS):
         trade = _trade(response, inverse * root, wanted, bounds, scenario, step, shrink)
         scale = trade.scale(np.ones(len(root)))
         factor = np.ones(len(root)) if scale >= 1 else best_factor(trade, scale)
         values = response.spread @ (inverse @ (root * factor))
-        values = _unipolar(values)
+        values = _tidied(values)
         ratios = bounds.overload(played.scenario(values))
         worst = max((each for each in ratios.values() if not math.isnan(each)), default=0.0)
         if worst <= 1:
@@ -129,6 +135,11 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
     if worst > 1:
         over = ", ".join(f"limits.{name}" for name, each in ratios.items() if each > 1)
         raise InputError(f"no voltage was found that holds {over}; raise the limit or lower the target")
+    if "voltage" in ratios and (amplifier := scenario.circuit.amplifier) is not None:
+        limit = bounds.declared["voltage"].value
+        ratios["voltage"] = max(
+            ratios["voltage"], abs(amplifier.gain) * float(np.max(np.abs(values))) / limit
+        )
     force = played.force(values)
     return Solution(
         times=played.times(len(values)),
@@ -144,11 +155,22 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
     )
 
 
-def _unipolar(values: Real) -> Real:
+def _tidied(values: Real) -> Real:
     """Return samples without the rounding below 0 V, from 0 V to 0 V."""
     found = np.where((values < 0) & (values > -_ROUNDED * np.max(values)), 0.0, values)
     found[[0, -1]] = 0.0
     return found
+
+
+def _refuse_charge(scenario: Scenario) -> None:
+    """Refuse a charge at time 0, whose force the drive does not cause."""
+    charged = [name for name, layer in scenario.stack.layers.items() if layer.initial_charge]
+    if charged or scenario.circuit.element().charge:
+        where = f"stack.{charged[0]}.initial_charge" if charged else "circuit.return_path.charge"
+        raise InputError(
+            "has to be 0 for method 'dc', whose force is that of the drive alone; neutralise it, or take method 'carrier'",
+            path=where,
+        )
 
 
 def _intervals(target: Target, rate: float | None) -> int:
@@ -162,12 +184,16 @@ def _intervals(target: Target, rate: float | None) -> int:
 
 
 def _lead(scenario: Scenario, bounds: Bounds, step: float, *, volts: float) -> int:
-    """Return the number of intervals of the ramps: so many that current and slew rate take a share of their limits."""
+    """Return the number of intervals of the ramps: several lags of the circuit, within a share of current and slew rate."""
     gain = carrier_gain(scenario, [1e3])
     ceiling = bounds.value("voltage")
     if ceiling is not None:
         volts = min(volts, ceiling / float(gain.voltage[0]))
-    times = [step]
+    amplifier = scenario.circuit.amplifier
+    lag = scenario.circuit.element().resistance * plate_capacitance(scenario)
+    if amplifier is not None and amplifier.bandwidth is not None:
+        lag += 1 / (2 * math.pi * amplifier.bandwidth)
+    times = [step, _LAGS * lag]
     for name, each in (("current", gain.current), ("body_current", gain.body_current)):
         limit = bounds.value(name)
         if limit is not None:
@@ -255,13 +281,18 @@ def _spread(count: int, lead: int) -> Real:
     return spread
 
 
-def _inverse(matrix: Real) -> Real:
-    """Return the regularised inverse of a response, with a penalty on second differences."""
-    size = matrix.shape[1]
+def _inverse(response: Response) -> Real:
+    """Return the regularised inverse of a response, from the amplitude at the samples to their voltages.
+
+    The amplitude between two samples is to be the mean of both, so that no oscillation between samples is free.
+    """
+    size = response.knots.shape[1]
+    matrix = np.concatenate([response.knots, response.middles])
+    halves = (np.eye(size)[:-1] + np.eye(size)[1:]) / 2
     weight = (_SMOOTH * float(np.max(np.abs(matrix)))) ** 2
     second = np.diff(np.eye(size), n=2, axis=0) if size > 2 else np.zeros((1, size))
     factor = cho_factor(matrix.T @ matrix + weight * (second.T @ second))
-    return np.asarray(cho_solve(factor, matrix.T))
+    return np.asarray(cho_solve(factor, matrix.T @ np.concatenate([np.eye(size), halves])))
 
 
 def _trade(

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from electrovib.study.design.drive.solution import Solution
 
 METHODS: Final = {
-    "dc": "a slow voltage of one sign, by the inverse of root, leak and dispersion",
+    "dc": "a slow voltage without a carrier, by the inverse of root, leak and dispersion",
     "carrier": "a carrier whose envelope is corrected until its mean force over each period is the target",
     "sqrt-am": "a carrier whose envelope is the square root of the target over the gain at the carrier, not corrected",
     "current": "as carrier, with a prescribed current",

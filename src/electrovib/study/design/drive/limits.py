@@ -27,9 +27,12 @@ class Bounds:
     ----------
     declared : dict of str to DeclaredLimit
         By the name of the limit; those of an amplifier with limits are among them.
+    saturation : float or None
+        Largest voltage that the amplifier aims at [V].
     """
 
     declared: dict[str, DeclaredLimit]
+    saturation: float | None = None
 
     @classmethod
     def of(cls, scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource]) -> Bounds:
@@ -54,7 +57,7 @@ class Bounds:
             largest = min(-low, high)
             own = Limits(voltage=amplifier.saturation, current=largest if math.isfinite(largest) else None)
             several.append(LimitsFrom("circuit.amplifier", own))
-        return cls(declared_limits(scenario, several))
+        return cls(declared_limits(scenario, several), None if amplifier is None else amplifier.saturation)
 
     def value(self, name: str) -> float | None:
         """Return a limit in its unit, by its name in `Limits`; None if it is not declared."""
@@ -70,6 +73,13 @@ class Bounds:
         """Return the largest rate of change of the drive itself [V/s], before the gain of an amplifier; None for no limit."""
         limit, amplifier = self.value("slew_rate"), scenario.circuit.amplifier
         return limit if limit is None or amplifier is None else limit / abs(amplifier.gain)
+
+    def largest_drive(self, scenario: Scenario) -> float:
+        """Return the largest voltage of the drive that its amplifier amplifies without saturation [V]; infinite without it."""
+        amplifier = scenario.circuit.amplifier
+        if amplifier is None or self.saturation is None:
+            return math.inf
+        return self.saturation / abs(amplifier.gain)
 
     def overload(self, scenario: Scenario) -> dict[str, float]:
         """Compare a drive with the limits, by the values that `electrovib.check` compares.
