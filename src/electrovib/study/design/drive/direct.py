@@ -14,7 +14,7 @@ from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.study.check.series import plate_capacitance
 from electrovib.study.design.drive.played import Played
-from electrovib.study.design.drive.solution import Solution
+from electrovib.study.design.drive.found import FoundDrive
 from electrovib.study.design.drive.trade import Trade, best_factor
 from electrovib.study.design.gain import carrier_gain, refuse_nonlinear
 
@@ -45,7 +45,7 @@ _MARGIN: Final = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
-class Response:
+class SampleResponse:
     """Linear response to the samples of a drive in the window of the target, its ramps at both ends included.
 
     Parameters
@@ -73,7 +73,7 @@ class Response:
     per_square: float
 
 
-def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: float | None) -> Solution:
+def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: float | None) -> FoundDrive:
     """Design a slow voltage whose predicted force is the target.
 
     Parameters
@@ -89,7 +89,7 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
 
     Returns
     -------
-    Solution
+    FoundDrive
         Samples from 0 V to 0 V, with ramps before and after the target.
 
     Raises
@@ -141,7 +141,7 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
             ratios["voltage"], abs(amplifier.gain) * float(np.max(np.abs(values))) / limit
         )
     force = played.force(values)
-    return Solution(
+    return FoundDrive(
         times=played.times(len(values)),
         rate=played.rate,
         values=values,
@@ -204,7 +204,7 @@ def _lead(scenario: Scenario, bounds: Bounds, step: float, *, volts: float) -> i
     return math.ceil(max(times) / step * (1 - 1e-9))
 
 
-def _response(played: Played, count: int, lead: int) -> Response:
+def _response(played: Played, count: int, lead: int) -> SampleResponse:
     """Return the linear response to the samples in a window, from the response to one hat."""
     total = count + 2 * lead
     hat = np.zeros(total + 1)
@@ -231,7 +231,7 @@ def _response(played: Played, count: int, lead: int) -> Response:
     middles = _shifted(row[at[1::2]], total)[:total] @ spread
     window = slice(lead, lead + count + 1)
     amplified = found.get("amplifier_current", found["current"])
-    return Response(
+    return SampleResponse(
         lead=lead,
         spread=spread,
         knots=knots[window],
@@ -281,7 +281,7 @@ def _spread(count: int, lead: int) -> Real:
     return spread
 
 
-def _inverse(response: Response) -> Real:
+def _inverse(response: SampleResponse) -> Real:
     """Return the regularised inverse of a response, from the amplitude at the samples to their voltages.
 
     The amplitude between two samples is to be the mean of both, so that no oscillation between samples is free.
@@ -296,7 +296,7 @@ def _inverse(response: Response) -> Real:
 
 
 def _trade(
-    response: Response,
+    response: SampleResponse,
     exact: Real,
     wanted: Real,
     bounds: Bounds,
