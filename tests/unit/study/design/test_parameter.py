@@ -116,6 +116,25 @@ def test_a_limit_that_forbids_is_named_with_what_it_leaves(limit):
     assert ev.check(SINE.replace({FREE: found.obtainable.value}), limits={limit: bound}).state != "fail"
 
 
+def test_a_value_in_the_scenario_that_is_at_its_limit_is_named_with_the_limit():
+    found = ev.design(SINE, want="mean electrostatic_force = 1 N", free=FREE, limits={"voltage": 100.0})
+    assert (found.obtainable.value, found.obtainable.reached) == (pytest.approx(100), pytest.approx(force()))
+    assert "where the voltage of the plate reaches 100 V, within 100 V" in found.lines[2]
+
+
+@pytest.mark.slow
+def test_of_two_signs_that_of_the_scenario_is_obtained():
+    for high in (900.0, -900.0):
+        found = ev.design(
+            "vezzoli_2014/fig6",
+            want="mean electrostatic_force = 9 mN",
+            free="drive.high",
+            set={"drive.high": high},
+            limits={"voltage": "1 kV"},
+        )
+        assert found.obtainable.value == pytest.approx(math.copysign(1000, high), rel=1e-9)
+
+
 def test_breakdown_of_the_film_forbids_too():
     set_ = {"stack.insulator.breakdown_field": "2 MV/m"}
     found = ev.design(SINE, want="mean electrostatic_force = 50 mN", free=FREE, set=set_)
@@ -223,7 +242,8 @@ def test_the_free_parameter_is_not_drawn():
 @pytest.mark.slow
 def test_a_level_of_perception_can_be_wanted():
     """The level grows by 20 dB for ten times the force, and the force with the square of the amplitude."""
-    calibrated = {"perception.threshold": "1 um", "perception.threshold_uncertainty": 3.0}
+    skin = {"model": "ElasticViscousSkin", "stiffness": 1000.0, "corner": 100.0}
+    calibrated = {"perception": {"compliance": skin, "threshold": 1e-7, "threshold_uncertainty": 3.0}}
     narrow = {"free": FREE, "between": "1 V:10 kV"}
     first = ev.design(SINE, want="detection level = 6 dB", set=calibrated, **narrow)
     second = ev.design(SINE, want="detection level = 16 dB", set=calibrated, **narrow)
@@ -232,6 +252,22 @@ def test_a_level_of_perception_can_be_wanted():
         ev.design(SINE, want="detection level = 6 dB", **narrow)
     with pytest.raises(InputError, match="relative level does not depend on it"):
         ev.design(SINE, want="relative level = -3 dB", **narrow)
+
+
+def test_a_signal_at_one_time_can_be_wanted():
+    found = ev.design(
+        "vezzoli_2014/fig6", want="electrostatic_force at 20 ms = 1 mN", free="drive.high", between="0:2 kV"
+    )
+    prepared = ev.prepare("vezzoli_2014/fig6", free=["drive.high"])
+    forces = prepared.signals([found.value], time=np.linspace(0, 0.1, 6))["electrostatic_force"]
+    assert forces[1] == pytest.approx(1e-3, rel=1e-6)
+    assert found.wanted.meaning.endswith("at 20 ms")
+
+
+def test_a_field_at_one_time_is_that_of_its_layer():
+    found = ev.design(SINE, want="field in gap at 2 ms = 1 MV/m", free=FREE)
+    fields = ev.prepare(SINE, free=[FREE]).signals([found.value], names=["field"], time=[2e-3])["field"]
+    assert fields[list(SINE.stack.layers).index("gap"), 0] == pytest.approx(1e6, rel=1e-9)
 
 
 def test_a_current_drive_and_a_peak_of_a_layer():
@@ -320,6 +356,8 @@ REFUSED = {
     "no such quantity": ({"want": "mean electrostatic_forc = 1 N", "free": FREE}, "Did you mean 'electrostatic_force'"),
     "another unit": ({"want": f"{MEAN} = 50 mV", "free": FREE}, "want: mean electrostatic_force = 50 mV: expected a force"),
     "not finite": ({"want": {MEAN: math.inf}, "free": FREE}, "want: mean electrostatic_force = inf: expected a force"),
+    "a frequency": ({"want": "electrostatic_force at 200 Hz = 1 N", "free": FREE}, "at = 200 Hz: expected a time.*drive.freq"),
+    "after the end": ({"want": "electrostatic_force at 9 s = 1 N", "free": FREE}, "at = 9 s: expected a time from 0 s to"),
     "no such path": ({"want": WANT, "free": "drive.amplitud"}, "drive.amplitud: .*Did you mean 'drive.amplitude'"),
     "several": ({"want": WANT, "free": [FREE]}, r"free = \['drive.amplitude'\]: expected the dotted path of one"),
     "no number": ({"want": WANT, "free": "drive"}, "drive: no physical parameter has this path"),
