@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.study.design.drive.played import Played
 from electrovib.study.design.drive.found import FoundDrive
+from electrovib.study.design.drive.played import Played
 from electrovib.study.design.gain import carrier_gain
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from electrovib.core.errors import InputError
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.study.check.series import plate_capacitance
-from electrovib.study.design.drive.played import Played
 from electrovib.study.design.drive.found import FoundDrive
+from electrovib.study.design.drive.played import Played
 from electrovib.study.design.drive.trade import Trade, best_factor
 from electrovib.study.design.gain import carrier_gain, refuse_nonlinear
 
