@@ -105,6 +105,24 @@ def test_limits_of_a_carrier_are_used_and_not_exceeded(scenarios):
     assert "0.92" in " ".join(designed.lines)
 
 
+def test_periods_beside_a_limit_keep_the_envelope_of_the_target(scenarios):
+    """Where the target is within the limits the envelope is sqrt(F*/g) to a few percent, also beside a period at the limit."""
+    designed = design_drive(
+        scenarios[GAP],
+        target="sine 100 Hz 30 mN for 20 ms",
+        method="carrier",
+        carrier="2 kHz",
+        rate=32e3,
+        limits={"voltage": 250},
+    )
+    gain = force_gain(scenarios[GAP], [2e3])[0]
+    envelope = np.abs(designed.target.root(designed.times)) / math.sqrt(gain)
+    crest = np.abs(np.sin(2 * np.pi * 2e3 * designed.times)) > 0.99
+    inside = crest & (envelope < 240)
+    assert np.abs(designed.values[inside]) == pytest.approx(envelope[inside], rel=0.05, abs=5)
+    assert 0.2 < designed.limited_share < 0.6
+
+
 def test_limits_of_a_carrier_are_traded_as_by_brute_force(scenarios):
     """Three envelope values under a voltage limit, against SLSQP on the full model with the same freedom."""
     scenario = scenarios[FIG6]
