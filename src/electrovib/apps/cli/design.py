@@ -9,12 +9,16 @@ import typer
 from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.design_options import (
     Between,
+    Carrier,
     Draws,
     Free,
     Limits,
     LinearOnly,
+    Method,
+    Rate,
     Seed,
     SpaceOf,
+    Target,
     Want,
 )
 from electrovib.apps.cli.force import Force
@@ -34,6 +38,10 @@ def command(
     want: Want = None,
     free: Free = None,
     between: Between = None,
+    target: Target = None,
+    method: Method = None,
+    carrier: Carrier = None,
+    rate: Rate = None,
     limits: Limits = None,
     space: SpaceOf = None,
     n: Draws = None,
@@ -51,7 +59,7 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Find the value of a parameter that gives a wanted quantity; exit code 1 if none does within the limits."""
+    """Find the parameter or the drive that gives a wanted quantity or force; exit code 1 if none does within the limits."""
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.exit_codes import FAILED
@@ -70,6 +78,10 @@ def command(
                 want=want,
                 free=free,
                 between=between,
+                target=target,
+                method=method,
+                carrier=carrier,
+                rate=rate,
                 limits=limits or None,
                 space=space,
                 n=n,

@@ -72,6 +72,7 @@ def export_waveform(
     full_scale: float | None = None,
     gain: float = 1.0,
     force: bool = False,
+    remarks: Sequence[str] = (),
 ) -> WrittenWaveform:
     """Write the drive of a scenario as a waveform, within its limits or not at all.
 
@@ -100,6 +101,8 @@ def export_waveform(
         Voltage of the drive over that of the instrument [1].
     force : bool
         Whether a file that was not written by electrovib may be replaced.
+    remarks : sequence of str
+        Further sentences about the drive, which the file states.
 
     Returns
     -------
@@ -137,7 +140,7 @@ def export_waveform(
         if ramp is None
         else (f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end",)
     )
-    notes = (*about(found, wave, form), *ramps, *encoded.notes)
+    notes = (*about(found, wave, form), *remarks, *ramps, *encoded.notes)
     with writing({place: form.form}, force=force) as temporaries:
         temporaries[place].write_bytes(form.content(encoded, notes))
     return WrittenWaveform(path=place, waveform=wave, full_scale=encoded.full_scale, notes=notes, check=check)

@@ -45,12 +45,24 @@ def _parameter() -> Callable[..., Any]:
     return design_parameter
 
 
+def _drive() -> Callable[..., Any]:
+    from electrovib.study.design.drive import design_drive
+
+    return design_drive
+
+
 FORMS: Final = (
     Form(
         "a parameter",
         ("want", "free"),
         'want="mean electrostatic_force = 50 mN", free="drive.amplitude"',
         _parameter,
+    ),
+    Form(
+        "a drive",
+        ("target", "method"),
+        'target="sine 50 Hz 30 mN", method="carrier"',
+        _drive,
     ),
 )
 """The first form whose deciding argument is given is the one that is meant."""
