@@ -22,6 +22,7 @@ from electrovib.view.plots.over_time import (
     over_time,
 )
 from electrovib.view.plots.reproduced import panel
+from electrovib.view.plots.trade_off import trade_off
 
 __all__ = [
     "bands",
@@ -43,4 +44,5 @@ __all__ = [
     "panel",
     "quantity",
     "stack",
+    "trade_off",
 ]
