@@ -216,7 +216,7 @@ def _limit_cells(row: CheckRow | None) -> tuple[str, ...]:
     return (*numbers, row.state)
 
 
-def _yes(value: bool) -> str:  # noqa: FBT001 - a cell
+def _yes(value: bool) -> str:
     return "yes" if value else "no"
 
 

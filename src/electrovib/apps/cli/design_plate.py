@@ -33,12 +33,15 @@ def command(
     ] = None,
     layer: Annotated[
         str,
-        typer.Option(metavar="NAME", help="Layer of --material, if the plate has several.", show_default=False),
+        typer.Option(
+            metavar="NAME", help="Layer of --material, if the plate has several.", show_default=False
+        ),
     ] = "",
     maximise: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="QUANTITY", help="By default 'mean electrostatic_force'; the first one decides. Repeatable."
+            metavar="QUANTITY",
+            help="By default 'mean electrostatic_force'; the first one decides. Repeatable.",
         ),
     ] = None,
     minimise: Annotated[
@@ -58,7 +61,9 @@ def command(
     refine: Annotated[int, typer.Option(metavar="ROUNDS", help="Add candidates around the best one.")] = 0,
     output: Annotated[
         str | None,
-        typer.Option("--output", "-o", help="Write all candidates (.csv), a page (.html) or the figure (.png, .svg)."),
+        typer.Option(
+            "--output", "-o", help="Write all candidates (.csv), a page (.html) or the figure (.png, .svg)."
+        ),
     ] = None,
     changes: Changes = None,
     models: Models = None,

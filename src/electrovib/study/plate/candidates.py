@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -24,7 +25,7 @@ AS_IT_IS: Final = ""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Candidate:
+class PlateCandidate:
     """One plate with its drive.
 
     Parameters
@@ -60,13 +61,26 @@ class Candidate:
         """Whether no limit is exceeded."""
         return not self.forbidden_by
 
-    def forbidden_with(self, relaxed: str, factor: float) -> tuple[str, ...]:
-        """Return the quantities whose limit is exceeded, with one limit multiplied by a factor [1]."""
-        return tuple(
-            row.quantity
+    def is_allowed_with(self, relaxed: Collection[str], factor: float) -> bool:
+        """Return whether no limit is exceeded when some of them are relaxed.
+
+        Parameters
+        ----------
+        relaxed : collection of str
+            Quantities whose limits are relaxed.
+        factor : float
+            By which they are multiplied [1]; infinite without these limits.
+
+        Returns
+        -------
+        bool
+            True where every limit that is exceeded is relaxed, and holds then.
+        """
+        return all(
+            row.quantity in relaxed
+            and (math.isinf(factor) or (row.margin is not None and row.margin * factor >= 1))
             for row in self.rows
             if row.state == FAIL
-            and not (row.quantity == relaxed and row.margin is not None and row.margin * factor >= 1)
         )
 
     @functools.cached_property
@@ -103,7 +117,7 @@ class Plates:
         materials: Sequence[str],
         refined: bool = False,
         progress: Callable[[int, int], None] | None = None,
-    ) -> list[Candidate]:
+    ) -> list[PlateCandidate]:
         """Solve every combination of materials and values.
 
         Parameters
@@ -119,10 +133,10 @@ class Plates:
 
         Returns
         -------
-        list of Candidate
+        list of PlateCandidate
             In the order of materials and values, the last path running fastest.
         """
-        found: list[Candidate] = []
+        found: list[PlateCandidate] = []
         names = [each.name for each in self.objectives if each.kind not in (LARGEST, PARAMETER)]
         names += [FELT] if self.perceived and FELT not in names else []
         names = names or ["mean electrostatic_force"]  # a run is needed for the limits
@@ -138,7 +152,7 @@ class Plates:
             found += [self._candidate(material, case, refined=refined) for case in cases]
         return found
 
-    def _candidate(self, material: str, case: Case, *, refined: bool) -> Candidate:
+    def _candidate(self, material: str, case: Case, *, refined: bool) -> PlateCandidate:
         rows = rows_of(
             functools.partial(self.scenario, material, case.at),
             self.members[material].perception,
@@ -153,7 +167,7 @@ class Plates:
                 values[each.name] = case.at[each.name]
             elif each.kind == LARGEST:
                 value = by_quantity[each.name].value
-                values[each.name] = float("nan") if value is None else value
+                values[each.name] = math.nan if value is None else value
             else:
                 values[each.name] = case.values[each.name]
         judged = {row.quantity for row in rows} | {name.replace("_", " ") for name in LIMITED.values()}
@@ -164,7 +178,7 @@ class Plates:
             and each.name not in judged
             and each.name.removesuffix(" at switch-on") not in judged
         )
-        return Candidate(
+        return PlateCandidate(
             material=material,
             at=dict(case.at),
             values=values,

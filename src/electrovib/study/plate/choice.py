@@ -11,9 +11,9 @@ import numpy as np
 from electrovib.study.plate.pareto import pareto_set
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Collection, Sequence
 
-    from electrovib.study.plate.candidates import Candidate
+    from electrovib.study.plate.candidates import PlateCandidate
     from electrovib.study.plate.objectives import Objective
 
 RELAXED: Final = 1.1
@@ -30,40 +30,49 @@ class Gain:
     ----------
     limits : tuple of str
         Quantities whose limits are relaxed; one, unless no single one gains anything.
-    relaxed : Candidate or None
+    relaxed : PlateCandidate or None
         Best candidate with the limit `RELAXED` times as large; None if no candidate is better than the best one, or
         if there are several limits.
-    without : Candidate
+    without : PlateCandidate
         Best candidate without the limit.
     """
 
     limits: tuple[str, ...]
-    relaxed: Candidate | None
-    without: Candidate
+    relaxed: PlateCandidate | None
+    without: PlateCandidate
 
 
 def best_of(
-    candidates: Sequence[Candidate],
+    candidates: Sequence[PlateCandidate],
     objectives: Sequence[Objective],
-    accepted: Callable[[Candidate], bool] = lambda each: each.is_allowed,
-) -> Candidate | None:
+    *,
+    relaxed: Collection[str] = (),
+    factor: float = math.inf,
+) -> PlateCandidate | None:
     """Find the candidate that is best in the first objective; of equal ones, in the next.
 
     Parameters
     ----------
-    candidates : sequence of Candidate
+    candidates : sequence of PlateCandidate
         All candidates.
     objectives : sequence of Objective
         In the order in which they decide.
-    accepted : callable
-        Whether a candidate may be chosen; by default one within all limits.
+    relaxed : collection of str
+        Quantities whose limits are relaxed; by default none.
+    factor : float
+        By which they are multiplied [1]; by default they are omitted.
 
     Returns
     -------
-    Candidate or None
-        None if no candidate is accepted and known.
+    PlateCandidate or None
+        Best one that exceeds no limit; None if there is none whose first objective is known.
     """
-    left = [each for each in candidates if not math.isnan(each.values[objectives[0].name]) and accepted(each)]
+    name = objectives[0].name
+    left = [
+        each
+        for each in candidates
+        if not math.isnan(each.values[name]) and each.is_allowed_with(relaxed, factor)
+    ]
     for objective in objectives:
         costs = [objective.sign * each.values[objective.name] for each in left]
         known = [cost for cost in costs if not math.isnan(cost)]
@@ -74,22 +83,22 @@ def best_of(
     return left[0] if left else None
 
 
-def is_better(one: Candidate, other: Candidate, objective: Objective) -> bool:
+def is_better(one: PlateCandidate, other: PlateCandidate, objective: Objective) -> bool:
     """Return whether a candidate is better than another in an objective by more than rounding."""
     first, second = (objective.sign * each.values[objective.name] for each in (one, other))
     return first < second - SAME * abs(second)
 
 
 def gains_of(
-    best: Candidate, candidates: Sequence[Candidate], objectives: Sequence[Objective]
+    best: PlateCandidate, candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]
 ) -> list[Gain]:
     """Find the limits that bind: those without which a candidate would be better than the best one.
 
     Parameters
     ----------
-    best : Candidate
+    best : PlateCandidate
         Best within all limits.
-    candidates : sequence of Candidate
+    candidates : sequence of PlateCandidate
         All candidates.
     objectives : sequence of Objective
         The first one decides.
@@ -103,36 +112,35 @@ def gains_of(
     found = []
     singles = {each.forbidden_by[0]: None for each in candidates if len(each.forbidden_by) == 1}
     for name in singles:
-        without = best_of(candidates, objectives, lambda each, name=name: set(each.forbidden_by) <= {name})
+        without = best_of(candidates, objectives, relaxed=[name])
         if without is None or not is_better(without, best, objectives[0]):
             continue
-        relaxed = best_of(
-            candidates, objectives, lambda each, name=name: not each.forbidden_with(name, RELAXED)
-        )
+        relaxed = best_of(candidates, objectives, relaxed=[name], factor=RELAXED)
         better = relaxed is not None and is_better(relaxed, best, objectives[0])
         found.append(Gain(limits=(name,), relaxed=relaxed if better else None, without=without))
     first = objectives[0]
     found.sort(key=lambda gain: first.sign * gain.without.values[first.name])
     if not found:
-        top = best_of(candidates, objectives, lambda each: True)
+        every = {name for each in candidates for name in each.forbidden_by}
+        top = best_of(candidates, objectives, relaxed=every)
         if top is not None and is_better(top, best, first):
             found.append(Gain(limits=top.forbidden_by, relaxed=None, without=top))
     return found
 
 
-def efficient(candidates: Sequence[Candidate], objectives: Sequence[Objective]) -> list[Candidate]:
+def efficient(candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]) -> list[PlateCandidate]:
     """Return the Pareto set of the candidates within all limits, in the order of the first objective.
 
     Parameters
     ----------
-    candidates : sequence of Candidate
+    candidates : sequence of PlateCandidate
         All candidates.
     objectives : sequence of Objective
         Of the trade-off.
 
     Returns
     -------
-    list of Candidate
+    list of PlateCandidate
         From the best to the worst in the first objective.
     """
     allowed = [each for each in candidates if each.is_allowed]

@@ -13,7 +13,7 @@ from electrovib.core.errors import InputError, Problem, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.scenario import Source, read_scenario
 from electrovib.study.check import LimitsSource, checked, declared_limits
-from electrovib.study.plate.candidates import AS_IT_IS, Candidate, Plates
+from electrovib.study.plate.candidates import AS_IT_IS, PlateCandidate, Plates
 from electrovib.study.plate.choice import RELAXED, best_of, gains_of
 from electrovib.study.plate.material import layer_of, members_of
 from electrovib.study.plate.objectives import read_objectives
@@ -23,6 +23,7 @@ from electrovib.study.sweep import parse_over
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.study.check import DeclaredLimit
+    from electrovib.study.plate.objectives import Objective
 
 POINTS: Final = 5
 """Values of a parameter in a round of refinement, between the neighbours of the best one."""
@@ -81,7 +82,7 @@ def find_plate(
             raise InputError("layer: names the layer whose material is varied; add the materials, or omit it")
     with gathered(problems):
         declared = declared_limits(given, limits)
-    objectives = ()
+    objectives: tuple[Objective, ...] = ()
     with gathered(problems):
         objectives = read_objectives(given, tuple(axes), maximise, minimise)
     if not axes and len(members) < 2 and not problems:
@@ -131,7 +132,9 @@ def _notes(
         if name not in declared
     ]
     if scenario.perception is None:
-        notes.append("The scenario declares no perception, so it is not judged whether the finger feels the change of friction.")
+        notes.append(
+            "The scenario declares no perception, so it is not judged whether the finger feels the change of friction."
+        )
     elif not _is_calibrated(scenario):
         notes.append(
             "The perception of the scenario has no calibrated threshold (perception.threshold, with perception.compliance or"
@@ -156,9 +159,7 @@ def _notes(
     return notes
 
 
-def _refined(
-    plates: Plates, found: list[Candidate], axes: Mapping[str, Real], *, rounds: int
-) -> None:
+def _refined(plates: Plates, found: list[PlateCandidate], axes: Mapping[str, Real], *, rounds: int) -> None:
     """Add candidates around the best one, and around the best one with the binding limit relaxed."""
     varied = {path: values for path, values in axes.items() if len(values) > 1}
     if not varied:
@@ -171,14 +172,12 @@ def _refined(
     names = [gain.limits[0] for gain in gains[:1] if len(gain.limits) == 1]
     for name in names:
         for _ in range(rounds):
-            relaxed = best_of(
-                found, objectives, lambda each, name=name: not each.forbidden_with(name, RELAXED)
-            )
+            relaxed = best_of(found, objectives, relaxed=[name], factor=RELAXED)
             _add_around(plates, found, relaxed, axes)
 
 
 def _add_around(
-    plates: Plates, found: list[Candidate], centre: Candidate | None, axes: Mapping[str, Real]
+    plates: Plates, found: list[PlateCandidate], centre: PlateCandidate | None, axes: Mapping[str, Real]
 ) -> None:
     """Solve the combinations of values between the neighbours of a candidate, and add those that are new."""
     if centre is None:

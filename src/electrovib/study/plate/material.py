@@ -80,7 +80,7 @@ def members_of(scenario: Scenario, layer: str, materials: Sequence[str]) -> dict
         if shown in found:
             problems.append(f"materials: '{name}' is named twice")
             continue
-        changes = {f"stack.{layer}.material": name}
+        changes: dict[str, str | None] = {f"stack.{layer}.material": name}
         if scenario.stack.layers[layer].breakdown_field is not None:
             changes |= {f"stack.{layer}.breakdown_field": None}
         found[shown] = scenario.replace(changes)

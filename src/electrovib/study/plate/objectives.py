@@ -85,7 +85,7 @@ def read_objectives(
 
     Returns
     -------
-    tuple of Objective
+    objectives : tuple of Objective
         Those to be maximised first.
 
     Raises

@@ -13,7 +13,7 @@ from electrovib.study.plate.choice import Gain, best_of, efficient, gains_of
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult
-    from electrovib.study.plate.candidates import Candidate
+    from electrovib.study.plate.candidates import PlateCandidate
     from electrovib.study.plate.objectives import Objective
     from electrovib.study.reproduction import Table
 
@@ -34,7 +34,7 @@ class PlateDesign:
         Unit of each path.
     objectives : tuple of Objective
         The first one decides which candidate is the best.
-    candidates : tuple of Candidate
+    candidates : tuple of PlateCandidate
         All of them.
     check : CheckResult or None
         `electrovib.check` of the best candidate; None if there is none.
@@ -47,22 +47,22 @@ class PlateDesign:
     axes: Mapping[str, Real]
     units: Mapping[str, str]
     objectives: tuple[Objective, ...]
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[PlateCandidate, ...]
     check: CheckResult | None
     notes: tuple[str, ...]
 
     @functools.cached_property
-    def allowed(self) -> tuple[Candidate, ...]:
+    def allowed(self) -> tuple[PlateCandidate, ...]:
         """Candidates that exceed no limit."""
         return tuple(each for each in self.candidates if each.is_allowed)
 
     @functools.cached_property
-    def best(self) -> Candidate | None:
+    def best(self) -> PlateCandidate | None:
         """Best candidate within all limits; None if there is none."""
         return best_of(self.candidates, self.objectives)
 
     @functools.cached_property
-    def pareto(self) -> tuple[Candidate, ...]:
+    def pareto(self) -> tuple[PlateCandidate, ...]:
         """Candidates within all limits of which no other one is better in one objective and no worse in the others."""
         return tuple(efficient(self.candidates, self.objectives))
 

@@ -77,7 +77,7 @@ def rows_of(
 
     Returns
     -------
-    tuple of CheckRow
+    rows : tuple of CheckRow
         Every limit of `Limits`, breakdown of each layer and of air, perception. A row in the state ``"fail"`` forbids the
         candidate.
     """
@@ -88,9 +88,7 @@ def rows_of(
         names = {limited_quantity(name) for name in rest}
         result = checked(scenario(), limits=[_limits(declared)])
         elsewhere = {row.quantity: row for row in result.rows if row.quantity in names}
-    rows = [
-        elsewhere.get(limited_quantity(name)) or _limit_row(name, largest, declared) for name in WORDS
-    ]
+    rows = [elsewhere.get(limited_quantity(name)) or _limit_row(name, largest, declared) for name in WORDS]
     rows += [_film_row(each) for each in diagnostics if each.name.startswith(FILM)]
     rows += [_air_row(each) for each in diagnostics if each.name in AIR]
     if level is not None:

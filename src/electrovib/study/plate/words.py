@@ -13,7 +13,7 @@ from electrovib.study.plate.choice import RELAXED, SAME
 from electrovib.study.reproduction import Table
 
 if TYPE_CHECKING:
-    from electrovib.study.plate.candidates import Candidate
+    from electrovib.study.plate.candidates import PlateCandidate
     from electrovib.study.plate.choice import Gain
     from electrovib.study.plate.objectives import Objective
     from electrovib.study.plate.result import PlateDesign
@@ -36,7 +36,7 @@ def plain(name: str) -> str:
     return name if "." in name else name.replace("_", " ")
 
 
-def place_of(design: PlateDesign, candidate: Candidate) -> str:
+def place_of(design: PlateDesign, candidate: PlateCandidate) -> str:
     """Write material and parameters of a candidate."""
     parts = [candidate.material] if candidate.material else []
     parts += [f"{path} = {shown(value, design.units[path])}" for path, value in candidate.at.items()]
@@ -75,9 +75,7 @@ def answer(design: PlateDesign) -> str:
 def _none(design: PlateDesign) -> str:
     count = len(design.candidates)
     if design.allowed:
-        return (
-            f"{plain(design.objectives[0].name)} is not known for any of the {count} candidates that are within the limits."
-        )
+        return f"{plain(design.objectives[0].name)} is not known for any of the {count} candidates that are within the limits."
     by = Counter(name for each in design.candidates for name in each.forbidden_by)
     name, most = by.most_common(1)[0]
     least = min(design.candidates, key=_excess)
@@ -92,13 +90,13 @@ def _none(design: PlateDesign) -> str:
     )
 
 
-def _excess(candidate: Candidate) -> float:
+def _excess(candidate: PlateCandidate) -> float:
     """Return the largest value over its limit [1]."""
     margins = [row.margin for row in candidate.rows if row.quantity in candidate.forbidden_by]
     return max((1 / each if each else math.inf for each in margins), default=math.inf)
 
 
-def _binding(design: PlateDesign, best: Candidate) -> str:
+def _binding(design: PlateDesign, best: PlateCandidate) -> str:
     if not design.gains:
         return _unbound(design, best)
     gain, first = design.gains[0], design.objectives[0]
@@ -114,14 +112,16 @@ def _binding(design: PlateDesign, best: Candidate) -> str:
     return f"{_capital(name)} binds{at}: {_slightly(design, gain, best, first)}, {without}."
 
 
-def _slightly(design: PlateDesign, gain: Gain, best: Candidate, first: Objective) -> str:
+def _slightly(design: PlateDesign, gain: Gain, best: PlateCandidate, first: Objective) -> str:
     percent = f"{100 * (RELAXED - 1):.0f} %"
     if gain.relaxed is None:
-        return f"relaxing this limit by {percent} admits no better candidate of this grid (refine resolves it)"
+        return (
+            f"relaxing this limit by {percent} admits no better candidate of this grid (refine resolves it)"
+        )
     return f"relaxed by {percent} it admits {_reached(design, gain.relaxed, best, first)}"
 
 
-def _reached(design: PlateDesign, candidate: Candidate, best: Candidate, first: Objective) -> str:
+def _reached(design: PlateDesign, candidate: PlateCandidate, best: PlateCandidate, first: Objective) -> str:
     """Write the objective of a candidate and its change relative to the best one."""
     del design
     value, reference = candidate.values[first.name], best.values[first.name]
@@ -136,7 +136,7 @@ def _at_limit(value: float | None, limit: float | None, unit: str) -> str:
     return f"{shown(math.nan if value is None else value, unit)} of {shown(math.nan if limit is None else limit, unit)}"
 
 
-def _unbound(design: PlateDesign, best: Candidate) -> str:
+def _unbound(design: PlateDesign, best: PlateCandidate) -> str:
     """State that no limit binds, and at which ends of the ranges the best candidate lies."""
     ends = []
     for path, value in best.at.items():
@@ -160,7 +160,7 @@ def _counts(design: PlateDesign) -> str:
     return f"{text}, {efficient_ones} of them {'is' if efficient_ones == 1 else 'are'} the Pareto set of {words}."
 
 
-def _doubts(best: Candidate) -> list[str]:
+def _doubts(best: PlateCandidate) -> list[str]:
     return [
         f"This rests on a breakdown strength that is unverified or may not apply here: {text}."
         for text in best.doubts
@@ -177,7 +177,7 @@ def tables(design: PlateDesign) -> tuple[Table, ...]:
 
     Returns
     -------
-    tuple of Table
+    tables : tuple of Table
         Limits at the best candidate, the Pareto set, and how many candidates each limit forbids.
     """
     found = []
@@ -192,7 +192,7 @@ def tables(design: PlateDesign) -> tuple[Table, ...]:
     return tuple(found)
 
 
-def _limits_table(design: PlateDesign, best: Candidate) -> Table:
+def _limits_table(design: PlateDesign, best: PlateCandidate) -> Table:
     rows = tuple(
         (
             row.state,
@@ -214,11 +214,21 @@ def _pareto_table(design: PlateDesign) -> Table:
         places = np.unique(np.round(np.linspace(0, len(chosen) - 1, MOST_SHOWN)).astype(int))
         chosen = tuple(chosen[place] for place in places)
     material = ["material"] if any(each.material for each in design.candidates) else []
-    headings = (*material, *design.axes, *(plain(each.name) for each in design.objectives), "closest limit", "doubt")
+    headings = (
+        *material,
+        *design.axes,
+        *(plain(each.name) for each in design.objectives),
+        "closest limit",
+        "doubt",
+    )
     rows = []
     for each in chosen:
         nearest = min(
-            (row for row in each.rows if row.margin is not None and row.state != "unknown" or row.quantity.startswith("film")),
+            (
+                row
+                for row in each.rows
+                if (row.margin is not None and row.state != "unknown") or row.quantity.startswith("film")
+            ),
             key=lambda row: row.margin or math.inf,
             default=None,
         )
@@ -227,7 +237,9 @@ def _pareto_table(design: PlateDesign) -> Table:
                 *([each.material] if material else []),
                 *(shown(each.at[path], design.units[path]) for path in design.axes),
                 *(shown(each.values[one.name], one.unit) for one in design.objectives),
-                "" if nearest is None or nearest.margin is None else f"{nearest.quantity}, {nearest.margin:.3g}",
+                ""
+                if nearest is None or nearest.margin is None
+                else f"{nearest.quantity}, {nearest.margin:.3g}",
                 "strength unverified or of another thickness" if each.doubts else "",
             )
         )
@@ -240,7 +252,9 @@ def _forbidden_table(design: PlateDesign) -> Table:
     by = Counter(name for each in design.candidates for name in each.forbidden_by)
     alone = Counter(each.forbidden_by[0] for each in design.candidates if len(each.forbidden_by) == 1)
     rows = tuple((name, str(count), str(alone[name])) for name, count in by.most_common())
-    title = f"What forbids {len(design.candidates) - len(design.allowed)} of {len(design.candidates)} candidates"
+    title = (
+        f"What forbids {len(design.candidates) - len(design.allowed)} of {len(design.candidates)} candidates"
+    )
     return Table(title, ("limit", "candidates", "of these by it alone"), rows)
 
 

@@ -85,9 +85,7 @@ def sweep(
     """
     found = sweep_cases(scenario, over, quantities=quantities, records=records, progress=progress)
     words = functools.partial(_words, _units(found.scenario, found.axes))
-    return dataset(
-        found.scenario, found.axes, found.cases, found.asked.units, records=records, words=words
-    )
+    return dataset(found.scenario, found.axes, found.cases, found.asked.units, records=records, words=words)
 
 
 @dataclass(frozen=True)

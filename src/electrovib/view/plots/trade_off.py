@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from electrovib.study.plate import Candidate, PlateDesign
+    from electrovib.study.plate import PlateCandidate, PlateDesign
 
 SIZE: Final = (7.2, 4.4)
 """Width and height of the figure [inch]."""
@@ -60,7 +60,10 @@ def trade_off(design: PlateDesign, *, ax: Axes | None = None) -> Axes:
         _front(axes, design, across[0], handles, labels)
         if not known:
             axes.text(0.5, 0.5, "no numbers to draw", transform=axes.transAxes, ha="center", va="center")
-        for values, scale in (([x for _, x, _ in known], axes.set_xscale), ([y for *_, y in known], axes.set_yscale)):
+        for values, scale in (
+            ([x for _, x, _ in known], axes.set_xscale),
+            ([y for *_, y in known], axes.set_yscale),
+        ):
             if values and min(values) > 0 and max(values) > _WIDE * min(values):
                 scale("log")
         label_axis(axes.xaxis, *across[1:])
@@ -81,16 +84,16 @@ def _across(design: PlateDesign) -> tuple[str, str, str]:
     return path, path or "candidate", design.units.get(path, "1")
 
 
-def _abscissa(candidate: Candidate, name: str) -> float:
+def _abscissa(candidate: PlateCandidate, name: str) -> float:
     return float(candidate.values.get(name, candidate.at.get(name, math.nan)))
 
 
-def _groups(design: PlateDesign) -> list[tuple[str, str, str, Sequence[Candidate]]]:
+def _groups(design: PlateDesign) -> list[tuple[str, str, str, Sequence[PlateCandidate]]]:
     """Return label, colour and sign of the candidates by what forbids them; at most four groups."""
     forbidden = [each for each in design.candidates if not each.is_allowed]
     alone = Counter(each.forbidden_by[0] for each in forbidden if len(each.forbidden_by) == 1)
     named = [name for name, _ in alone.most_common(MOST_LIMITS)]
-    groups: list[tuple[str, str, str, Sequence[Candidate]]] = []
+    groups: list[tuple[str, str, str, Sequence[PlateCandidate]]] = []
     rest = [each for each in forbidden if each.forbidden_by not in {(name,) for name in named}]
     if rest:
         words = "forbidden by several or other limits" if named else "forbidden by several limits"
@@ -114,5 +117,13 @@ def _front(axes: Axes, design: PlateDesign, across: str, handles: list[Any], lab
     if design.best is not None:
         place = _abscissa(design.best, across), design.best.values[first]
         if all(map(math.isfinite, place)):
-            axes.plot(*place, marker="*", markersize=13, color=COLOURS[1], markeredgecolor="#222222", zorder=4)
+            axes.plot(
+                *place,
+                linestyle="",
+                marker="*",
+                markersize=13,
+                color=COLOURS[1],
+                markeredgecolor="#222222",
+                zorder=4,
+            )
             axes.annotate("best", place, textcoords="offset points", xytext=(-9, 6), ha="right")
