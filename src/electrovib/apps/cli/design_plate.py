@@ -7,6 +7,16 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.completion import scenario_names
+from electrovib.apps.cli.design_options import Limits
+from electrovib.apps.cli.design_plate_options import (
+    LayerOf,
+    Material,
+    Maximise,
+    Minimise,
+    Output,
+    Over,
+    Refine,
+)
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say, show
@@ -21,50 +31,14 @@ def command(
     scenario: Annotated[
         str, typer.Argument(help="A TOML file or a paper's scenario.", autocompletion=scenario_names)
     ],
-    over: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="PATH=FROM:TO:N[log]",
-            help="Vary a parameter, for instance stack.insulator.thickness=1um:20um:10log; repeatable.",
-        ),
-    ] = None,
-    material: Annotated[
-        str | None, typer.Option(metavar="A,B,...", help="Materials of the insulator, each with all values.")
-    ] = None,
-    layer: Annotated[
-        str,
-        typer.Option(
-            metavar="NAME", help="Layer of --material, if the plate has several.", show_default=False
-        ),
-    ] = "",
-    maximise: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="QUANTITY",
-            help="By default 'mean electrostatic_force'; the first one decides. Repeatable.",
-        ),
-    ] = None,
-    minimise: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="QUANTITY",
-            help="By default 'peak voltage'; also 'peak current', 'stored energy' or a varied parameter. Repeatable.",
-        ),
-    ] = None,
-    limits: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="FILE.toml",
-            help="Further limits beside those of the scenario; the strictest counts. Repeatable.",
-        ),
-    ] = None,
-    refine: Annotated[int, typer.Option(metavar="ROUNDS", help="Add candidates around the best one.")] = 0,
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output", "-o", help="Write all candidates (.csv), a page (.html) or the figure (.png, .svg)."
-        ),
-    ] = None,
+    over: Over = None,
+    material: Material = None,
+    layer: LayerOf = "",
+    maximise: Maximise = None,
+    minimise: Minimise = None,
+    limits: Limits = None,
+    refine: Refine = 0,
+    output: Output = None,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
@@ -77,7 +51,6 @@ def command(
     from electrovib.study.plate import MAXIMISED, MINIMISED
     from electrovib.view.plate import design_plate
 
-    wanted = read_changes(changes or [])
     with tracked("evaluating candidates") as progress:
         found = design_plate(
             scenario,
@@ -87,7 +60,7 @@ def command(
             maximise=maximise or MAXIMISED,
             minimise=minimise or MINIMISED,
             limits=list(limits or []),
-            set=wanted,
+            set=read_changes(changes or []),
             refine=refine,
             output=output,
             force=force,

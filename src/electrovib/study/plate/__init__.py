@@ -6,4 +6,4 @@ from electrovib.study.plate.objectives import Objective
 from electrovib.study.plate.pareto import pareto_set
 from electrovib.study.plate.result import PlateDesign
 
-__all__ = ["MAXIMISED", "MINIMISED", "PlateCandidate", "Objective", "PlateDesign", "find_plate", "pareto_set"]
+__all__ = ["MAXIMISED", "MINIMISED", "Objective", "PlateCandidate", "PlateDesign", "find_plate", "pareto_set"]

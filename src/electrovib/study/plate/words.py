@@ -23,7 +23,20 @@ MOST_SHOWN: Final = 12
 
 
 def shown(value: float, unit: str) -> str:
-    """Write a value with its unit, at most four digits; ``not known`` for NaN."""
+    """Write a value with its unit.
+
+    Parameters
+    ----------
+    value : float
+        In `unit`; NaN where it is not known, infinite without a bound.
+    unit : str
+        SI unit, or dB.
+
+    Returns
+    -------
+    text : str
+        At most four digits.
+    """
     if math.isnan(value):
         return "not known"
     if math.isinf(value):
@@ -219,7 +232,7 @@ def _pareto_table(design: PlateDesign) -> Table:
         *design.axes,
         *(plain(each.name) for each in design.objectives),
         "closest limit",
-        "doubt",
+        "strength",
     )
     rows = []
     for each in chosen:
@@ -240,11 +253,14 @@ def _pareto_table(design: PlateDesign) -> Table:
                 ""
                 if nearest is None or nearest.margin is None
                 else f"{nearest.quantity}, {nearest.margin:.3g}",
-                "strength unverified or of another thickness" if each.doubts else "",
+                "in doubt" if each.doubts else "",
             )
         )
     shown_of = "" if len(chosen) == len(design.pareto) else f", {len(chosen)} of {len(design.pareto)}"
-    caption = "Closest limit: the one with the smallest limit/value, and that ratio. The CSV file has every candidate."
+    caption = (
+        "Closest limit: the one with the smallest limit/value, and that ratio. Strength in doubt: the breakdown strength is"
+        " unverified, or was not measured on a layer of this thickness. The CSV file has every candidate."
+    )
     return Table(f"Pareto set{shown_of}", headings, tuple(rows), caption=caption)
 
 
