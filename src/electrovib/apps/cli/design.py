@@ -8,12 +8,14 @@ import typer
 
 from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.design_options import (
+    Band,
     Between,
     Draws,
     Free,
     Limits,
     LinearOnly,
     Seed,
+    Share,
     SpaceOf,
     Want,
 )
@@ -39,6 +41,8 @@ def command(
     n: Draws = None,
     seed: Seed = None,
     linear: LinearOnly = False,
+    share: Share = None,
+    band: Band = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -75,6 +79,8 @@ def command(
                 n=n,
                 seed=seed,
                 linear=linear or None,
+                share=share,
+                band=band,
                 set=wanted,
                 progress=progress,
             )

@@ -45,7 +45,19 @@ def _parameter() -> Callable[..., Any]:
     return design_parameter
 
 
+def _share() -> Callable[..., Any]:
+    from electrovib.study.design.robust import design_for_share
+
+    return design_for_share
+
+
 FORMS: Final = (
+    Form(
+        "a parameter for a share of a population",
+        ("share", "want", "free", "space", "seed"),
+        'want="mean electrostatic_force = 50 mN", free="drive.amplitude", space="fingers", share=0.9, seed=1',
+        _share,
+    ),
     Form(
         "a parameter",
         ("want", "free"),
