@@ -63,6 +63,7 @@ USES = {
     "design_plate": lambda scenario: [
         each.values[MEAN] for each in ev.design_plate(scenario, {"drive.amplitude": [50.0, 100.0]}).candidates
     ],
+    "design": lambda scenario: ev.design(scenario, want=f"{MEAN} = 1 mN", free="drive.amplitude", between="1 V:10 kV").values,
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
     "export_waveform": lambda scenario: ev.export_waveform(

@@ -41,8 +41,9 @@ class Evaluation:
 
     def __init__(self, scenario: Scenario, wanted: Wanted, free: tuple[str, ...]) -> None:
         self.wanted = wanted
-        names = [] if wanted.is_felt else [wanted.name]
-        self.prepared = Prepared(scenario, free=free, quantities=names)
+        signal, layer = wanted.signal
+        name = wanted.name if wanted.at is None else f"peak {signal}" + (f" in {layer}" if layer else "")
+        self.prepared = Prepared(scenario, free=free, quantities=[] if wanted.is_felt else [name])
         self.most = min(allowed().time, max(_LEAST, _MORE * estimate(scenario)))
 
     def __call__(self, values: Mapping[str, float]) -> float:
@@ -67,7 +68,17 @@ class Evaluation:
         with budget(time=self.most):
             if self.wanted.is_felt:
                 return felt(self.wanted.name, self.prepared.scenario(point))[0]
+            if self.wanted.at is not None:
+                return self._at_time(point, self.wanted.at)
             return float(self.prepared(point)[self.wanted.name])
+
+    def _at_time(self, point: Mapping[str, float], time: float) -> float:
+        """Return the value of a signal at one time."""
+        signal, layer = self.wanted.signal
+        values = self.prepared.signals(point, names=[signal], time=[time])[signal]
+        if layer:
+            values = values[list(self.prepared.base.stack.layers).index(layer)]
+        return float(values[0])
 
     def scenario(self, values: Mapping[str, float]) -> Scenario:
         """Return the scenario with these values."""

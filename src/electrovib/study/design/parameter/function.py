@@ -14,7 +14,14 @@ from electrovib.study.check import checked, declared_limits
 from electrovib.study.design.parameter.evaluation import Evaluation, estimate, refuse_long
 from electrovib.study.design.parameter.result import DesignedParameter, Explored, FoundValue, found_value
 from electrovib.study.design.parameter.scale import first_values
-from electrovib.study.design.parameter.search import Function, Solution, explore, sharpen_extremes, solutions
+from electrovib.study.design.parameter.search import (
+    MOST_ADDED,
+    Function,
+    Solution,
+    explore,
+    sharpen_extremes,
+    solutions,
+)
 from electrovib.study.design.parameter.uncertain import (
     Distribution,
     Influence,
@@ -37,6 +44,8 @@ _FLAT_LEVEL: Final = 1e-5
 """The same for a level [dB]."""
 _LONG: Final = 0.1
 """Estimated computing time of an evaluation from which on fewer are made [s]."""
+_FEW_ADDED: Final = 12
+"""Largest number of values that are then added where the quantity is bent."""
 _DRAWS: Final = 200
 """Number of draws from a space."""
 _EACH_DRAW: Final = 5
@@ -104,11 +113,12 @@ def design_parameter(
     given = tuple(limits) if isinstance(limits, (list, tuple)) else () if limits is None else (limits,)
     declared_limits(scenario, list(given))  # a mistake in them is reported before anything is computed
     over = _draws(scenario, space, n=n, seed=seed, linear=linear)
-    values = first_values(wanted.low, wanted.high, wanted.begin, sparse=estimate(scenario) > _LONG)
+    sparse = estimate(scenario) > _LONG
+    values = first_values(wanted.low, wanted.high, wanted.begin, sparse=sparse)
     refuse_long(scenario, len(values), what=free, remedy="narrow the range by --between")
     evaluation = Evaluation(scenario, wanted, (wanted.free,))
     function = Function(_reporting(lambda at: evaluation({wanted.free: at}), progress, len(values)))
-    explore(function, values)
+    explore(function, values, most_added=_FEW_ADDED if sparse else MOST_ADDED)
     _refuse_unknown(function, evaluation)
     _refuse_constant(function, wanted)
     sharpen_extremes(function, wanted.value)

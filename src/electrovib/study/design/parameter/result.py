@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from electrovib.study.design.parameter.tables import tables_of
 from electrovib.study.design.parameter.words import lines_of
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from electrovib.study.design.parameter.uncertain import Distribution, Influence
     from electrovib.study.design.parameter.wanted import Wanted
     from electrovib.study.design.parameter.within import Obtainable
+    from electrovib.study.reproduction import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +87,7 @@ class Explored:
     is_all: bool
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class DesignedParameter:
     """Values of one parameter that give a wanted quantity.
 
@@ -152,7 +154,12 @@ class DesignedParameter:
         """Sentences and numbers for people, the answer first."""
         return lines_of(self)
 
-    def __str__(self) -> str:
+    @property
+    def tables(self) -> list[Table]:
+        """Solutions, percentiles and elasticities as tables of words."""
+        return tables_of(self)
+
+    def __repr__(self) -> str:
         """Return the sentences, a line each."""
         return "\n".join(self.lines)
 

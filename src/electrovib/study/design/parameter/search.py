@@ -23,11 +23,13 @@ BENT: Final = 0.03
 ROUNDS: Final = 4
 """Largest number of rounds of added values."""
 MOST_ADDED: Final = 120
-"""Largest number of values that are added where the function is bent."""
+"""Largest number of values that are added where the function is bent, if nothing else is requested."""
 MOST_SOLUTIONS: Final = 30
 """Largest number of solutions that are refined."""
-_NARROW: Final = 1e-3
-"""Relative width up to which neighbouring solutions surround an extreme and are no interval."""
+_HALVINGS: Final = 40
+"""Number of bisections for the end of an interval."""
+_OF_INTERVAL: Final = 2
+"""Number of first values with the wanted value that are an interval, and not the neighbourhood of an extreme."""
 _SAME: Final = 1e-7
 """Relative distance up to which two solutions are one."""
 
@@ -70,11 +72,14 @@ class Function:
         Computed values; NaN where there is none.
     refused : dict of float to str
         Reason where it has none.
+    coarse : set of float
+        Values of the variable at which it was computed before any refinement.
     """
 
     compute: Callable[[float], float]
     values: dict[float, float] = field(default_factory=dict)
     refused: dict[float, str] = field(default_factory=dict)
+    coarse: set[float] = field(default_factory=set)
 
     def __call__(self, at: float) -> float:
         """Return the value; NaN where it cannot be computed."""
@@ -100,7 +105,7 @@ class Function:
         return sorted((at, value) for at, value in self.values.items() if math.isfinite(value))
 
 
-def explore(function: Function, values: Iterable[float]) -> None:
+def explore(function: Function, values: Iterable[float], *, most_added: int = MOST_ADDED) -> None:
     """Compute a function at given values, and at more of them where it is bent.
 
     Parameters
@@ -109,9 +114,12 @@ def explore(function: Function, values: Iterable[float]) -> None:
         Remembers what is computed.
     values : iterable of float
         First values of the variable.
+    most_added : int
+        Largest number of values that are added where the function is bent.
     """
     for each in values:
         function(each)
+        function.coarse.add(float(each))
     added = 0
     seen: set[float] = set()
     for _ in range(ROUNDS):
@@ -120,7 +128,7 @@ def explore(function: Function, values: Iterable[float]) -> None:
         for before, here, after in zip(points, points[1:], points[2:], strict=False):
             if here[0] not in seen and _is_bent(before, here, after):
                 asked |= dict.fromkeys([middle(before[0], here[0]), middle(here[0], after[0])])
-        fresh = [each for each in asked if each not in function.values][: MOST_ADDED - added]
+        fresh = [each for each in asked if each not in function.values][: most_added - added]
         if not fresh:
             return
         added += len(fresh)
@@ -236,7 +244,7 @@ def solutions(function: Function, target: float) -> tuple[list[Solution], list[f
     """
     points = function.known
     met = _met(points, target)
-    found = _exact(points, met, target)
+    found = _exact(function, points, met, target)
     jumps: list[float] = []
     crossings = [
         (first, second)
@@ -262,7 +270,9 @@ def _met(points: Sequence[tuple[float, float]], target: float) -> list[bool]:
     return [abs(value - target) <= CLOSE * (abs(target) or scale * 1e-6) for _, value in points]
 
 
-def _exact(points: Sequence[tuple[float, float]], met: Sequence[bool], target: float) -> list[Solution]:
+def _exact(
+    function: Function, points: Sequence[tuple[float, float]], met: Sequence[bool], target: float
+) -> list[Solution]:
     """Return known values that are solutions already: extremes, values met by chance, and intervals."""
     found: list[Solution] = []
     for is_met, run in itertools.groupby(range(len(points)), key=lambda i: met[i]):
@@ -270,15 +280,32 @@ def _exact(points: Sequence[tuple[float, float]], met: Sequence[bool], target: f
             continue
         indices = list(run)
         first, last = points[indices[0]], points[indices[-1]]
-        if (coordinate(first[0], last[0]) and abs(math.log(last[0] / first[0])) < _NARROW) or first == last:
+        if len({points[i][0] for i in indices} & function.coarse) < _OF_INTERVAL:
             beside = [
                 points[i][1] - target for i in (indices[0] - 1, indices[-1] + 1) if 0 <= i < len(points)
             ]
             best = min((points[i] for i in indices), key=lambda point: abs(point[1] - target))
             found.append(Solution(*best, is_extreme=len(beside) == 2 and beside[0] * beside[1] > 0))
         else:
-            found.append(Solution(*first, until=last[0]))
+            before, after = indices[0] - 1, indices[-1] + 1
+            begin = _edge(function, points[before][0], first, target) if before >= 0 else first
+            end = _edge(function, points[after][0], last, target) if after < len(points) else last
+            found.append(Solution(*begin, until=end[0]))
     return found
+
+
+def _edge(
+    function: Function, outside: float, inside: tuple[float, float], target: float
+) -> tuple[float, float]:
+    """Return the last value, from the inside of an interval to a value outside, at which the wanted value is met."""
+    for _ in range(_HALVINGS):
+        at = middle(outside, inside[0])
+        value = function(at)
+        if abs(value - target) <= CLOSE * abs(target):
+            inside = (at, value)
+        else:
+            outside = at
+    return inside
 
 
 def _root(

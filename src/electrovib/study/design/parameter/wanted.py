@@ -11,6 +11,8 @@ from electrovib.core.errors import LONGEST_QUOTED, InputError, gathered, shorten
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.quantity import Quantity
 from electrovib.core.units import expected, format_quantity, parse_quantity
+from electrovib.solve.effort import last_time
+from electrovib.solve.quantities.names import TAKEN
 from electrovib.study.sweep import read_quantities
 
 if TYPE_CHECKING:
@@ -20,6 +22,8 @@ WantSource: TypeAlias = "str | Mapping[str, str | float]"
 """A wanted quantity as text, or its name with its value."""
 BetweenSource: TypeAlias = "str | Sequence[str | float]"
 """Ends of a range as text, or one after the other."""
+_ANY = "final "
+"""A statistic with which the name of a signal is read."""
 _EXAMPLE = "'mean electrostatic_force = 50 mN'"
 
 
@@ -39,6 +43,8 @@ class Wanted:
         Wanted value, in that unit.
     is_felt : bool
         Whether it is a quantity of perception.
+    at : float or None
+        Time of a signal that is wanted at one time [s]; None of a statistic over time.
     free : str
         Dotted path of the free parameter.
     declared : Quantity
@@ -56,12 +62,19 @@ class Wanted:
     unit: str
     value: float
     is_felt: bool
+    at: float | None
     free: str
     declared: Quantity
     begin: float
     low: float
     high: float
     is_narrowed: bool
+
+    @property
+    def signal(self) -> tuple[str, str]:
+        """Signal and layer of a quantity at one time; the layer is empty where the signal has none."""
+        signal, _, layer = self.name.partition(" at ")[0].partition(" in ")
+        return signal, layer
 
     def quantity(self, value: float) -> str:
         """Write a value of the quantity with its unit."""
@@ -82,7 +95,8 @@ def read_wanted(
     scenario : Scenario
         Scenario that has the parameter.
     want : str or mapping
-        ``"mean electrostatic_force = 50 mN"``, or the name and the value in SI or as text.
+        ``"mean electrostatic_force = 50 mN"``, or the name and the value in SI or as text. The name is that of a quantity of
+        a sweep, or of a signal at one time, ``"electrostatic_force at 20 ms"``.
     free : str
         Dotted path of the free parameter.
     between : str or sequence of two, optional
@@ -99,11 +113,17 @@ def read_wanted(
         Every mistake at once.
     """
     problems: list[str] = []
-    name, meaning, unit, value, is_felt = "", "", "1", math.nan, False
+    name, meaning, unit, value, is_felt, at = "", "", "1", math.nan, False, None
     with gathered(problems):
         name, text = _parted(want)
-        asked = read_quantities(scenario, [name])
-        (name, (unit, meaning)), is_felt = next(iter(asked.units.items())), bool(asked.felt)
+        statistic, at = _timed(scenario, name)
+        asked = read_quantities(scenario, [statistic])
+        (statistic, (unit, meaning)), is_felt = next(iter(asked.units.items())), bool(asked.felt)
+        if at is None:
+            name = statistic
+        else:
+            name = f"{statistic.removeprefix(_ANY)} at {format_quantity(at, 's')}"
+            meaning = f"{meaning.removeprefix(f'{TAKEN[_ANY.strip()]}: ')} at {format_quantity(at, 's')}"
         value = _number(text, unit, f"want: {name}")
     declared, begin, ends = None, math.nan, (math.nan, math.nan)
     with gathered(problems):
@@ -117,6 +137,7 @@ def read_wanted(
         unit=unit,
         value=value,
         is_felt=is_felt,
+        at=at,
         free=free,
         declared=declared,
         begin=begin,
@@ -138,6 +159,25 @@ def _parted(want: WantSource) -> tuple[str, Any]:
         )
     name, _, text = want.partition("=")
     return " ".join(name.split()), text.strip()
+
+
+def _timed(scenario: Scenario, name: str) -> tuple[str, float | None]:
+    """Return a statistic of the signal that is meant, and the time at which it is wanted; None without a time."""
+    signal, at, text = name.partition(" at ")
+    if not at:
+        return name, None
+    try:
+        time, last = parse_quantity(text, "s"), last_time(scenario)
+    except ValueError:
+        why = (
+            "expected a time, for instance '20 ms'; at a frequency, set drive.frequency of a sine and name a statistic,"
+            " for instance 'mean electrostatic_force'"
+        )
+        raise InputError(why, path=f"want: {signal} at", value=shortened(text, LONGEST_QUOTED)) from None
+    if not 0 <= time <= last:
+        why = f"expected a time from 0 s to the end of the run, {format_quantity(last, 's')}; time.duration sets it"
+        raise InputError(why, path=f"want: {signal} at", value=text)
+    return f"{_ANY}{signal}", time
 
 
 def _number(value: Any, unit: str, path: str) -> float:

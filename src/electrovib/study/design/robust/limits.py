@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING, Final
 
@@ -10,6 +11,7 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError
 from electrovib.study.check import checked
 from electrovib.study.check.result import FAIL
+from electrovib.study.design.parameter.scale import first_values
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 MOST_FINGERS: Final = 8
 """Draws that are compared with the limits beside the scenario as it is."""
 TRIED: Final = 24
-"""Values of the free parameter, between the one that exceeds a limit and the nearest one within, that are tried."""
+"""Number of times that the distance between a value within the limits and one that exceeds them is halved."""
 
 
 class MemberLimits:
@@ -77,18 +79,22 @@ class MemberLimits:
 
         Notes
         -----
-        Towards either end of the range the limit is bracketed and halved; between two values it is taken as monotonic.
+        On either side of the failing value the first value of a grid that is allowed is sought, and the limit between it and
+        the next one is bracketed.
         """
         wanted = self._fingers.wanted
-        found = [self._last_allowed(end, failing) for end in (wanted.low, wanted.high)]
+        values = first_values(wanted.low, wanted.high, wanted.begin)
+        sides = (values[values < failing][::-1], values[values > failing])
+        found = [self._last_allowed([failing, *side.tolist()]) for side in sides]
         known = [each for each in found if each is not None]
         return max(known, key=covered.number_at, default=None)
 
-    def _last_allowed(self, end: float, failing: float) -> float | None:
-        """Return the value nearest to a failing one, towards an end of the range, that exceeds no limit."""
-        if end == failing or not self._allows(end):
+    def _last_allowed(self, values: list[float]) -> float | None:
+        """Return the value nearest to the first one, towards the last one, that exceeds no limit; the first one does."""
+        ends = next((pair for pair in itertools.pairwise(values) if self._allows(pair[1])), None)
+        if ends is None:
             return None
-        allowed, forbidden = end, failing
+        forbidden, allowed = ends
         for _ in range(TRIED):
             middle = _middle(allowed, forbidden)
             if self._allows(middle):

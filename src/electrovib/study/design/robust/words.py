@@ -85,15 +85,14 @@ def _limits(design: DesignedForShare) -> list[str]:
     if design.within is not None:
         each = design.within
         lines.append(
-            f"Within the limits {_percent(each.share)} of the draws are reached, at {design.wanted.free} ="
-            f" {_number(design, each.value)} (95 % interval of the share {_interval(each)})."
+            f"Within the limits the largest share of the draws is {_percent(each.share)}, at {design.wanted.free} ="
+            f" {_number(design, each.value)} (95 % interval of the share of the population {_interval(each)})."
         )
     elif design.failed:
         lines.append("No value that was tried is within the limits.")
-    word = "exceeded" if design.failed else "compared"
     lines.append(
-        f"Limits {word}: the scenario as it is and the {design.checked} draws with the largest quantity were checked, not all"
-        " draws."
+        f"The limits were compared for the scenario as it is and for the {design.checked} draws with the largest quantity, not"
+        " for all draws."
     )
     return lines
 
