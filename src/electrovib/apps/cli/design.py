@@ -8,6 +8,7 @@ import typer
 
 from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.design_options import (
+    Band,
     Between,
     Carrier,
     Draws,
@@ -17,6 +18,7 @@ from electrovib.apps.cli.design_options import (
     Method,
     Rate,
     Seed,
+    Share,
     SpaceOf,
     Target,
     Want,
@@ -47,6 +49,8 @@ def command(
     n: Draws = None,
     seed: Seed = None,
     linear: LinearOnly = False,
+    share: Share = None,
+    band: Band = None,
     output: Annotated[
         str | None,
         typer.Option(
@@ -87,6 +91,8 @@ def command(
                 n=n,
                 seed=seed,
                 linear=linear or None,
+                share=share,
+                band=band,
                 set=wanted,
                 progress=progress,
             )
