@@ -1,0 +1,95 @@
+"""Texture from a greyscale picture."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from electrovib.core.quantity import Number, Quantity
+from electrovib.core.samples import Samples
+from electrovib.physics.texture.base import RenderingPlate, Texture
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Real
+
+WHITE: Final = 255.0
+"""Grey value that is rendered as the largest force of the hardware."""
+MOST_PIXELS: Final = 4_000_000
+"""Most pixels of a picture; a choice."""
+
+
+class GreyscalePicture(Texture):
+    """Added friction from a picture: grey value 0 is the plate's own friction, 255 the most that the hardware gives.
+
+    Notes
+    -----
+    The added friction is value/255 times the largest one of the hardware. The upper left corner of the picture is x = y = 0,
+    x points to the right and y downwards, as on a screen. Values apply to the centres of pixels, are bilinear between them,
+    and fall to 0 within one pixel beyond the edges of the picture. Velocity has no influence.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {
+        "width": 2,
+        "value_samples": [0, 255, 128, 0],
+        "pixels_per_millimetre": 2,
+    }
+
+    file: Annotated[str, Field(description="png file")] = ""
+    pixels_per_millimetre: Annotated[Number, Quantity("1", 1e-3, 1e4, "pixels per millimetre of the plate")]
+    width: Annotated[int, Field(description="pixels of a row, 1 to 4 million, in place of a file")] = 0
+    value_samples: Annotated[Samples, Field(description="grey values, row by row, in place of a file")] = (
+        Samples([])
+    )
+
+    @model_validator(mode="after")
+    def _is_a_picture(self) -> Self:
+        values = self.value_samples.values
+        why = ""
+        if not len(values):
+            why = 'holds no pixels: name a picture, for instance file = "texture.png"'
+        elif not 1 <= self.width <= MOST_PIXELS or len(values) % self.width or len(values) > MOST_PIXELS:
+            why = f"{len(values)} pixels are no rows of {self.width}; width must divide them, and {MOST_PIXELS} are allowed"
+        elif not np.all((values >= 0) & (values <= WHITE)):
+            why = "grey values lie between 0 and 255"
+        if why:
+            raise PydanticCustomError("picture", "{why}", {"why": why})
+        return self
+
+    @functools.cached_property
+    def _shares(self) -> Real:
+        """Shares of the largest force, with one row or column of zeros around them."""
+        return np.pad(self.value_samples.values.reshape(-1, self.width) / WHITE, 1)
+
+    @property
+    def length(self) -> float:
+        """Width of the picture [m]."""
+        return self.width * self.pixel
+
+    @property
+    def height(self) -> float:
+        """Height of the picture [m]."""
+        return len(self.value_samples) // self.width * self.pixel
+
+    @property
+    def pixel(self) -> float:
+        """Side of a pixel [m]."""
+        return 1e-3 / self.pixels_per_millimetre
+
+    def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
+        """Return the share of the picture times the largest added friction [N]."""
+        del velocity
+        shares = self._shares
+        rows, columns = shares.shape
+        # pixel 0 has its centre at half a pixel and is number 1 of the padded picture
+        place = np.clip(position / self.pixel + 0.5, 0.0, (columns - 1.0, rows - 1.0))
+        column, row = (np.minimum(place, (columns - 2, rows - 2))).astype(np.intp).T
+        right, down = place[:, 0] - column, place[:, 1] - row
+        upper = shares[row, column] * (1 - right) + shares[row, column + 1] * right
+        lower = shares[row + 1, column] * (1 - right) + shares[row + 1, column + 1] * right
+        return np.asarray(plate.largest_added_friction * (upper * (1 - down) + lower * down))
