@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from electrovib.study.check import check as check
     from electrovib.study.check.series import series_resistor as series_resistor
     from electrovib.study.compare import compare_materials as compare_materials
+    from electrovib.study.design import design as design
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
     from electrovib.study.population import open_study as open_study
@@ -69,6 +70,7 @@ _PLACES = {
     "calibrate": "electrovib.recordings.importing",
     "check": "electrovib.study.check",
     "compare": "electrovib.view.compare",
+    "design": "electrovib.study.design",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
     "export_waveform": "electrovib.export.waveform",

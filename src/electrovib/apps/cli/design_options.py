@@ -1,0 +1,54 @@
+"""Options of ``electrovib design``, by form."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+import typer
+
+Want: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="'QUANTITY = VALUE'",
+        help="Quantity of a sweep and its value: 'mean electrostatic_force = 50 mN'.",
+        show_default=False,
+    ),
+]
+Free: TypeAlias = Annotated[
+    str | None,
+    typer.Option(metavar="PATH", help="The parameter that is sought: drive.amplitude.", show_default=False),
+]
+Between: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LOW:HIGH",
+        help="Range in which it is sought: 10V:400V; by default the range of the parameter.",
+        show_default=False,
+    ),
+]
+Limits: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="FILE.toml",
+        help="Further limits beside those of the scenario; the strictest counts. Repeatable.",
+    ),
+]
+SpaceOf: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--space",
+        metavar="SPACE",
+        help="Distributions of uncertain parameters: fingers, or a TOML file; gives the distribution of the result.",
+        show_default=False,
+    ),
+]
+Draws: TypeAlias = Annotated[
+    int | None, typer.Option("-n", help="Number of draws from the space; 200 by default.", show_default=False)
+]
+Seed: TypeAlias = Annotated[
+    int | None, typer.Option(help="Seed of the draws; 1 by default.", show_default=False)
+]
+LinearOnly: TypeAlias = Annotated[
+    bool,
+    typer.Option("--linear", help="Propagate the space linearly instead of solving anew for every draw."),
+]
