@@ -29,6 +29,7 @@ from electrovib.apps.cli import (
     settings,
     spaces,
     study,
+    texture,
     times,
 )
 from electrovib.apps.cli.completion import complete_arguments
@@ -68,6 +69,7 @@ for _command in (
     import_,
     check,
     design,
+    texture,
     export,
     init,
     settings,

@@ -93,9 +93,9 @@ class RecordedPath(FingerPath):
     time_column: Annotated[str | int, Field(description="name or number of the column")] = "time"
     time_unit: Annotated[str, column_unit("s"), Field(description="unit of the column")] = "s"
     x_column: Annotated[str | int, Field(description="name or number of the column")] = "x"
-    y_column: Annotated[str | int | None, Field(description="name or number of the column, if there is one")] = (
-        None
-    )
+    y_column: Annotated[
+        str | int | None, Field(description="name or number of the column, if there is one")
+    ] = None
     position_unit: Annotated[str, column_unit("m"), Field(description="unit of x and y")] = "m"
     time_samples: Annotated[Samples, Field(description="time stamps [s], in place of a file")] = Samples([])
     x_samples: Annotated[Samples, Field(description="positions [m], in place of a file")] = Samples([])
@@ -152,17 +152,23 @@ class RecordedPath(FingerPath):
 def _fault(columns: Mapping[str, Real], file: str) -> str:
     """Return what is wrong with the columns of a path; empty if nothing is."""
     time = columns["time"]
-    sizes = {len(values) for values in columns.values()}
-    if not any(sizes):
+    sizes = {name: len(values) for name, values in columns.items()}
+    if not any(sizes.values()):
         return f"holds no samples: {UNREAD if file else _NAME_ONE}"
-    if len(sizes) > 1:
-        listed = ", ".join(f"{len(values)} of {name}" for name, values in columns.items())
+    if len(set(sizes.values())) > 1:
+        listed = ", ".join(f"{size} of {name}" for name, size in sizes.items())
         return f"the columns have different numbers of samples: {listed}"
     if len(time) < 2:
         return f"a path needs at least 2 samples, not {len(time)}"
     for name, values in columns.items():
         if not np.all(np.isfinite(values)):
             return f"the {name} of sample {int(np.argmin(np.isfinite(values)))} is not a finite number"
+    return _out_of_range(columns)
+
+
+def _out_of_range(columns: Mapping[str, Real]) -> str:
+    """Return what is wrong with finite times and places; empty if nothing is."""
+    time = columns["time"]
     if np.any(np.diff(time) <= 0):
         first = int(np.argmax(np.diff(time) <= 0)) + 1
         return f"time must increase, but sample {first} ({time[first]:.9g} s) follows {time[first - 1]:.9g} s"

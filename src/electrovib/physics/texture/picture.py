@@ -62,9 +62,12 @@ class GreyscalePicture(Texture):
         return self
 
     @functools.cached_property
-    def _shares(self) -> Real:
-        """Shares of the largest force, with one row or column of zeros around them."""
-        return np.pad(self.value_samples.values.reshape(-1, self.width) / WHITE, 1)
+    def _table(self) -> tuple[Real, int, Real, Real]:
+        """Return shares of the largest force with zeros around them, row by row; columns; largest place; last pixel."""
+        shares = np.pad(self.value_samples.values.reshape(-1, self.width) / WHITE, 1)
+        rows, columns = shares.shape
+        highest = np.array([columns - 1.0, rows - 1.0])
+        return shares.reshape(-1), columns, highest, highest - 1
 
     @property
     def length(self) -> float:
@@ -84,12 +87,13 @@ class GreyscalePicture(Texture):
     def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
         """Return the share of the picture times the largest added friction [N]."""
         del velocity
-        shares = self._shares
-        rows, columns = shares.shape
+        shares, columns, highest, last_pixel = self._table
         # pixel 0 has its centre at half a pixel and is number 1 of the padded picture
-        place = np.clip(position / self.pixel + 0.5, 0.0, (columns - 1.0, rows - 1.0))
-        column, row = (np.minimum(place, (columns - 2, rows - 2))).astype(np.intp).T
-        right, down = place[:, 0] - column, place[:, 1] - row
-        upper = shares[row, column] * (1 - right) + shares[row, column + 1] * right
-        lower = shares[row + 1, column] * (1 - right) + shares[row + 1, column + 1] * right
-        return np.asarray(plate.largest_added_friction * (upper * (1 - down) + lower * down))
+        place = np.maximum(np.minimum(position * (1 / self.pixel) + 0.5, highest), 0.0)
+        pixel = np.minimum(place, last_pixel).astype(np.intp)
+        right, down = (place - pixel).T
+        corner = pixel[:, 0] + pixel[:, 1] * columns
+        upper, lower = shares[corner], shares[corner + columns]
+        upper += right * (shares[corner + 1] - upper)
+        lower += right * (shares[corner + (columns + 1)] - lower)
+        return np.asarray(plate.largest_added_friction * (upper + down * (lower - upper)))

@@ -129,7 +129,7 @@ class HeightProfile(MeasuredTexture):
     def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
         """Return gain F_n max(0, h' m) [N]."""
         slope = np.interp(self.along(position), *self._slopes)
-        direction = np.clip(self.along(velocity) / self.slow, -1.0, 1.0)
+        direction = np.maximum(np.minimum(self.along(velocity) / self.slow, 1.0), -1.0)
         return np.asarray(self.gain * plate.normal_force * np.maximum(slope * direction, 0.0))
 
 
