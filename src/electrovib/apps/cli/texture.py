@@ -6,12 +6,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from electrovib.apps.cli.export_options import FullScale, FurtherLimits, Gain, Instrument, LargestError
+from electrovib.apps.cli.export_options import FullScale, FurtherLimits, Gain, Instrument, LargestError, Rate
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli.texture_options import Carrier, Frequency, Output, Path, Ramp, TextureTable
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from electrovib.study.texture import TextureDrive
 
 
@@ -24,41 +27,14 @@ def command(
     scenario: Annotated[
         str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.")
     ],
-    texture: Annotated[
-        str,
-        typer.Argument(
-            help='A TOML file with the table of a texture, or the table: \'{ model = "Grating", period = "2 mm", ... }\'.'
-        ),
-    ],
-    path: Annotated[
-        str,
-        typer.Option(
-            metavar="SPEED|FILE|TABLE",
-            help="A speed such as '30 mm/s' for one stroke, or a file with the columns time and x (and y).",
-        ),
-    ],
-    carrier: Annotated[
-        str,
-        typer.Option(
-            metavar="FREQUENCY", help="Carrier that is modulated; none if absent.", show_default=False
-        ),
-    ] = "",
-    frequency: Annotated[
-        str,
-        typer.Option(metavar="FREQUENCY", help="Without a carrier, where the gain of the force is taken."),
-    ] = "100 Hz",
-    rate: Annotated[
-        str,
-        typer.Option(metavar="FREQUENCY", help="Samples per second; chosen if absent.", show_default=False),
-    ] = "",
-    ramp: Annotated[str, typer.Option(metavar="TIME", help="Ramp from and to 0 V at either end.")] = "1 ms",
+    texture: TextureTable,
+    path: Path,
+    carrier: Carrier = "",
+    frequency: Frequency = "100 Hz",
+    rate: Rate = "",
+    ramp: Ramp = "1 ms",
     limits: FurtherLimits = None,
-    output: Annotated[
-        str,
-        typer.Option(
-            "--output", "-o", help="The drive as .csv, .npy, .mat, .wav or .pwl.", show_default=False
-        ),
-    ] = "",
+    output: Output = "",
     instrument: Instrument = "",
     largest_error: LargestError = 0.01,
     full_scale: FullScale = "",
@@ -72,15 +48,12 @@ def command(
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.export import lines_of
     from electrovib.apps.progress import tracked
-    from electrovib.core.errors import InputError
     from electrovib.core.files import inputs_noted
     from electrovib.export.waveform import check_waveform_file, export_waveform
     from electrovib.study.texture import texture_drive
-    from electrovib.study.texture.set_up import amount
 
-    given = {"--as": instrument, "--full-scale": full_scale}
-    if not output and (used := [name for name, value in given.items() if value]):
-        raise InputError(f"{name}: belongs to a file; name one with -o drive.csv" for name in used)
+    if not output:
+        _refuse({"--as": instrument, "--full-scale": full_scale})
     declared = list(limits or [])
     if output:
         check_waveform_file(output, instrument=instrument, force=force)
@@ -106,11 +79,26 @@ def command(
             instrument=instrument,
             rate=None if instrument or output.lower().endswith(".wav") else found.rate,
             largest_error=largest_error,
-            full_scale=amount(full_scale, "V", "--full-scale", low=1e-6, high=1e6) if full_scale else None,
+            full_scale=_voltage(full_scale),
             gain=gain,
             force=force,
         )
         say(*lines_of(written))
+
+
+def _refuse(options: Mapping[str, str]) -> None:
+    """Refuse options of a file where none is written."""
+    from electrovib.core.errors import InputError
+
+    if used := [name for name, value in options.items() if value]:
+        raise InputError("belongs to a file; name one with -o drive.csv", path=used[0])
+
+
+def _voltage(text: str) -> float | None:
+    """Read an optional full scale [V]."""
+    from electrovib.study.texture.set_up import amount
+
+    return amount(text, "V", "--full-scale", low=1e-6, high=1e6) if text else None
 
 
 def summary(found: TextureDrive) -> list[str]:

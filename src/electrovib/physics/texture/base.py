@@ -65,6 +65,11 @@ class Texture(Model, family=True):
     def length(self) -> float:
         """Length of a stroke over the texture along x [m], where no other is given."""
 
+    @property
+    def across(self) -> float:
+        """Place y of a stroke along x [m], where no other is given."""
+        return 0.0
+
 
 class TextureAlongLine(Texture, family=True):
     """Texture that varies along one direction."""

@@ -99,9 +99,8 @@ class RecordedPath(FingerPath):
     position_unit: Annotated[str, column_unit("m"), Field(description="unit of x and y")] = "m"
     time_samples: Annotated[Samples, Field(description="time stamps [s], in place of a file")] = Samples([])
     x_samples: Annotated[Samples, Field(description="positions [m], in place of a file")] = Samples([])
-    y_samples: Annotated[Samples, Field(description="positions [m], in place of a file; 0 if absent")] = (
-        Samples([])
-    )
+    y_samples: Annotated[Samples, Field(description="positions [m], in place of a file")] = Samples([])
+    across: Annotated[Number, Quantity("m", -10, 10, "place y, where the record has none")] = 0.0
 
     @classmethod
     def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
@@ -136,8 +135,9 @@ class RecordedPath(FingerPath):
     def positions(self, time: Real) -> Real:
         """Return the position [m] on straight lines between the samples."""
         x = np.interp(time, self._times, self.x_samples.values)
-        y = np.interp(time, self._times, self.y_samples.values) if len(self.y_samples) else np.zeros_like(x)
-        return np.stack([x, y], axis=-1)
+        if not len(self.y_samples):
+            return np.stack([x, np.full(np.shape(x), self.across)], axis=-1)
+        return np.stack([x, np.interp(time, self._times, self.y_samples.values)], axis=-1)
 
     @property
     def duration(self) -> float:

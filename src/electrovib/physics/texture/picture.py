@@ -80,6 +80,11 @@ class GreyscalePicture(Texture):
         return len(self.value_samples) // self.width * self.pixel
 
     @property
+    def across(self) -> float:
+        """Half the height of the picture [m]."""
+        return self.height / 2
+
+    @property
     def pixel(self) -> float:
         """Side of a pixel [m]."""
         return 1e-3 / self.pixels_per_millimetre

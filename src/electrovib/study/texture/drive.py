@@ -165,23 +165,9 @@ def texture_drive(
     """
     found = RenderingSetUp.read(scenario, texture, set, limits, "the drive of a texture")
     followed = read_path(path, found.texture)
-    tone = 0.0 if carrier is None else amount(carrier, "Hz", "carrier", low=1e-3, high=1e7)
-    per_second = (
-        (IN_CYCLE * tone or WITHOUT_CARRIER)
-        if rate is None
-        else amount(rate, "Hz", "rate", low=1.0, high=1e8)
-    )
-    fall = amount(ramp, "s", "ramp", low=1e-6, high=10.0)
-    _refuse_long(followed.duration + fall, per_second)
-    synthesis = found.synthesis(
-        carrier=tone,
-        frequency=amount(frequency, "Hz", "frequency", low=1e-3, high=1e7),
-        ramp=fall,
-        rate=per_second,
-        longest=followed.duration + 2 * fall,
-    )
+    synthesis = _synthesis(found, followed.duration, carrier, frequency, rate, ramp)
     positions, wanted, voltages = _samples(synthesis, followed)
-    times = np.arange(len(voltages)) / per_second
+    times, tone = np.arange(len(voltages)) / synthesis.rate, synthesis.hardware.carrier
     moving, motion_note = _moving(found.scenario, followed)
     driven = with_drive(_titled(moving, found.texture), sampled(times, voltages))
     check = cleared_for_output(
@@ -193,7 +179,7 @@ def texture_drive(
     )
     if tone:
         predicted, friction = (mean_over_period(times, each, 1 / tone) for each in (predicted, friction))
-    margin = synthesis.ramp_samples + (math.ceil(per_second / tone / 2) if tone else 0)
+    margin = synthesis.ramp_samples + (math.ceil(synthesis.rate / tone / 2) if tone else 0)
     return TextureDrive(
         scenario=driven,
         texture=found.texture,
@@ -201,7 +187,7 @@ def texture_drive(
         times=times,
         voltages=voltages,
         positions=positions,
-        rate=per_second,
+        rate=synthesis.rate,
         carrier=tone,
         wanted_force=wanted,
         predicted_force=predicted,
@@ -211,6 +197,32 @@ def texture_drive(
         trace=trace,
         check=check,
         notes=(*_notes(synthesis), motion_note),
+    )
+
+
+def _synthesis(
+    found: RenderingSetUp,
+    duration: float,
+    carrier: Amount | None,
+    frequency: Amount,
+    rate: Amount | None,
+    ramp: Amount,
+) -> Synthesis:
+    """Read the numbers of a drive that lasts for a duration [s], ramps excluded."""
+    tone = 0.0 if carrier is None else amount(carrier, "Hz", "carrier", low=1e-3, high=1e7)
+    per_second = (
+        (IN_CYCLE * tone or WITHOUT_CARRIER)
+        if rate is None
+        else amount(rate, "Hz", "rate", low=1.0, high=1e8)
+    )
+    fall = amount(ramp, "s", "ramp", low=1e-6, high=10.0)
+    _refuse_long(duration + fall, per_second)
+    return found.synthesis(
+        carrier=tone,
+        frequency=amount(frequency, "Hz", "frequency", low=1e-3, high=1e7),
+        ramp=fall,
+        rate=per_second,
+        longest=duration + 2 * fall,
     )
 
 

@@ -65,7 +65,7 @@ def read_path(source: PathSource, texture: Texture) -> FingerPath:
     ----------
     source : str, Path, mapping or FingerPath
         A speed such as ``"30 mm/s"`` for one stroke over the length of the texture, along x from x = 0 (for a picture along
-        its middle row); a file with the columns ``time`` and ``x`` (or ``position``), and ``y`` if there is one; TOML or a
+        its middle); a file with the columns ``time`` and ``x`` (or ``position``), and ``y`` if there is one; TOML or a
         table; or a FingerPath.
     texture : Texture
         Texture that is stroked.
@@ -83,12 +83,16 @@ def read_path(source: PathSource, texture: Texture) -> FingerPath:
     if isinstance(source, FingerPath):
         return source
     if isinstance(source, str) and (speed := _speed(source)) is not None:
-        across = texture.height / 2 if isinstance(texture, GreyscalePicture) else 0.0
-        stroke = {"model": "ConstantSpeed", "speed": speed, "stroke": texture.length, "across": across}
+        stroke = {
+            "model": "ConstantSpeed",
+            "speed": speed,
+            "stroke": texture.length,
+            "across": texture.across,
+        }
         return _read(FingerPath, stroke, Path(), "path")  # type: ignore[type-abstract]
     is_toml = isinstance(source, str) and source.lstrip().startswith("{")
     if isinstance(source, str | Path) and not is_toml and Path(source).suffix.lower() != ".toml":
-        return _recorded(Path(source))
+        return _recorded(Path(source), texture.across)
     table, folder = _table(source, "path", _PATH)
     return _read(FingerPath, table, folder, "path")  # type: ignore[type-abstract]
 
@@ -149,7 +153,7 @@ def _read(kind: type[M], table: dict[str, Any], folder: Path, name: str) -> M:
 _DATA = (".csv", ".txt", ".tsv", ".npy", ".nc", ".mat", ".png")
 
 
-def _recorded(path: Path) -> FingerPath:
+def _recorded(path: Path, across: float) -> FingerPath:
     """Read a path from a file with headings, or from its first two columns without them."""
     note_input(path)
     faults: list[DataFileError] = []
@@ -167,16 +171,16 @@ def _recorded(path: Path) -> FingerPath:
             if "has no headings" not in str(error):
                 raise
             found = read_columns(path, {"time_samples": (0, "s"), "x_samples": (1, "m")})
-            return _built(found, path)
+            return _built(found, path, across)
         else:
-            return _built(found, path)
+            return _built(found, path, across)
     raise InputError(
         Problem(each.reason.replace("'x'", "'x' or 'position'"), path=path) for each in faults[1].problems
     )
 
 
-def _built(columns: Mapping[str, Any], path: Path) -> FingerPath:
-    table = {name: Samples(values) for name, values in columns.items()}
+def _built(columns: Mapping[str, Any], path: Path, across: float) -> FingerPath:
+    table: dict[str, Any] = {name: Samples(values) for name, values in columns.items()} | {"across": across}
     try:
         found: FingerPath = read_part(FingerPath, {"model": "RecordedPath", **table})  # type: ignore[type-abstract]
     except InputError as error:

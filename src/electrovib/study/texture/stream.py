@@ -45,7 +45,7 @@ class TextureStream:
     block : int
         Samples of a block.
     dimensions : int
-        1 for positions along x, 2 for x and y.
+        1 for positions along x (of a picture along its middle), 2 for x and y.
     longest : float
         Longest duration [s].
     check : CheckResult
@@ -204,7 +204,7 @@ class TextureStream:
         if wide:
             places = given.reshape(-1, 2)
         else:
-            places = np.zeros((given.size, 2))
+            places = np.full((given.size, 2), self._synthesis.texture.across)
             places[:, 0] = given
         if math.isnan(self._time):
             self._origin = now - (self._block - 1) / self.rate
@@ -262,7 +262,7 @@ def texture_stream(
     block : float or str
         Longest time between two calls of `render` [s], which is also the latency.
     dimensions : int
-        1 for positions along x, 2 for x and y.
+        1 for positions along x (of a picture along its middle), 2 for x and y.
     longest : float or str
         Duration at which the stream ends at 0 V [s].
 
@@ -314,10 +314,11 @@ def _cleared(scenario: Scenario, synthesis: Synthesis, limits: AllLimits) -> Che
     hardware = synthesis.hardware
     held = max(_CHECKED, 5 / hardware.carrier) if hardware.carrier else _CHECKED
     step = 1 / (_IN_CYCLE * hardware.carrier) if hardware.carrier else hardware.ramp
-    times = np.arange(round((held + 2 * hardware.ramp) / step) + 1) * step
-    envelope: Real = np.minimum(1.0, np.minimum(times, times[-1] - times) / hardware.ramp)
+    count = round((held + 2 * hardware.ramp) / step) + 1
+    times = np.arange(count, dtype=np.float64) * np.float64(step)
+    envelope = np.minimum(1.0, np.minimum(times, times[-1] - times) / hardware.ramp)
     wave = np.sin(2 * math.pi * hardware.carrier * times) if hardware.carrier else np.ones(len(times))
-    voltages: Real = hardware.largest_amplitude * envelope * wave
+    voltages = np.asarray(hardware.largest_amplitude * envelope * wave, dtype=np.float64)
     return cleared_for_output(
         with_drive(scenario, sampled(times, voltages)),
         limits=limits,
