@@ -222,7 +222,6 @@ def _synthesis(
         frequency=amount(frequency, "Hz", "frequency", low=1e-3, high=1e7),
         ramp=fall,
         rate=per_second,
-        longest=duration + 2 * fall,
     )
 
 

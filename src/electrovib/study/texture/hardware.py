@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from electrovib.study.check import DeclaredLimit
 
 _SHORTEST: Final = 1e-7
-"""First time of the ramp from which the current is bounded [s]."""
-_TIMES: Final = 61
+_LONGEST: Final = 100.0
+_TIMES: Final = 73
+"""First and last time after a step from which the current is bounded [s], and their number: 8 in each decade."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,32 +121,30 @@ class CurrentBound:
         return float(np.max((current - 2 * voltage * self.rates) / self.charges))
 
 
-def current_bound(scenario: Scenario, longest: float) -> CurrentBound:
+def current_bound(scenario: Scenario) -> CurrentBound:
     """Return the bound of the current into the contact, from the response to a voltage that rises linearly.
 
     Parameters
     ----------
     scenario : Scenario
         Experiment with linear layers; its amplifier and drive have no influence.
-    longest : float
-        Longest time for which the bound is to hold [s].
 
     Returns
     -------
     CurrentBound
-        Without stray capacitance.
+        Without stray capacitance, for a drive of any duration.
 
     Notes
     -----
     The current under v = s t is s q(t) with the charge q(t) that a step of 1 V has moved. Because i falls, i(t) is at most
     (q(t) - q(t'))/(t - t') for every earlier t'.
     """
-    times = np.concatenate([[0.0], np.geomspace(_SHORTEST, longest, _TIMES)])
-    ramp = sampled(np.array([0.0, longest]), np.array([0.0, 1.0]))
+    times = np.concatenate([[0.0], np.geomspace(_SHORTEST, _LONGEST, _TIMES)])
+    ramp = sampled(np.array([0.0, _LONGEST]), np.array([0.0, 1.0]))
     circuit = scenario.circuit.model_copy(update={"amplifier": None})
     alone = scenario.model_copy(update={"drive": ramp, "circuit": circuit, "time": TimeGrid()})
     record = Expanded(alone, times, mechanics=False).at(times, wanted={"current"})
-    charges = np.maximum.accumulate(np.asarray(record.signals["current"][1]) * longest)
+    charges = np.maximum.accumulate(np.asarray(record.signals["current"][1]) * _LONGEST)
     rates = np.diff(charges) / np.diff(times)
     return CurrentBound(charges[1:], rates)
 
@@ -157,7 +156,6 @@ def hardware(
     carrier: float,
     frequency: float,
     ramp: float,
-    longest: float,
 ) -> RenderingHardware:
     """Return the largest amplitude and slope that the limits allow, and the gain of the force.
 
@@ -173,8 +171,6 @@ def hardware(
         Frequency at which the force of a drive without carrier is taken [Hz].
     ramp : float
         Duration of a ramp between the largest amplitude and 0 V [s].
-    longest : float
-        Longest duration of the drive [s].
 
     Returns
     -------
@@ -199,7 +195,7 @@ def hardware(
     if not factor:
         raise InputError("a gain of 0 renders nothing", path="circuit.amplifier.gain")
     voltages, currents = _limits(scenario, declared)
-    bound = current_bound(scenario, longest)
+    bound = current_bound(scenario)
     stray = 0.0 if amplifier is None else amplifier.stray_capacitance
     whole = bound.plus(stray)
     steepest = math.hypot(2 * math.pi * carrier, 1 / ramp)  # slope over amplitude, ramp included

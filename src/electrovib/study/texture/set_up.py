@@ -84,9 +84,7 @@ class RenderingSetUp:
         refuse_unlimited(declared, what=what)
         return cls(scenario=found, texture=read_texture(texture), declared=declared)
 
-    def synthesis(
-        self, *, carrier: float, frequency: float, ramp: float, rate: float, longest: float
-    ) -> Synthesis:
+    def synthesis(self, *, carrier: float, frequency: float, ramp: float, rate: float) -> Synthesis:
         """Return what determines the samples.
 
         Parameters
@@ -99,8 +97,6 @@ class RenderingSetUp:
             Duration of a ramp [s].
         rate : float
             Samples per second [Hz].
-        longest : float
-            Longest duration of the drive [s].
 
         Returns
         -------
@@ -119,9 +115,7 @@ class RenderingSetUp:
                 value=f"{carrier:g} Hz",
             )
         ramp = max(1, round(ramp * rate)) / rate
-        plate = hardware(
-            self.scenario, self.declared, carrier=carrier, frequency=frequency, ramp=ramp, longest=longest
-        )
+        plate = hardware(self.scenario, self.declared, carrier=carrier, frequency=frequency, ramp=ramp)
         friction = AttractionOfFriction(self.scenario, plate.largest_force)
         return Synthesis(texture=self.texture, friction=friction, hardware=plate, rate=rate)
 

@@ -92,6 +92,11 @@ class TextureStream:
         return self._synthesis.hardware.largest_force
 
     @property
+    def largest_voltage(self) -> float:
+        """Largest amplitude that the limits allow [V], of the drive."""
+        return self._synthesis.hardware.largest_amplitude
+
+    @property
     def samples(self) -> int:
         """Samples rendered so far."""
         return self._next
@@ -301,7 +306,6 @@ def texture_stream(
         frequency=amount(frequency, "Hz", "frequency", low=1e-3, high=1e7),
         ramp=amount(ramp, "s", "ramp", low=1e-6, high=10.0),
         rate=per_second,
-        longest=lasting,
     )
     check = _cleared(found.scenario, synthesis, limits)
     return TextureStream(
