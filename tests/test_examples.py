@@ -130,3 +130,13 @@ def test_pull_in(tmp_path):
     assert 0 <= jumped[0] - snap < 0.5
     assert loop.down.voltage[loop.down.jump][0] < 0.6 * snap
     module.draw(loop, snap).savefig(tmp_path / "pull_in.png")
+
+
+def test_picture_texture(tmp_path):
+    module = example("picture_texture")
+    rendered = module.main(tmp_path)
+    # asked: the force averaged over a carrier period to 1 %, the stream equal to the drive to 1e-9
+    assert 0 < rendered.drive.misfit < 0.01
+    assert rendered.difference < 1e-9
+    module.draw(rendered, tmp_path / "picture_texture.png")
+    assert (tmp_path / "picture_texture.png").stat().st_size > 10_000

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -144,6 +144,31 @@ def export_waveform(
     with writing({place: form.form}, force=force) as temporaries:
         temporaries[place].write_bytes(form.content(encoded, notes))
     return WrittenWaveform(path=place, waveform=wave, full_scale=encoded.full_scale, notes=notes, check=check)
+
+
+def check_waveform_file(
+    path: str | Path, *, instrument: str = "", inputs: Iterable[Path] = (), force: bool = False
+) -> None:
+    """Check, before a long computation, whether a waveform can be written to a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The output.
+    instrument : str
+        As for `export_waveform`.
+    inputs : iterable of Path
+        Files that are read; none of them is replaced.
+    force : bool
+        Whether a file that was not written by electrovib may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or the file cannot be written.
+    """
+    place = Path(path)
+    check_writable({place: _format(place, instrument).form}, inputs=inputs, force=force)
 
 
 def sampled_drive(
