@@ -12,6 +12,7 @@ from electrovib.bench.drivers import GENERATORS, check_drivers
 from electrovib.bench.settings import ForceInput, VoltageMonitor
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
+from electrovib.physics.limits import WORDS, unit_of_limit
 from electrovib.scenario.grids import AtRest
 
 if TYPE_CHECKING:
@@ -127,15 +128,9 @@ class BenchPlan:
         settings, limits = self.settings, self.limits
         limiter = settings.current_limiter
         held = ", ".join(
-            f"{name.replace('_', ' ')} {format_quantity(value, unit)}"
-            for name, value, unit in (
-                ("voltage", limits.voltage, "V"),
-                ("current", limits.current, "A"),
-                ("charge", limits.charge, "C"),
-                ("stored_energy", limits.stored_energy, "J"),
-                ("body_current", limits.body_current, "A"),
-            )
-            if value is not None
+            f"{name.replace('_', ' ')} {format_quantity(value, unit_of_limit(name))}"
+            for name in WORDS
+            if (value := getattr(limits, name)) is not None
         )
         enable = settings.amplifier.enable
         return [

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import refuse_unsolved, solve
 from electrovib.solve.diagnostics import judge_run, solved, watched
@@ -209,12 +210,24 @@ class Expanded:
             errors = answer_errors(scenario, self.section, seen.solution, seen.times, known=known)
         peaks = record.peaks or watched(scenario, self.section, record.times, record.solution)
         found = [
-            *judge_run(scenario, self.section, peaks, record.times, record.signals),
+            *judge_run(
+                scenario, self.section, peaks, record.times, record.signals, self._mean_squares(peaks)
+            ),
             *memory_diagnostics(scenario, errors, seen.times, known=known, method=record.solution.method),
             *record.diagnostics,
             *scenario.force.diagnostics_over_frequency(self.declared),
         ]
         return found, self.stated(errors)
+
+    def _mean_squares(self, peaks: PeakRecord) -> dict[str, float]:
+        """Return the root mean squares whose limit is declared, by the name of that limit [V or A]."""
+        declared = [name for name in MEAN_SQUARES if getattr(self.scenario.limits, name) is not None]
+        if not declared:
+            return {}
+        from electrovib.solve.quantities.root_mean_square import root_mean_squares
+
+        found = root_mean_squares(self, peaks, [name.removeprefix("rms_") for name in declared])
+        return {f"rms_{name}": value for name, value in found.items()}
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
         """Return the errors that a Trace states.
