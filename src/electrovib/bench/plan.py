@@ -239,16 +239,16 @@ def _points(
 ) -> tuple[float, NDArray[np.int16], float]:
     """Return peak voltage [V], codes of the generator, and their rms error over the peak."""
     driver = GENERATORS[settings.generator.driver]
-    count, largest = driver.most_points, driver.largest_code
+    count = driver.most_points
     fine = (np.arange(_WITHIN * count, dtype=np.float64) + 0.5) * (duration / (_WITHIN * count))
     wanted = _plate_voltage(scenario, fine)
     own = scenario.circuit.amplifier
     peak = scenario.drive.largest(duration) * abs(1.0 if own is None else own.gain)
     sign = np.sign(settings.amplifier.gain)
     mean = wanted.reshape(count, _WITHIN).mean(axis=1)
-    codes = np.rint(sign * mean / peak * largest).astype(np.int16)
+    codes = driver.codes_of(sign * mean, peak).astype(np.int16)
     codes[0] = codes[-1] = 0  # the output rests at the first point
-    played = np.repeat(sign * codes * (peak / largest), _WITHIN)
+    played = np.repeat(sign * driver.voltages_of(codes, peak), _WITHIN)
     error = float(np.sqrt(np.mean((played - wanted) ** 2)) / peak)
     if error > settings.burst.resampling_error:
         raise InputError(

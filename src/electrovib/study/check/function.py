@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from electrovib.core.errors import InputError
 from electrovib.core.status import UNVERIFIED
 from electrovib.core.units import format_quantity
 from electrovib.physics.body_current import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
@@ -149,13 +150,30 @@ def cleared_for_output(
     Raises
     ------
     InputError
-        Unless the largest voltage and the largest current are declared, with the line that declares them; and for every
-        limit that is exceeded or could not be compared. Nothing is ever clipped.
+        Unless the largest voltage and the largest current are declared, with the line that declares them; for every limit that
+        is exceeded or could not be compared; and if the drive times the gain exceeds the largest voltage, whatever saturation,
+        current limit and bandwidth of the amplifier leave of it. Nothing is ever clipped.
     """
-    refuse_unlimited(declared_limits(scenario, limits), what=what)
+    declared = declared_limits(scenario, limits)
+    refuse_unlimited(declared, what=what)
     result = checked(scenario, limits=limits, name=name)
     result.refuse(consequence)
+    _refuse_demanded(scenario, declared["voltage"], result.duration, consequence)
     return result
+
+
+def _refuse_demanded(scenario: Scenario, limit: DeclaredLimit, end: float, consequence: str) -> None:
+    """Refuse a drive that only the amplifier holds within the largest voltage."""
+    amplifier = scenario.circuit.amplifier
+    if amplifier is None or scenario.drive.quantity != "voltage":
+        return
+    demanded = abs(amplifier.gain) * scenario.drive.largest(end)
+    if demanded > limit.value:
+        raise InputError(
+            f"the drive times the gain of the amplifier reaches {format_quantity(demanded, 'V', digits=6)}, above"
+            f" {format_quantity(limit.value, 'V', digits=6)}: {limit.source}. What saturation, current limit and bandwidth of the"
+            f" amplifier (circuit.amplifier) leave of it does not count. {consequence}"
+        )
 
 
 def declared_limits(
