@@ -246,7 +246,7 @@ def _points(
     peak = scenario.drive.largest(duration) * abs(1.0 if own is None else own.gain)
     sign = np.sign(settings.amplifier.gain)
     mean = wanted.reshape(count, _WITHIN).mean(axis=1)
-    codes = driver.codes_of(sign * mean, peak).astype(np.int16)
+    codes = driver.codes_of(sign * mean, peak)
     codes[0] = codes[-1] = 0  # the output rests at the first point
     played = np.repeat(sign * driver.voltages_of(codes, peak), _WITHIN)
     error = float(np.sqrt(np.mean((played - wanted) ** 2)) / peak)
@@ -255,7 +255,7 @@ def _points(
             f"as {count} points the drive has an error of {100 * error:.2g} % of its peak (rms), more than"
             f" burst.resampling_error = {settings.burst.resampling_error:g}; shorten it, or allow the error"
         )
-    return peak, codes, error
+    return peak, codes.astype(np.int16), error
 
 
 def _largest_code(settings: BenchSettings) -> int:

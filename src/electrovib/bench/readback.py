@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.bench.faults import BenchError
 from electrovib.bench.settings import ForceInput
 from electrovib.core.units import format_quantity
-from electrovib.solve.quantities.root_mean_square import rms_of_lines
+from electrovib.solve.quantities import of_record
 
 if TYPE_CHECKING:
     from electrovib.bench.plan import BenchPlan
@@ -44,7 +44,7 @@ def refuse_beyond(plan: BenchPlan, record: RunRecord, name: str, step: float) ->
     during = (record.time >= 0) & (record.time <= plan.duration)
     reached = {
         name: float(np.max(np.abs(values))),
-        f"rms_{name}": rms_of_lines(record.time[during], values[during]),
+        f"rms_{name}": of_record("rms", record.time[during], values[during]),
     }
     for limited, value in reached.items():
         limit = getattr(plan.limits, limited)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import refuse_unsolved, solve
 from electrovib.solve.diagnostics import judge_run, solved, watched
@@ -25,7 +24,7 @@ from electrovib.solve.stack.expand import modes, phasors
 from electrovib.solve.stack.reduce import reduction_band
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Callable, Collection, Mapping
 
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
@@ -188,13 +187,17 @@ class Expanded:
         self.last = (times, solution)
         return solution
 
-    def judge(self, record: Record) -> tuple[list[Diagnostic], dict[str, float]]:
+    def judge(
+        self, record: Record, squared: Callable[[Expanded, PeakRecord], Mapping[str, float]]
+    ) -> tuple[list[Diagnostic], dict[str, float]]:
         """Return the diagnostics and errors of a record.
 
         Parameters
         ----------
         record : Record
             From `at`.
+        squared : callable
+            Returns the root mean squares whose limit is declared, by the name of that limit [V or A].
 
         Returns
         -------
@@ -210,24 +213,12 @@ class Expanded:
             errors = answer_errors(scenario, self.section, seen.solution, seen.times, known=known)
         peaks = record.peaks or watched(scenario, self.section, record.times, record.solution)
         found = [
-            *judge_run(
-                scenario, self.section, peaks, record.times, record.signals, self._mean_squares(peaks)
-            ),
+            *judge_run(scenario, self.section, peaks, record.times, record.signals, squared(self, peaks)),
             *memory_diagnostics(scenario, errors, seen.times, known=known, method=record.solution.method),
             *record.diagnostics,
             *scenario.force.diagnostics_over_frequency(self.declared),
         ]
         return found, self.stated(errors)
-
-    def _mean_squares(self, peaks: PeakRecord) -> dict[str, float]:
-        """Return the root mean squares whose limit is declared, by the name of that limit [V or A]."""
-        declared = [name for name in MEAN_SQUARES if getattr(self.scenario.limits, name) is not None]
-        if not declared:
-            return {}
-        from electrovib.solve.quantities.root_mean_square import root_mean_squares
-
-        found = root_mean_squares(self, peaks, [name.removeprefix("rms_") for name in declared])
-        return {f"rms_{name}": value for name, value in found.items()}
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
         """Return the errors that a Trace states.

@@ -10,7 +10,7 @@ from electrovib.physics.limits import MEAN_SQUARES, SWITCH_ON, WORDS
 from electrovib.solve.diagnostics import running_currents
 from electrovib.solve.diagnostics.judge import largest_values, slew_rate, stack_diagnostics
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
-from electrovib.solve.quantities.root_mean_square import NAMES, root_mean_squares
+from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
@@ -73,8 +73,8 @@ def checked_values(scenario: Scenario) -> CheckedValues:
         name: max(reached[name], reached.get(name + SWITCH_ON, 0.0)) if name in reached else math.nan
         for name in WORDS
     }
-    known = [name for name in NAMES if math.isfinite(largest[name])]
-    rms = dict.fromkeys(NAMES, math.nan) | root_mean_squares(expanded, peaks, known)
+    known = [name for name in MEAN_SQUARED if math.isfinite(largest[name])]
+    rms = dict.fromkeys(MEAN_SQUARED, math.nan) | root_mean_squares(expanded, peaks, known)
     found = stack_diagnostics(scenario, peaks)
     return CheckedValues(
         largest=largest | {name: rms[name.removeprefix("rms_")] for name in MEAN_SQUARES},

@@ -16,7 +16,7 @@ from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.slew import slew_of
 from electrovib.physics.limits import Limits
-from electrovib.solve.quantities.root_mean_square import rms_of_lines
+from electrovib.solve.quantities import of_record
 from electrovib.study.check import (
     CheckResult,
     CheckRow,
@@ -266,10 +266,8 @@ def test_root_mean_square_of_many_samples():
     times = np.linspace(0, 0.1, 5001)
     result = ev.check(sampled(times, 50 * np.sin(2 * np.pi * 40 * times)), FIG6)
     assert result.value("rms voltage") == pytest.approx(50 / math.sqrt(2), rel=1e-4)
-    assert rms_of_lines(np.array([0.0, 1, 3]), np.array([0.0, 3, 3])) == pytest.approx(
-        math.sqrt((3 + 18) / 3)
-    )
-    assert math.isnan(rms_of_lines(np.zeros(1), np.zeros(1)))
+    lines = of_record("rms", np.array([0.0, 1, 3]), np.array([0.0, 3, 3]))
+    assert lines == pytest.approx(math.sqrt((3 + 18) / 3))
 
 
 def test_slew_of_a_pulse_is_that_of_its_steepest_edge():
