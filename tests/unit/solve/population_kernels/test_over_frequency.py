@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels import choice
 from electrovib.solve.population.kernels import (
+    choice,
     cole_cole_over_frequency,
     mean_square_over_frequency,
     transfer_over_frequency,
