@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.scenario import read_part
 from electrovib.physics.texture.path import FingerPath
+from electrovib.scenario import read_part
 from electrovib.study.check import sampled, with_drive
 from electrovib.study.texture import StreamClosedError
 from electrovib.study.texture.hardware import current_bound
