@@ -9,6 +9,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+import electrovib as ev
+from electrovib.papers.vezzoli_2014.population.closed_forms import lateral_by_law
+
 ROOT = Path(__file__).parent.parent
 
 
@@ -85,6 +88,29 @@ def test_clutch_release(tmp_path):
     assert (tmp_path / "release.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
+def test_whole_experiment(tmp_path):
+    module = example("whole_experiment")
+    found = {law: module.main(scenario, fingers=2, bursts=2) for law, scenario in module.LAWS.items()}
+    base = ev.load("vezzoli_2014/fig6", changes=module.SET_UP)
+    drawn = ev.read_space(base, "fingers").draw(module.SEED, 0, 2)
+    at_end = lateral_by_law(drawn, ramp=module.RISE) * drawn["contact.area"] / base.contact_area
+    by_law, in_gap = found.values()
+    for each, force in zip(by_law, at_end, strict=True):
+        # the last 4 ms of the rise are averaged, in which the force still grows
+        assert 0.95 * force < each.at_the_top(each.own) <= force
+    for each in (*by_law, *in_gap):
+        # noise and rounding of 1 mN over 2 x 100 readings, and over 2 x 500 of the baseline: five times their root mean square
+        assert each.at_the_top(each.recorded) == pytest.approx(each.at_the_top(each.own), abs=0.45e-3)
+        # the reading of the normal force has decayed by exp(-0.08 s/10 s), and its rounding is 4 mN
+        assert each.friction == pytest.approx(each.true_friction, rel=0.015)
+    assert max(each.at_the_top(each.own) for each in by_law) < module.PAPER[0] / 2
+    assert max(each.attraction for each in in_gap) > 20e-3
+    assert "the paper states 2 to 5 mN" in module.table(by_law)
+    module.draw(found).savefig(tmp_path / "experiment.png")
+    assert (tmp_path / "experiment.png").stat().st_size > 20_000
+
+
 def test_every_example_is_tested():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
     assert {path.stem for path in (ROOT / "examples").glob("*.py")} <= tested
@@ -130,3 +156,13 @@ def test_pull_in(tmp_path):
     assert 0 <= jumped[0] - snap < 0.5
     assert loop.down.voltage[loop.down.jump][0] < 0.6 * snap
     module.draw(loop, snap).savefig(tmp_path / "pull_in.png")
+
+
+def test_picture_texture(tmp_path):
+    module = example("picture_texture")
+    rendered = module.main(tmp_path)
+    # asked: the force averaged over a carrier period to 1 %, the stream equal to the drive to 1e-9
+    assert 0 < rendered.drive.misfit < 0.01
+    assert rendered.difference < 1e-9
+    module.draw(rendered, tmp_path / "picture_texture.png")
+    assert (tmp_path / "picture_texture.png").stat().st_size > 10_000

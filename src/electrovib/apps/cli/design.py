@@ -8,6 +8,7 @@ import typer
 
 from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.design_options import (
+    Band,
     Between,
     Carrier,
     Draws,
@@ -18,6 +19,7 @@ from electrovib.apps.cli.design_options import (
     Output,
     Rate,
     Seed,
+    Share,
     SpaceOf,
     Target,
     Want,
@@ -48,6 +50,8 @@ def command(
     n: Draws = None,
     seed: Seed = None,
     linear: LinearOnly = False,
+    share: Share = None,
+    band: Band = None,
     output: Output = None,
     changes: Changes = None,
     models: Models = None,
@@ -70,6 +74,8 @@ def command(
         "n": n,
         "seed": seed,
         "linear": linear or None,
+        "share": share,
+        "band": band,
     }
     _answer(scenario, output, asked | {"set": read_changes(changes or [])}, force=force)
 

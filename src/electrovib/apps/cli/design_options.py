@@ -98,3 +98,19 @@ LinearOnly: TypeAlias = Annotated[
     bool,
     typer.Option("--linear", help="Propagate the space linearly instead of solving anew for every draw."),
 ]
+Share: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SHARE",
+        help="Share of the fingers of --space that have to have the quantity: 0.9; needs --seed.",
+        show_default=False,
+    ),
+]
+Band: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LOW:HIGH",
+        help="With --share: band of the quantity, 20mN:60mN; --want then names the quantity alone.",
+        show_default=False,
+    ),
+]

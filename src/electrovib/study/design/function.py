@@ -30,6 +30,8 @@ def design(
     n: int | None = None,
     seed: int | None = None,
     linear: bool | None = None,
+    share: float | None = None,
+    band: str | Sequence[str | float] | None = None,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     progress: Callable[[int, int], None] | None = None,
 ) -> Designed:
@@ -64,6 +66,10 @@ def design(
         Seed of the draws, 1 by default.
     linear : bool, optional
         Whether the distribution of the result is computed by linear propagation instead of one solution for each draw.
+    share : float, optional
+        Share of the fingers of `space` [1] for which the quantity has to be at least the wanted value; needs `seed`.
+    band : str or sequence of two, optional
+        With `share`: the band in which the quantity has to lie, ``"20 mN:60 mN"``; `want` then names the quantity alone.
     set : mapping of str to value, optional
         Dotted path to value, put into the scenario.
     progress : callable, optional
@@ -94,6 +100,8 @@ def design(
         "n": n,
         "seed": seed,
         "linear": linear,
+        "share": share,
+        "band": band,
     }
     given = {name: value for name, value in arguments.items() if value is not None}
     form = form_of(given)

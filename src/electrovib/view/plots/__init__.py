@@ -23,6 +23,7 @@ from electrovib.view.plots.over_time import (
     over_time,
 )
 from electrovib.view.plots.reproduced import panel
+from electrovib.view.plots.trade_off import trade_off
 
 __all__ = [
     "bands",
@@ -45,4 +46,5 @@ __all__ = [
     "panel",
     "quantity",
     "stack",
+    "trade_off",
 ]

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from electrovib.physics.limits import SWITCH_ON, Limits
 from electrovib.solve.diagnostics import running_currents
-from electrovib.solve.diagnostics.judge import largest_values
+from electrovib.solve.diagnostics.judge import largest_values, slew_rate
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.study.check import LimitsFrom, declared_limits
-from electrovib.study.check.values import checked_values, slew_of
+from electrovib.study.check.values import checked_values
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
@@ -111,14 +111,12 @@ def _largest(scenario: Scenario, *, rms: bool) -> dict[str, float]:
     expanded = Expanded(scenario, mechanics=False)
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None
-    peaks = record.peaks.without_overshoot()
+    peaks = record.peaks
     reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
     for name in [each for each in reached if each.endswith(SWITCH_ON)]:
         own = name.removesuffix(SWITCH_ON)
         reached[own] = max(reached[own], reached[name])
-    amplifier = scenario.circuit.amplifier
-    gain = 1.0 if amplifier is None else abs(amplifier.gain)
-    return reached | {"slew_rate": gain * slew_of(scenario.drive, float(expanded.times[-1]))}
+    return reached | {"slew_rate": slew_rate(scenario, float(expanded.times[-1]))}
 
 
 def unlimited(scenario: Scenario) -> Scenario:
