@@ -161,6 +161,7 @@ def test_limits_of_a_carrier_are_traded_as_by_brute_force(scenarios):
     )
     assert designed.binding == ("voltage",)
     assert designed.misfit <= 1.01 * best
+    assert designed.predicted == pytest.approx(simulated_means(designed), rel=1e-4)
 
 
 def test_dc_holds_a_constant_force_by_a_ramp(scenarios):
@@ -318,6 +319,15 @@ def test_a_current_drive_gives_the_force_too(scenarios):
         np.abs(charge)
     )  # the charge returns to 0 in each period
     assert misfit(simulated_means(designed), designed.wanted) < 1e-3
+
+
+@pytest.mark.parametrize("method", ["dc", "carrier"])
+def test_no_force_needs_no_voltage(scenarios, method):
+    designed = design_drive(scenarios[GAP], target="constant 0 mN for 2 ms", method=method, limits=LIMITS)
+    assert np.all(designed.values == 0)
+    assert designed.is_achieved
+    assert (designed.misfit, designed.scale) == (0, math.inf)
+    assert designed.lines[-1] == "no limit binds"
 
 
 def test_chosen_carrier_allows_the_largest_force(scenarios):

@@ -210,7 +210,7 @@ class DesignedDrive:
         if not self.binding:
             if math.isfinite(self.scale):
                 return [f"no limit binds: up to {self.scale:.4g} times the target is within the limits"]
-            return ["no limit was declared that the design has to hold"]
+            return ["no limit binds" if self.bounds else "no limit was declared that the design has to hold"]
         which = "; ".join(f"limits.{name} ({self.bounds[name].source})" for name in self.binding)
         return [
             f"the target is not within the limits: {which} prevents it in {100 * self.limited_share:.3g} % of the time. This"
