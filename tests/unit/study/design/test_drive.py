@@ -305,6 +305,8 @@ def test_a_current_that_an_amplifier_limits_is_held():
     designed = design_drive(scenario, target="constant 20 mN for 10 ms", method="carrier", carrier="2 kHz")
     assert designed.binding == ("current",)
     assert designed.check.value("peak current") == pytest.approx(100e-6, rel=1e-3)
+    unlimited = carrier_gain(scenario, [2e3]).current[0] * np.max(np.abs(designed.values))
+    assert unlimited == pytest.approx(100e-6, rel=0.01)  # the amplifier itself limits nothing
     assert misfit(simulated_means(designed), designed.predicted) < 2e-3
 
 
