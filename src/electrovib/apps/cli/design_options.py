@@ -6,17 +6,25 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from electrovib.apps.cli.completion import parameter_paths, quantity_names, space_names
+
 Want: TypeAlias = Annotated[
     str | None,
     typer.Option(
         metavar="'QUANTITY = VALUE'",
         help="Quantity of a sweep and its value: 'mean electrostatic_force = 50 mN'.",
+        autocompletion=quantity_names,
         show_default=False,
     ),
 ]
 Free: TypeAlias = Annotated[
     str | None,
-    typer.Option(metavar="PATH", help="The parameter that is sought: drive.amplitude.", show_default=False),
+    typer.Option(
+        metavar="PATH",
+        help="The parameter that is sought: drive.amplitude.",
+        autocompletion=parameter_paths,
+        show_default=False,
+    ),
 ]
 Between: TypeAlias = Annotated[
     str | None,
@@ -39,6 +47,7 @@ SpaceOf: TypeAlias = Annotated[
         "--space",
         metavar="SPACE",
         help="Distributions of uncertain parameters: fingers, or a TOML file; gives the distribution of the result.",
+        autocompletion=space_names,
         show_default=False,
     ),
 ]
