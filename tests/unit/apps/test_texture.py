@@ -71,5 +71,5 @@ def test_nothing_is_written_without_limits_or_over_an_input(folder):
 
 
 def test_options_of_a_file_need_one():
-    with pytest.raises(InputError, match="--as: belongs to a file; name one with -o drive.csv"):
+    with pytest.raises(InputError, match=r"--as: belongs to a file; name one with -o drive\.csv"):
         run(*HELD, "--as", "hp_33120a")

@@ -116,9 +116,33 @@ def test_without_limits_there_is_no_drive(limits):
 
 
 REFUSED = {
-    "too much": ({"texture": GRATING | {"amplitude": "10 mN"}}, r"texture: the texture needs an attraction of 20 mN, and the hardware gives 4\.6"),
-    "less than the plate": ({"texture": {"model": "RecordedFrictionForce", "position_samples": [0, 1e-3], "friction_force_samples": [0.2, 0.3], "baseline": 0.25}}, "less friction than the plate itself"),
-    "too steep": ({"texture": {"model": "GreyscalePicture", "width": 400, "value_samples": [255] * 300 + [0] * 100, "pixels_per_millimetre": 100}, "path": "1 m/s"}, "the voltage changes at"),
+    "too much": (
+        {"texture": GRATING | {"amplitude": "10 mN"}},
+        r"texture: the texture needs an attraction of 20 mN, and the hardware gives 4\.6",
+    ),
+    "less than the plate": (
+        {
+            "texture": {
+                "model": "RecordedFrictionForce",
+                "position_samples": [0, 1e-3],
+                "friction_force_samples": [0.2, 0.3],
+                "baseline": 0.25,
+            }
+        },
+        "less friction than the plate itself",
+    ),
+    "too steep": (
+        {
+            "texture": {
+                "model": "GreyscalePicture",
+                "width": 400,
+                "value_samples": [255] * 300 + [0] * 100,
+                "pixels_per_millimetre": 100,
+            },
+            "path": "1 m/s",
+        },
+        "the voltage changes at",
+    ),
     "carrier above the rate": ({"rate": "5 kHz"}, r"carrier = 3000 Hz: a carrier may have 0.4 of the rate"),
     "no path": ({"path": "none.csv"}, "none.csv: there is no such file"),
     "a wrong path": ({"path": 3}, "path: expected a TOML file or a table such as"),
@@ -127,9 +151,15 @@ REFUSED = {
     "an amount out of range": ({"ramp": "1 h"}, "ramp = 1 h: "),
     "too many samples": ({"rate": "10 MHz"}, "more than 2000000 samples"),
     "a leak": ({"set": {"stack.insulator.leak": {"model": "Ohmic"}}}, "leak"),
-    "no friction": ({"set": {"friction.coefficient": 0.0}}, "friction: does not increase with the attraction"),
-    "real area": ({"set": {"friction": {"model": "AdhesiveShear", "shear_strength": 1e6}}}, "real contact area"),
-}  # fmt: skip
+    "no friction": (
+        {"set": {"friction.coefficient": 0.0}},
+        "friction: does not increase with the attraction",
+    ),
+    "real area": (
+        {"set": {"friction": {"model": "AdhesiveShear", "shear_strength": 1e6}}},
+        "real contact area",
+    ),
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -197,7 +227,7 @@ def files(tmp_path_factory):
     table = '[texture]\nmodel = "GreyscalePicture"\nfile = "picture.png"\npixels_per_millimetre = 2\n'
     (folder / "picture.toml").write_text(table, encoding="utf-8")
     (folder / "path.csv").write_text("time [s],x [mm]\n0,0\n0.03,2\n0.04,2\n0.06,0.5\n", encoding="utf-8")
-    (folder / "plane.csv").write_text(
+    (folder / "both.csv").write_text(
         "time [s],x [mm],y [mm]\n0,0,1\n0.03,2,1.5\n0.05,4,2\n", encoding="utf-8"
     )
     (folder / "path.toml").write_text(
@@ -223,7 +253,7 @@ def test_every_texture_on_every_path_with_and_without_carrier(texture, path, car
         "speed": "80 mm/s",
         "csv": files / "path.csv",
         "toml": files / "path.toml",
-        "two dimensions": files / "plane.csv",
+        "two dimensions": files / "both.csv",
     }
     found = drive(files / f"{texture}.toml", chosen[path], carrier=carrier, rate="16 kHz")
     assert type(found.texture).__name__ == TEXTURES[texture]

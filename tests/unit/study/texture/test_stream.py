@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.scenario import read_part
 from electrovib.physics.texture.path import FingerPath
+from electrovib.scenario import read_part
 from electrovib.study.check import sampled, with_drive
 from electrovib.study.texture import StreamClosedError
 from electrovib.study.texture.hardware import current_bound
@@ -26,10 +26,18 @@ WHITE = {"model": "GreyscalePicture", "width": 1, "value_samples": [255], "pixel
 NOISE = np.random.default_rng(1).integers(0, 120, 400).tolist()
 TEXTURES = {
     "grating": GRATING,
-    "height": {"model": "HeightProfile", "position_samples": [0, 1e-3, 2e-3, 3e-3], "height_samples": [0, 2e-6, 1e-6, 2e-6]},
-    "force": {"model": "RecordedFrictionForce", "position_samples": [0, 1e-3, 3e-3], "friction_force_samples": [0.2, 0.2005, 0.2002]},
+    "height": {
+        "model": "HeightProfile",
+        "position_samples": [0, 1e-3, 2e-3, 3e-3],
+        "height_samples": [0, 2e-6, 1e-6, 2e-6],
+    },
+    "force": {
+        "model": "RecordedFrictionForce",
+        "position_samples": [0, 1e-3, 3e-3],
+        "friction_force_samples": [0.2, 0.2005, 0.2002],
+    },
     "picture": {"model": "GreyscalePicture", "width": 20, "value_samples": NOISE, "pixels_per_millimetre": 5},
-}  # fmt: skip
+}
 
 
 def stream(texture=GRATING, **options):
@@ -198,11 +206,9 @@ def test_too_steep_an_edge_ends_the_stream():
 
 def test_the_end_of_the_longest_duration_is_at_0_volts():
     found = stream(WHITE, longest="20 ms")
-    samples = []
+    samples = np.concatenate([found.render(0.05, number / 1000) for number in range(20)])
     with pytest.raises(StreamClosedError, match="the declared longest duration is reached"):
-        for number in range(40):
-            samples.append(found.render(0.05, number / 1000))
-    samples = np.concatenate(samples)
+        found.render(0.05, 0.02)
     last = np.flatnonzero(samples)[-1]
     assert 180 < last < 200
 
@@ -250,13 +256,22 @@ def test_conduction_contributes_its_current_and_not_the_charge_of_the_whole_run(
 
 
 REFUSED = {
-    "limits": ({"limits": {"voltage": "1 kV"}, "set": {"limits": {}}}, "not declared, and a stream of a texture needs"),
-    "charge": ({"limits": LIMITS | {"charge": "1 uC"}}, "limits.charge: a stream cannot be compared with this limit"),
+    "limits": (
+        {"limits": {"voltage": "1 kV"}, "set": {"limits": {}}},
+        "not declared, and a stream of a texture needs",
+    ),
+    "charge": (
+        {"limits": LIMITS | {"charge": "1 uC"}},
+        "limits.charge: a stream cannot be compared with this limit",
+    ),
     "dimensions": ({"dimensions": 3}, "dimensions = 3: must be 1 or 2"),
     "carrier": ({"carrier": "5 kHz"}, "may have 0.4 of the rate"),
     "block": ({"block": "10 us"}, "block = 10 us: must lie between 0.0001 and 1 s"),
-    "breakdown": ({"set": {"stack.insulator.breakdown_field": "1 MV/m"}}, "No stream was made; declare a lower limits.voltage"),
-}  # fmt: skip
+    "breakdown": (
+        {"set": {"stack.insulator.breakdown_field": "1 MV/m"}},
+        "No stream was made; declare a lower limits.voltage",
+    ),
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
