@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from electrovib.study.texture import texture_stream as texture_stream
     from electrovib.view import plots as plot
     from electrovib.view.compare import compare as compare
+    from electrovib.view.plate import design_plate as design_plate
     from electrovib.view.report import report as report
     from electrovib.view.reproduce import reproduce as reproduce
     from electrovib.view.sensitivity import sensitivity as sensitivity
@@ -72,6 +73,7 @@ _PLACES = {
     "calibrate": "electrovib.recordings.importing",
     "check": "electrovib.study.check",
     "compare": "electrovib.view.compare",
+    "design_plate": "electrovib.view.plate",
     "design": "electrovib.study.design",
     "equilibrium": "electrovib.solve.equilibrium",
     "export": "electrovib.export.scenario",
