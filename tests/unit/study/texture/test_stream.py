@@ -66,7 +66,7 @@ def offline(name, carrier):
     return moving, drive.voltages
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     case=st.sampled_from(CASES),
     sizes=st.lists(st.integers(1, BLOCK), min_size=1, max_size=40),
@@ -263,6 +263,11 @@ REFUSED = {
     "charge": (
         {"limits": LIMITS | {"charge": "1 uC"}},
         "limits.charge: a stream cannot be compared with this limit",
+    ),
+    "energy": ({"limits": LIMITS | {"stored_energy": "1 mJ"}}, "limits.stored_energy: a stream cannot be"),
+    "root mean square": (
+        {"limits": LIMITS | {"rms_current": "100 uA"}},
+        "limits.rms_current: a stream cannot be",
     ),
     "dimensions": ({"dimensions": 3}, "dimensions = 3: must be 1 or 2"),
     "carrier": ({"carrier": "5 kHz"}, "may have 0.4 of the rate"),
