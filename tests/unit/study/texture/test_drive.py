@@ -210,6 +210,16 @@ def test_the_misfit_without_a_carrier_names_the_carrier():
     )
 
 
+def test_without_a_carrier_the_force_is_the_gain_of_a_sine_times_twice_the_squared_voltage():
+    """The mean of a squared sine is half the square of its amplitude."""
+    found = drive(carrier=None, frequency="1 kHz")
+    gain = carrier_gain(ev.load(PLATE), [1e3]).force[0]
+    inside = slice(10, np.searchsorted(found.times, found.path.duration))
+    np.testing.assert_allclose(
+        2 * gain * found.voltages[inside] ** 2, found.wanted_force[inside], rtol=1e-9, atol=1e-15
+    )
+
+
 def test_the_mean_over_a_period_removes_a_tone_of_that_period():
     time = np.linspace(0, 1, 2001)
     mean = mean_over_period(time, 3 + time + np.sin(2 * math.pi * 50 * time), 0.02)

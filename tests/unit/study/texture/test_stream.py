@@ -224,6 +224,30 @@ def test_a_stream_that_is_closed_ends_by_its_ramp():
         found.render(0.05, 1.0)
 
 
+def test_the_ramp_is_linear_and_has_its_duration():
+    """Without a carrier the samples are the ramp itself."""
+    found, before = running(STEP, carrier=None, ramp="3 ms")
+    np.testing.assert_allclose(
+        found.close(), before[-1] * (1 - np.arange(1, 31) / 30), rtol=1e-12, atol=1e-12
+    )
+
+
+def test_a_force_that_slowly_exceeds_the_most_ends_the_stream():
+    rising = {
+        "model": "RecordedFrictionForce",
+        "position_samples": [0, 0.1],
+        "friction_force_samples": [0.2, 0.25],
+    }
+    found = stream(rising, carrier=None)
+    largest = []
+    for number in range(2000):
+        largest.append(np.max(found.render(0.1 * number / 2000, number / 1000)))
+        if found.error:
+            break
+    assert "the texture needs an attraction of 54.2" in str(found.error)
+    assert 0.999 * found.largest_voltage < max(largest) <= found.largest_voltage
+
+
 def test_a_stream_that_never_rendered_closes_at_0_volts():
     assert not stream().close().any()
 
