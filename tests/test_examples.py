@@ -129,6 +129,25 @@ def test_stick_slip(tmp_path):
     module.draw(traces).savefig(tmp_path / "stick_slip.png")
 
 
+def test_constant_force(tmp_path):
+    module = example("constant_force")
+    found, predicted = module.main()
+    # V0 (1 + t/tau) inside 1 kV for 1 s, tau = 7.7 ms: 56.55 mN (1/131)^2; the ramp from 0 V adds to the time
+    assert found.direct == pytest.approx(56.55e-3 / (1 + 1 / 7.7e-3) ** 2, rel=0.02)
+    # 250 uA at 3 kHz is 404 V on the film alone, 4.6 mN by equation (1)
+    place = int(np.argmin(np.abs(found.carriers - 3e3)))
+    alone = np.interp(3e3, found.carriers, found.amplitudes[0.0])
+    assert alone == pytest.approx(404, rel=5e-3)
+    assert predicted[0] == pytest.approx(4.62e-3, rel=5e-3)
+    # 33 pF of film and 100 pF of stray capacitance share the current
+    assert predicted[1] / predicted[0] == pytest.approx((32.96 / 132.96) ** 2, rel=0.02)
+    for stray, force in zip(module.STRAY, predicted, strict=True):
+        slope = (found.carriers[place] / 3e3) ** 2
+        assert force == pytest.approx(found.forces[stray][place] * slope, rel=5e-3)
+    module.draw(found, tmp_path / "force.png")
+    assert (tmp_path / "force.png").stat().st_size > 10_000
+
+
 def test_pull_in(tmp_path):
     module = example("pull_in")
     loop, snap = module.main()
@@ -137,3 +156,13 @@ def test_pull_in(tmp_path):
     assert 0 <= jumped[0] - snap < 0.5
     assert loop.down.voltage[loop.down.jump][0] < 0.6 * snap
     module.draw(loop, snap).savefig(tmp_path / "pull_in.png")
+
+
+def test_picture_texture(tmp_path):
+    module = example("picture_texture")
+    rendered = module.main(tmp_path)
+    # asked: the force averaged over a carrier period to 1 %, the stream equal to the drive to 1e-9
+    assert 0 < rendered.drive.misfit < 0.01
+    assert rendered.difference < 1e-9
+    module.draw(rendered, tmp_path / "picture_texture.png")
+    assert (tmp_path / "picture_texture.png").stat().st_size > 10_000

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -73,6 +73,7 @@ def export_waveform(
     full_scale: float | None = None,
     gain: float = 1.0,
     force: bool = False,
+    remarks: Sequence[str] = (),
 ) -> WrittenWaveform:
     """Write the drive of a scenario as a waveform, within its limits or not at all.
 
@@ -101,6 +102,8 @@ def export_waveform(
         Voltage of the drive over that of the instrument [1].
     force : bool
         Whether a file that was not written by electrovib may be replaced.
+    remarks : sequence of str
+        Further sentences about the drive, which the file states.
 
     Returns
     -------
@@ -138,10 +141,35 @@ def export_waveform(
         if ramp is None
         else (f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end",)
     )
-    notes = (*about(found, wave, form), *ramps, *_relied_on(found), *encoded.notes)
+    notes = (*about(found, wave, form), *remarks, *ramps, *_relied_on(found), *encoded.notes)
     with writing({place: form.form}, force=force) as temporaries:
         temporaries[place].write_bytes(form.content(encoded, notes))
     return WrittenWaveform(path=place, waveform=wave, full_scale=encoded.full_scale, notes=notes, check=check)
+
+
+def check_waveform_file(
+    path: str | Path, *, instrument: str = "", inputs: Iterable[Path] = (), force: bool = False
+) -> None:
+    """Check, before a long computation, whether a waveform can be written to a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The output.
+    instrument : str
+        As for `export_waveform`.
+    inputs : iterable of Path
+        Files that are read; none of them is replaced.
+    force : bool
+        Whether a file that was not written by electrovib may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or the file cannot be written.
+    """
+    place = Path(path)
+    check_writable({place: _format(place, instrument).form}, inputs=inputs, force=force)
 
 
 def sampled_drive(
