@@ -110,6 +110,7 @@ def test_waveforms_that_do_not_fit_or_do_not_rest_at_0_are_refused(generator):
         ([0] * 7, "7 points"),
         ([0] * 7 + [1], "begins and ends at 0 V"),
         ([0, 3000, *[0] * 6], "3000"),
+        ([0, -32768, *[0] * 6], "32768"),
     ):
         with pytest.raises(BenchError, match=words):
             driver.download(np.array(codes, np.int16), 0.8, 10.0)

@@ -146,13 +146,11 @@ class Hp33120a:
         amplitude : float
             Voltage between the points -2047 and 2047 into a high impedance [V].
         """
-        if (
-            not waveforms.FEWEST_POINTS <= codes.size <= waveforms.MOST_POINTS
-            or np.abs(codes).max() > waveforms.LARGEST_CODE
-        ):
+        fewest, most, largest = self.fewest_points, self.most_points, max(int(codes.max()), -int(codes.min()))
+        if not fewest <= codes.size <= most or largest > self.largest_code:
             raise BenchError(
-                f"a waveform of {codes.size} points up to {np.abs(codes).max()} does not fit the generator: {waveforms.FEWEST_POINTS}"
-                f" to {waveforms.MOST_POINTS} points of up to {waveforms.LARGEST_CODE}"
+                f"a waveform of {codes.size} points up to {largest} does not fit the generator: {fewest} to {most} points of up"
+                f" to {self.largest_code}"
             )
         if codes[0] or codes[-1]:
             raise BenchError("a waveform for the bench begins and ends at 0 V")
