@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.scenario import read_part
 from electrovib.physics.texture.path import FingerPath
+from electrovib.scenario import read_part
 from electrovib.study.check import sampled, with_drive
 from electrovib.study.texture import StreamClosedError
 from electrovib.study.texture.hardware import current_bound
@@ -207,6 +207,28 @@ def test_the_end_of_the_longest_duration_is_at_0_volts():
     assert 180 < last < 200
 
 
+@pytest.mark.parametrize("carrier", [None, "1 kHz"])
+def test_the_slew_rate_is_held_by_every_sample(carrier):
+    """The largest amplitude falls within one ramp; the edge of a picture is then too steep, and the stream ends at 0 V."""
+    limit = 5e4
+    edge = {
+        "model": "GreyscalePicture",
+        "width": 40,
+        "value_samples": [0] * 20 + [255] * 20,
+        "pixels_per_millimetre": 10,
+    }
+    found = stream(edge, carrier=carrier, limits=LIMITS | {"slew_rate": limit}, rate=RATE)
+    turning = 0 if carrier is None else 2 * math.pi * 1e3
+    assert found.largest_voltage == pytest.approx(limit / math.hypot(turning, 1e3))
+    samples = [found.render(1.8e-3 + 5e-7 * number, number / 1000) for number in range(40)]
+    with pytest.raises(StreamClosedError):
+        samples += [found.render(1.9e-3 + 4e-4 * number, 0.04 + number / 1000) for number in range(20)]
+    samples = np.concatenate([*samples, found.close()])
+    assert "slew rate" in str(found.error)
+    assert np.max(np.abs(np.diff(samples))) * RATE <= limit * (1 + 1e-6)
+    assert samples[-1] == 0
+
+
 def test_a_stream_that_is_closed_ends_by_its_ramp():
     found, _ = running(ramp="3 ms")
     end = found.close()
@@ -251,6 +273,8 @@ def test_conduction_contributes_its_current_and_not_the_charge_of_the_whole_run(
 
 REFUSED = {
     "limits": ({"limits": {"voltage": "1 kV"}, "set": {"limits": {}}}, "not declared, and a stream of a texture needs"),
+    "rms_voltage": ({"limits": LIMITS | {"rms_voltage": "900 V"}}, "limits.rms_voltage: a stream cannot be compared"),
+    "rms_current": ({"limits": LIMITS | {"rms_current": "1 A"}}, "limits.rms_current: a stream cannot be compared"),
     "charge": ({"limits": LIMITS | {"charge": "1 uC"}}, "limits.charge: a stream cannot be compared with this limit"),
     "dimensions": ({"dimensions": 3}, "dimensions = 3: must be 1 or 2"),
     "carrier": ({"carrier": "5 kHz"}, "may have 0.4 of the rate"),

@@ -112,9 +112,8 @@ def _largest(scenario: Scenario, *, rms: bool) -> dict[str, float]:
     expanded = Expanded(scenario, mechanics=False)
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None
-    reached = largest_values(
-        scenario, record.peaks, running_currents(scenario, expanded.section, record.peaks)
-    )
+    peaks = record.peaks
+    reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
     for name in [each for each in reached if each.endswith(SWITCH_ON)]:
         own = name.removesuffix(SWITCH_ON)
         reached[own] = max(reached[own], reached[name])
