@@ -39,7 +39,7 @@ class CannotBeComputedError(Exception):
 
 
 @dataclass(frozen=True)
-class Solution:
+class Root:
     """A value of the variable at which the function has the wanted value.
 
     Parameters
@@ -93,7 +93,23 @@ class Function:
         return self.values[at]
 
     def certain(self, at: float) -> float:
-        """Return the value, or raise CannotBeComputedError."""
+        """Return the value, which ends a refinement where there is none.
+
+        Parameters
+        ----------
+        at : float
+            Of the variable.
+
+        Returns
+        -------
+        value : float
+            Finite, in the unit of the function.
+
+        Raises
+        ------
+        CannotBeComputedError
+            If the function has no value there.
+        """
         value = self(at)
         if not math.isfinite(value):
             raise CannotBeComputedError
@@ -137,7 +153,18 @@ def explore(function: Function, values: Iterable[float], *, most_added: int = MO
 
 
 def middle(first: float, second: float) -> float:
-    """Return the value half way between two in their natural coordinate."""
+    """Return the middle of two values in their natural coordinate.
+
+    Parameters
+    ----------
+    first, second : float
+        Values of one variable, in any unit.
+
+    Returns
+    -------
+    value : float
+        Their geometric mean where both have the same sign, else their arithmetic mean, in the same unit.
+    """
     if coordinate(first, second):
         return math.copysign(math.sqrt(abs(first)) * math.sqrt(abs(second)), first)
     return 0.5 * (first + second)
@@ -209,7 +236,20 @@ def _extreme(function: Function, low: float, high: float, side: int) -> None:
 
 
 def coordinates(low: float, high: float) -> tuple[Callable[[float], float], tuple[float, float]]:
-    """Return the inverse of the natural coordinate between two values, and their coordinates."""
+    """Return the natural coordinate between two values: the logarithm where both have the same sign.
+
+    Parameters
+    ----------
+    low, high : float
+        Values of one variable, in any unit.
+
+    Returns
+    -------
+    inverse : callable
+        Function of the coordinate; it returns the variable, and at the ends exactly the given values.
+    ends : tuple of float
+        Coordinates of both values, the smaller first.
+    """
     if not coordinate(low, high):
         return (lambda u: u), (low, high)
     sign = math.copysign(1.0, low)
@@ -223,7 +263,7 @@ def coordinates(low: float, high: float) -> tuple[Callable[[float], float], tupl
     return inverse, (second, first)
 
 
-def solutions(function: Function, target: float) -> tuple[list[Solution], list[float], bool]:
+def solutions(function: Function, target: float) -> tuple[list[Root], list[float], bool]:
     """Find all values at which a function has a wanted value, between the values at which it is known.
 
     Parameters
@@ -235,7 +275,7 @@ def solutions(function: Function, target: float) -> tuple[list[Solution], list[f
 
     Returns
     -------
-    found : list of Solution
+    found : list of Root
         In increasing order of the variable.
     jumps : list of float
         Values of the variable at which the function passes the wanted value discontinuously.
@@ -258,7 +298,7 @@ def solutions(function: Function, target: float) -> tuple[list[Solution], list[f
         if at is None:
             continue
         if _is_close(function(at), target, first[1], second[1], MISSED):
-            found.append(Solution(at, function(at)))
+            found.append(Root(at, function(at)))
         else:
             jumps.append(at)
     return _merged(found), jumps, len(crossings) <= MOST_SOLUTIONS
@@ -272,9 +312,9 @@ def _met(points: Sequence[tuple[float, float]], target: float) -> list[bool]:
 
 def _exact(
     function: Function, points: Sequence[tuple[float, float]], met: Sequence[bool], target: float
-) -> list[Solution]:
+) -> list[Root]:
     """Return known values that are solutions already: extremes, values met by chance, and intervals."""
-    found: list[Solution] = []
+    found: list[Root] = []
     for is_met, run in itertools.groupby(range(len(points)), key=lambda i: met[i]):
         if not is_met:
             continue
@@ -285,12 +325,12 @@ def _exact(
                 points[i][1] - target for i in (indices[0] - 1, indices[-1] + 1) if 0 <= i < len(points)
             ]
             best = min((points[i] for i in indices), key=lambda point: abs(point[1] - target))
-            found.append(Solution(*best, is_extreme=len(beside) == 2 and beside[0] * beside[1] > 0))
+            found.append(Root(*best, is_extreme=len(beside) == 2 and beside[0] * beside[1] > 0))
         else:
             before, after = indices[0] - 1, indices[-1] + 1
             begin = _edge(function, points[before][0], first, target) if before >= 0 else first
             end = _edge(function, points[after][0], last, target) if after < len(points) else last
-            found.append(Solution(*begin, until=end[0]))
+            found.append(Root(*begin, until=end[0]))
     return found
 
 
@@ -333,12 +373,12 @@ def _is_close(value: float, target: float, first: float, second: float, share: f
     return abs(value - target) <= share * (abs(target) or max(abs(first), abs(second)))
 
 
-def _merged(found: list[Solution]) -> list[Solution]:
+def _merged(found: list[Root]) -> list[Root]:
     """Return solutions in order, with those that rounding has separated as one."""
-    kept: list[Solution] = []
+    kept: list[Root] = []
     for each in sorted(found, key=lambda solution: solution.value):
         if kept and abs(each.value - kept[-1].value) <= _SAME * abs(each.value):
-            kept[-1] = Solution(each.value, each.reached, is_extreme=True)
+            kept[-1] = Root(each.value, each.reached, is_extreme=True)
             continue
         kept.append(each)
     return kept

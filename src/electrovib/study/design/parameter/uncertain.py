@@ -59,7 +59,7 @@ class Influence:
 
 
 @dataclass(frozen=True)
-class Distribution:
+class NeededValues:
     """Distribution of the value that is needed, over draws from a space.
 
     Parameters
@@ -150,7 +150,7 @@ def influences(
 
     Returns
     -------
-    tuple of Influence
+    found : tuple of Influence
         The largest first; empty where the derivative by the free parameter is 0 or not known.
 
     Notes
@@ -193,7 +193,7 @@ def propagated(
     seed: int,
     linear: bool,
     progress: Callable[[int, int], None] | None = None,
-) -> Distribution:
+) -> NeededValues:
     """Compute the distribution of the value that is needed.
 
     Parameters
@@ -217,7 +217,7 @@ def propagated(
 
     Returns
     -------
-    Distribution
+    NeededValues
         A value for each draw.
 
     Raises
@@ -262,7 +262,7 @@ def propagated(
         if progress is not None:
             progress(i, n)
         values[i] = _solved(evaluation, wanted, {path: float(drawn[path][i]) for path in paths}, guesses[i])
-    return Distribution(space.title, values, seed, linear, tuple(remarks))
+    return NeededValues(space.title, values, seed, linear, tuple(remarks))
 
 
 def _solved(evaluation: Evaluation, wanted: Wanted, others: Mapping[str, float], guess: float) -> float:

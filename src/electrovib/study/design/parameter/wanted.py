@@ -77,11 +77,33 @@ class Wanted:
         return signal, layer
 
     def quantity(self, value: float) -> str:
-        """Write a value of the quantity with its unit."""
+        """Write a value of the quantity.
+
+        Parameters
+        ----------
+        value : float
+            In its unit.
+
+        Returns
+        -------
+        str
+            With the unit, at six digits.
+        """
         return format_quantity(value, self.unit) if self.unit != "dB" else f"{value:.6g} dB"
 
     def parameter(self, value: float) -> str:
-        """Write a value of the free parameter with its unit."""
+        """Write a value of the free parameter.
+
+        Parameters
+        ----------
+        value : float
+            In its SI unit.
+
+        Returns
+        -------
+        str
+            With the unit, at six digits.
+        """
         return format_quantity(value, self.declared.unit)
 
 
