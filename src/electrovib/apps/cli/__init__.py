@@ -12,6 +12,7 @@ from electrovib.apps.cli import (
     check,
     compare,
     design,
+    design_plate,
     equilibrium,
     export,
     fit,
@@ -29,6 +30,7 @@ from electrovib.apps.cli import (
     settings,
     spaces,
     study,
+    texture,
     times,
 )
 from electrovib.apps.cli.completion import complete_arguments
@@ -67,7 +69,9 @@ for _command in (
     report,
     import_,
     check,
+    design_plate,
     design,
+    texture,
     export,
     init,
     settings,

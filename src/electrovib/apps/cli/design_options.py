@@ -41,6 +41,35 @@ Limits: TypeAlias = Annotated[
         help="Further limits beside those of the scenario; the strictest counts. Repeatable.",
     ),
 ]
+Target: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="TARGET",
+        help="Force over time: 'sine 50 Hz 30 mN' (between 0 and 30 mN), 'sine 50 Hz 10 mN to 30 mN for 0.2 s',"
+        " 'constant 5 mN for 1 s', or a file with the columns time and force.",
+        show_default=False,
+    ),
+]
+Method: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="METHOD", help="Method of the drive: dc, carrier, sqrt-am or current.", show_default=False
+    ),
+]
+Carrier: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FREQUENCY", help="Frequency of the carrier: '3 kHz'; chosen if absent.", show_default=False
+    ),
+]
+Rate: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="RATE",
+        help="Samples of the drive per second: '192 kHz'; chosen if absent.",
+        show_default=False,
+    ),
+]
 SpaceOf: TypeAlias = Annotated[
     str | None,
     typer.Option(
@@ -60,4 +89,20 @@ Seed: TypeAlias = Annotated[
 LinearOnly: TypeAlias = Annotated[
     bool,
     typer.Option("--linear", help="Propagate the space linearly instead of solving anew for every draw."),
+]
+Share: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        metavar="SHARE",
+        help="Share of the fingers of --space that have to have the quantity: 0.9; needs --seed.",
+        show_default=False,
+    ),
+]
+Band: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="LOW:HIGH",
+        help="With --share: band of the quantity, 20mN:60mN; --want then names the quantity alone.",
+        show_default=False,
+    ),
 ]

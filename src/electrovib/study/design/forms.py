@@ -15,6 +15,18 @@ def _parameter() -> Callable[..., Any]:
     return design_parameter
 
 
+def _drive() -> Callable[..., Any]:
+    from electrovib.study.design.drive import design_drive
+
+    return design_drive
+
+
+def _share() -> Callable[..., Any]:
+    from electrovib.study.design.robust import design_for_share
+
+    return design_for_share
+
+
 FORMS: Final = (
     Form(
         "a parameter",
@@ -22,8 +34,20 @@ FORMS: Final = (
         'want="mean electrostatic_force = 50 mN", free="drive.amplitude"',
         _parameter,
     ),
+    Form(
+        "a drive",
+        ("target", "method"),
+        'target="sine 50 Hz 30 mN", method="carrier"',
+        _drive,
+    ),
+    Form(
+        "a parameter for a share of a population",
+        ("share", "want", "free", "space", "seed"),
+        'want="mean electrostatic_force = 50 mN", free="drive.amplitude", space="fingers", share=0.9, seed=1',
+        _share,
+    ),
 )
-"""The first form whose deciding argument is given is the one that is meant."""
+"""The last form whose deciding argument is given is the one that is meant."""
 
 
 def form_of(given: Mapping[str, Any]) -> Form:
@@ -44,7 +68,7 @@ def form_of(given: Mapping[str, Any]) -> Form:
     InputError
         If no form is meant, an argument is missing, or one belongs to another form.
     """
-    form = next((each for each in FORMS if each.needs[0] in given), None)
+    form = next((each for each in reversed(FORMS) if each.needs[0] in given), None)
     if form is None:
         form = next((each for each in FORMS if set(each.needs) & given.keys()), None)
     if form is None:
