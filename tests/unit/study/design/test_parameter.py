@@ -383,6 +383,7 @@ REFUSED = {
     "several": ({"want": WANT, "free": [FREE]}, r"free = \['drive.amplitude'\]: expected the dotted path of one"),
     "no number": ({"want": WANT, "free": "drive"}, "drive: no physical parameter has this path"),
     "absent": ({"want": WANT, "free": "limits.voltage"}, "limits.voltage: the scenario gives it no value; add one by --set"),
+    "a grid": ({"want": WANT, "free": "frequency.high"}, "frequency.high: the frequencies of the output are no input"),
     "no range": ({"want": WANT, "free": FREE, "between": "10"}, "between = 10: expected LOW:HIGH, for instance 0 V:100 kV"),
     "turned": ({"want": WANT, "free": FREE, "between": "20:10"}, "between = 20:10: expected two values, the smaller first"),
     "beyond": ({"want": WANT, "free": FREE, "between": "1V:1GV"}, "drive.amplitude allows 0 V to 100 kV"),

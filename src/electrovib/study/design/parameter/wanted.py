@@ -223,6 +223,9 @@ def _parameter(scenario: Scenario, free: object) -> tuple[Quantity, float]:
         why = "expected the dotted path of one parameter, for instance 'drive.amplitude'"
         raise InputError(why, path="free", value=shortened(repr(free), LONGEST_QUOTED))
     declared = quantity_at(scenario, free)
+    if free.startswith("frequency."):
+        why = "the frequencies of the output are no input of a quantity; choose another parameter, for instance drive.frequency"
+        raise InputError(why, path=free)
     begin = value_at(scenario, free)
     if begin is None:
         raise InputError(
