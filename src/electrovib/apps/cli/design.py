@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -65,6 +65,18 @@ def command(
 ) -> None:
     """Find the parameter or the drive that gives a wanted quantity or force; exit code 1 if none does within the limits."""
     del models  # imported by now
+    given = {
+        "want": want, "free": free, "between": between, "space": space, "n": n, "seed": seed, "linear": linear or None,
+        "target": target, "method": method, "carrier": carrier, "rate": rate,
+        "share": share, "band": band, "limits": limits or None,
+    }  # fmt: skip
+    _design(scenario, given, changes=changes or [], output=output, force=force)
+
+
+def _design(
+    scenario: str, given: dict[str, Any], *, changes: list[str], output: str | None, force: bool
+) -> None:
+    """Print the result of a design, and write it."""
     from electrovib.apps.changes import read_changes
     from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
@@ -72,30 +84,12 @@ def command(
     from electrovib.export.design import check_design_file, write_design
     from electrovib.study.design import design
 
-    wanted = read_changes(changes or [])
+    wanted = read_changes(changes)
     with inputs_noted() as inputs:
         if output:
             check_design_file(output, force=force)
         with tracked("solving") as progress:
-            found = design(
-                scenario,
-                want=want,
-                free=free,
-                between=between,
-                target=target,
-                method=method,
-                carrier=carrier,
-                rate=rate,
-                limits=limits or None,
-                space=space,
-                n=n,
-                seed=seed,
-                linear=linear or None,
-                share=share,
-                band=band,
-                set=wanted,
-                progress=progress,
-            )
+            found = design(scenario, **given, set=wanted, progress=progress)
         if output:
             check_design_file(output, inputs=inputs, force=force)
     say(*found.lines)

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
+from electrovib.study.design.parameter.roots import solutions
 from electrovib.study.design.parameter.scale import EVEN, first_values
-from electrovib.study.design.parameter.search import Function, explore, sharpen_extremes, solutions
+from electrovib.study.design.parameter.search import Function, explore, sharpen_extremes
 
 
 def found(compute, target, low, high, begin=1.0):

@@ -13,15 +13,9 @@ from electrovib.scenario.space.counter import checked_seed
 from electrovib.study.check import checked, declared_limits
 from electrovib.study.design.parameter.evaluation import Evaluation, estimate, refuse_long
 from electrovib.study.design.parameter.result import DesignedParameter, Explored, FoundValue, found_value
+from electrovib.study.design.parameter.roots import Root, solutions
 from electrovib.study.design.parameter.scale import first_values
-from electrovib.study.design.parameter.search import (
-    MOST_ADDED,
-    Function,
-    Root,
-    explore,
-    sharpen_extremes,
-    solutions,
-)
+from electrovib.study.design.parameter.search import MOST_ADDED, Function, explore, sharpen_extremes
 from electrovib.study.design.parameter.uncertain import (
     Influence,
     NeededValues,

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult, CheckRow, LimitsSource
-    from electrovib.study.design.parameter.search import Root
+    from electrovib.study.design.parameter.roots import Root
     from electrovib.study.design.parameter.uncertain import Influence, NeededValues
     from electrovib.study.design.parameter.wanted import Wanted
     from electrovib.study.design.parameter.within import Obtainable

@@ -14,8 +14,9 @@ from electrovib.core.changes import stored_changes, stored_path
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.study.design.parameter.evaluation import Evaluation
+from electrovib.study.design.parameter.roots import solutions
 from electrovib.study.design.parameter.scale import coordinate, first_values
-from electrovib.study.design.parameter.search import Function, explore, solutions
+from electrovib.study.design.parameter.search import Function, explore
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
