@@ -14,6 +14,7 @@ from electrovib.apps.cli.design_options import (
     Free,
     Limits,
     LinearOnly,
+    Output,
     Seed,
     Share,
     SpaceOf,
@@ -43,14 +44,7 @@ def command(
     linear: LinearOnly = False,
     share: Share = None,
     band: Band = None,
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...).",
-        ),
-    ] = None,
+    output: Output = None,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
