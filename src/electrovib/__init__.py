@@ -56,6 +56,8 @@ if TYPE_CHECKING:
     from electrovib.study.population import study as study
     from electrovib.study.surfaces import compare_surfaces as compare_surfaces
     from electrovib.study.sweep import sweep as sweep
+    from electrovib.study.texture import texture_drive as texture_drive
+    from electrovib.study.texture import texture_stream as texture_stream
     from electrovib.view import plots as plot
     from electrovib.view.compare import compare as compare
     from electrovib.view.plate import design_plate as design_plate
@@ -113,6 +115,8 @@ _PLACES = {
     "simulate": "electrovib.solve.simulate",
     "series_resistor": "electrovib.study.check.series",
     "sweep": "electrovib.study.sweep",
+    "texture_drive": "electrovib.study.texture",
+    "texture_stream": "electrovib.study.texture",
     "compare_surfaces": "electrovib.study.surfaces",
 }
 

@@ -56,6 +56,8 @@ def drawn(scenario):
 
 
 FORCE = "electrostatic_force"
+TEXTURE = {"model": "Grating", "period": "1 mm", "amplitude": "0.1 mN"}
+HELD = {"voltage": 1e3, "current": 1}
 FORCE_LAWS = ["MaxwellStressInGap", "MaxwellStressInInsulator"]
 USES = {
     "compare": lambda scenario: [e.static for e in ev.compare(scenario, models=FORCE_LAWS).entries],
@@ -90,6 +92,10 @@ USES = {
     ],
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
     "study": lambda scenario: ev.study(scenario, LOADS, n=4, seed=1)["electrostatic_force_mean"].values,
+    "texture_drive": lambda scenario: ev.texture_drive(scenario, texture=TEXTURE, path="50 mm/s", limits=HELD).voltages,
+    "texture_stream": lambda scenario: ev.texture_stream(
+        scenario, texture=TEXTURE, limits=HELD
+    ).render(0.0, 0.0),
     "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,
 }  # fmt: skip
 """Public function to what it makes of a scenario."""

@@ -11,6 +11,7 @@ from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.export.waveform import FORMATS, export_waveform
 from electrovib.scenario.toml import to_toml
+from electrovib.study.design.drive import DesignedDrive
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -83,8 +84,11 @@ def write_design(found: Designed, path: str | Path, *, force: bool = False) -> l
         text = f"# {unsigned(Form.SCENARIO)}\n{to_toml(scenario)}"
         write_text(place, text, Form.SCENARIO, force=force)
         return [f"written: {place}"]
-    written = export_waveform(scenario, place, limits=list(found.limits), force=force)
-    return [*written.notes, f"written: {written.path}"]
+    rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive) else (None, ())
+    written = export_waveform(
+        scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes
+    )
+    return [*(each for each in written.notes if each not in notes), f"written: {written.path}"]
 
 
 def _scenario_of(found: Designed, place: Path) -> Scenario:

@@ -30,6 +30,7 @@ from electrovib.apps.cli import (
     settings,
     spaces,
     study,
+    texture,
     times,
 )
 from electrovib.apps.cli.completion import complete_arguments
@@ -70,6 +71,7 @@ for _command in (
     check,
     design_plate,
     design,
+    texture,
     export,
     init,
     settings,

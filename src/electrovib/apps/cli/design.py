@@ -10,14 +10,18 @@ from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.design_options import (
     Band,
     Between,
+    Carrier,
     Draws,
     Free,
     Limits,
     LinearOnly,
+    Method,
     Output,
+    Rate,
     Seed,
     Share,
     SpaceOf,
+    Target,
     Want,
 )
 from electrovib.apps.cli.force import Force
@@ -37,6 +41,10 @@ def command(
     want: Want = None,
     free: Free = None,
     between: Between = None,
+    target: Target = None,
+    method: Method = None,
+    carrier: Carrier = None,
+    rate: Rate = None,
     limits: Limits = None,
     space: SpaceOf = None,
     n: Draws = None,
@@ -49,7 +57,7 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Find the value of a parameter that gives a wanted quantity; exit code 1 if none does within the limits."""
+    """Find the parameter or the drive that gives a wanted quantity or force; exit code 1 if none does within the limits."""
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.exit_codes import FAILED
@@ -68,6 +76,10 @@ def command(
                 want=want,
                 free=free,
                 between=between,
+                target=target,
+                method=method,
+                carrier=carrier,
+                rate=rate,
                 limits=limits or None,
                 space=space,
                 n=n,

@@ -41,6 +41,35 @@ Limits: TypeAlias = Annotated[
         help="Further limits beside those of the scenario; the strictest counts. Repeatable.",
     ),
 ]
+Target: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="TARGET",
+        help="Force over time: 'sine 50 Hz 30 mN' (between 0 and 30 mN), 'sine 50 Hz 10 mN to 30 mN for 0.2 s',"
+        " 'constant 5 mN for 1 s', or a file with the columns time and force.",
+        show_default=False,
+    ),
+]
+Method: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="METHOD", help="Method of the drive: dc, carrier, sqrt-am or current.", show_default=False
+    ),
+]
+Carrier: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FREQUENCY", help="Frequency of the carrier: '3 kHz'; chosen if absent.", show_default=False
+    ),
+]
+Rate: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        metavar="RATE",
+        help="Samples of the drive per second: '192 kHz'; chosen if absent.",
+        show_default=False,
+    ),
+]
 SpaceOf: TypeAlias = Annotated[
     str | None,
     typer.Option(

@@ -45,6 +45,12 @@ def _parameter() -> Callable[..., Any]:
     return design_parameter
 
 
+def _drive() -> Callable[..., Any]:
+    from electrovib.study.design.drive import design_drive
+
+    return design_drive
+
+
 def _share() -> Callable[..., Any]:
     from electrovib.study.design.robust import design_for_share
 
@@ -57,6 +63,12 @@ FORMS: Final = (
         ("want", "free"),
         'want="mean electrostatic_force = 50 mN", free="drive.amplitude"',
         _parameter,
+    ),
+    Form(
+        "a drive",
+        ("target", "method"),
+        'target="sine 50 Hz 30 mN", method="carrier"',
+        _drive,
     ),
     Form(
         "a parameter for a share of a population",

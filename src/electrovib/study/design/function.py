@@ -11,6 +11,7 @@ from electrovib.study.design.forms import form_of
 if TYPE_CHECKING:
     from electrovib.scenario.space import SpaceSource
     from electrovib.study.check import LimitsSource
+    from electrovib.study.design.drive import TargetSource
     from electrovib.study.design.result import Designed
 
 
@@ -20,6 +21,10 @@ def design(
     want: str | None = None,
     free: str | None = None,
     between: str | None = None,
+    target: TargetSource | None = None,
+    method: str | None = None,
+    carrier: float | str | None = None,
+    rate: float | str | None = None,
     limits: LimitsSource | Sequence[LimitsSource] = None,
     space: SpaceSource | None = None,
     n: int | None = None,
@@ -30,7 +35,7 @@ def design(
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     progress: Callable[[int, int], None] | None = None,
 ) -> Designed:
-    """Find the value of a parameter that gives a wanted quantity.
+    """Find the value of a parameter that gives a wanted quantity, or the drive that gives a wanted force.
 
     Parameters
     ----------
@@ -42,6 +47,15 @@ def design(
         Dotted path of the parameter that is sought, ``"drive.amplitude"``.
     between : str, optional
         Ends of the range in which it is sought, ``"10 V:400 V"``; by default the range of the parameter.
+    target : str, Path, Target or pair of array_like, optional
+        Force over time, which is never negative: ``"sine 50 Hz 30 mN"`` (between 0 and 30 mN), ``"sine 50 Hz 10 mN to 30 mN
+        for 0.2 s"``, ``"constant 5 mN for 1 s"``, a file with the columns time and force, or times [s] and forces [N].
+    method : str, optional
+        Method of the drive: ``"dc"``, ``"carrier"``, ``"sqrt-am"`` or ``"current"``.
+    carrier : float or str, optional
+        Frequency of the carrier [Hz]; chosen if absent.
+    rate : float or str, optional
+        Samples of the drive per second [Hz]; chosen if absent.
     limits : str, Path, mapping, Limits, or a list of them, optional
         Further limits beside those of the scenario; the strictest counts.
     space : str, Path, mapping or Space, optional
@@ -77,6 +91,10 @@ def design(
         "want": want,
         "free": free,
         "between": between,
+        "target": target,
+        "method": method,
+        "carrier": carrier,
+        "rate": rate,
         "limits": limits,
         "space": space,
         "n": n,

@@ -116,6 +116,25 @@ def test_a_limit_that_forbids_is_named_with_what_it_leaves(limit):
     assert ev.check(SINE.replace({FREE: found.obtainable.value}), limits={limit: bound}).state != "fail"
 
 
+def test_a_value_in_the_scenario_that_is_at_its_limit_is_named_with_the_limit():
+    found = ev.design(SINE, want="mean electrostatic_force = 1 N", free=FREE, limits={"voltage": 100.0})
+    assert (found.obtainable.value, found.obtainable.reached) == (pytest.approx(100), pytest.approx(force()))
+    assert "where the voltage of the plate reaches 100 V, within 100 V" in found.lines[2]
+
+
+@pytest.mark.slow
+def test_of_two_signs_that_of_the_scenario_is_obtained():
+    for high in (900.0, -900.0):
+        found = ev.design(
+            "vezzoli_2014/fig6",
+            want="mean electrostatic_force = 9 mN",
+            free="drive.high",
+            set={"drive.high": high},
+            limits={"voltage": "1 kV"},
+        )
+        assert found.obtainable.value == pytest.approx(math.copysign(1000, high), rel=1e-9)
+
+
 def test_breakdown_of_the_film_forbids_too():
     set_ = {"stack.insulator.breakdown_field": "2 MV/m"}
     found = ev.design(SINE, want="mean electrostatic_force = 50 mN", free=FREE, set=set_)

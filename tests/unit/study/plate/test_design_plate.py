@@ -124,6 +124,37 @@ def test_the_best_is_the_largest_force_among_the_allowed(design):
     assert len(design.allowed) == len(allowed)
 
 
+CHECKED = {
+    "a step with a series resistance": {
+        "drive.phase": math.pi / 2, "time": {"duration": "20 ms"}, "circuit.source_resistance": "1 Mohm",
+    },
+    "a discontinuity": {"drive.phase": math.pi / 2, "time": {"duration": "20 ms"}},
+    "stray capacitance": {"circuit.amplifier": {"stray_capacitance": "100 pF"}},
+}  # fmt: skip
+EVERY = {"voltage": 90.0, "current": 1e-4, "charge": 1e-9, "stored_energy": 1e-6, "body_current": 1e-4}
+EVERY |= {"rms_voltage": 71.0, "rms_current": 1e-4, "slew_rate": 1e4}
+
+
+@pytest.mark.parametrize("case", CHECKED)
+def test_rows_of_a_candidate_are_those_of_the_check(case):
+    scenario = STATIC.replace(CHECKED[case])
+    found = plate(scenario, {"drive.amplitude": [100.0]}, limits=EVERY).candidates[0]
+    expected = ev.check(None, scenario, limits=EVERY)
+    assert len(found.rows) == len(expected.rows)
+    for mine, theirs in zip(found.rows, expected.rows, strict=True):
+        assert (mine.quantity, mine.limit, mine.state) == (theirs.quantity, theirs.limit, theirs.state)
+        assert mine.value == (theirs.value and pytest.approx(theirs.value, rel=1e-5))
+
+
+def test_root_mean_squares_are_judged_where_they_are_declared_or_an_objective():
+    over = {"drive.amplitude": [50.0, 100.0]}
+    plain = plate(STATIC, over).candidates[0]
+    assert not [each for each in plain.rows if "rms" in each.quantity or "slew" in each.quantity]
+    found = plate(STATIC, over, limits={"rms_voltage": 50.0}, minimise=["slew rate"])
+    assert [each.forbidden_by for each in found.candidates] == [(), ("rms voltage",)]
+    assert found.best.values["slew rate"] == pytest.approx(2 * math.pi * 125 * 50)
+
+
 def test_the_best_candidate_is_checked_again(design):
     assert design.check.state != "fail"
     assert design.check.value("peak voltage") == design.best.values["peak voltage"]

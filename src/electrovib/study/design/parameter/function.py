@@ -127,7 +127,7 @@ def design_parameter(
     found = sorted((_compared(each, limited) for each in roots), key=lambda each: _order(each, wanted))
     near = None
     if not any(each.is_allowed for each in found):
-        near = obtainable(function, limited, wanted.value)
+        near = obtainable(function, limited, wanted.value, wanted.begin)
     main = found[0].value if found else None
     return DesignedParameter(
         base=scenario,

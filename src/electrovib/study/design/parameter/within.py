@@ -78,7 +78,7 @@ class Limited:
         return result is not None and not result.failed
 
 
-def obtainable(function: Function, limited: Limited, target: float) -> Obtainable | None:
+def obtainable(function: Function, limited: Limited, target: float, begin: float) -> Obtainable | None:
     """Find the value of a function nearest to the wanted one that no limit forbids.
 
     Parameters
@@ -89,6 +89,8 @@ def obtainable(function: Function, limited: Limited, target: float) -> Obtainabl
         The limits.
     target : float
         Wanted value.
+    begin : float
+        Value of the free parameter in the scenario; of two values that give the same, the one of its sign is returned.
 
     Returns
     -------
@@ -102,7 +104,8 @@ def obtainable(function: Function, limited: Limited, target: float) -> Obtainabl
     """
     points = _thinned(function.known)
     best: Obtainable | None = None
-    for i in sorted(range(len(points)), key=lambda i: abs(points[i][1] - target)):
+    order = sorted(range(len(points)), key=lambda i: (abs(points[i][1] - target), points[i][0] * begin < 0))
+    for i in order:
         at, value = points[i]
         beside = [points[j] for j in (i - 1, i + 1) if 0 <= j < len(points)]
         nearest = min(abs(reached - target) for _, reached in [points[i], *beside])
@@ -113,7 +116,7 @@ def obtainable(function: Function, limited: Limited, target: float) -> Obtainabl
             for other, reached in beside
             if limited.failed(other) and abs(reached - target) < abs(value - target)
         ]
-        for each in [Obtainable(at, value, None), *(each for each in found if each is not None)]:
+        for each in [*(each for each in found if each is not None), Obtainable(at, value, None)]:
             if best is None or abs(each.reached - target) < abs(best.reached - target):
                 best = each
     return best

@@ -16,8 +16,10 @@ if TYPE_CHECKING:
 _MOST_INFLUENCES: Final = 6
 _NEGLIGIBLE: Final = 0.01
 """Elasticity below which a parameter is not listed."""
-_OF_CHECK: Final = ("film strength", "Paschen", "field emission", "limit")
+_OF_CHECK: Final = ("film strength", "Paschen", "field emission")
 """Beginnings of the names of diagnostics that the comparison with the limits states already."""
+_DECLARED: Final = "(limits."
+"""Part of the text of a diagnostic of a declared limit, which that comparison states too."""
 
 
 def lines_of(found: DesignedParameter) -> tuple[str, ...]:
@@ -175,7 +177,11 @@ def _spread(found: DesignedParameter) -> list[str]:
 
 
 def _warnings(found: DesignedParameter) -> list[str]:
-    told = [each for each in found.diagnostics if not each.name.startswith(_OF_CHECK)]
+    told = [
+        each
+        for each in found.diagnostics
+        if not each.name.startswith(_OF_CHECK) and _DECLARED not in each.text
+    ]
     return [f"{each.name} ({each.state}): {each.text}" for each in told if each.state == "warning"]
 
 

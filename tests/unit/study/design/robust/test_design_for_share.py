@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import beta, norm
+from scipy.stats import beta, binom, norm
 from typer.testing import CliRunner
 
 import electrovib as ev
@@ -299,6 +299,8 @@ def test_order_statistics_cover_the_quantile_in_at_least_95_of_100(share, count)
     ]
     covered = np.mean((ends[0] <= share) & (share <= ends[1]))
     assert 0.94 < covered < 0.995
+    assert binom.cdf(high - 1, count, share) >= 0.975 > binom.cdf(high - 2, count, share)
+    assert binom.cdf(low - 1, count, share) < 0.025 <= binom.cdf(low, count, share)
 
 
 @pytest.mark.parametrize(
