@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,6 +27,9 @@ from electrovib.apps.cli.design_options import (
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
+
+if TYPE_CHECKING:
+    from electrovib.study.design import Designed
 
 
 def register(app: typer.Typer) -> None:
@@ -60,10 +63,9 @@ def command(
     """Find the parameter or the drive that gives a wanted quantity or force; exit code 1 if none does within the limits."""
     del models  # imported by now
     from electrovib.apps.changes import read_changes
-    from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
-    from electrovib.export.design import check_design_file, write_design
+    from electrovib.export.design import check_design_file
     from electrovib.study.design import design
 
     wanted = read_changes(changes or [])
@@ -92,6 +94,14 @@ def command(
             )
         if output:
             check_design_file(output, inputs=inputs, force=force)
+    _report(found, output, force=force)
+
+
+def _report(found: Designed, output: str | None, *, force: bool) -> None:
+    """Print and write a result; exit with code 1 if it is not what was wanted."""
+    from electrovib.apps.exit_codes import FAILED
+    from electrovib.export.design import write_design
+
     say(*found.lines)
     if output:
         say(*write_design(found, output, force=force))
