@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,24 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.solve.population.kernels import Histogram, Moments
     from electrovib.study.population.counts import FingerCounts
+
+
+class SquareForm(NamedTuple):
+    """Signals of a block of fingers in the form from which `square_quantiles` computes them again.
+
+    Parameters
+    ----------
+    rates, residues, direct, state : ndarray, shape (fingers, modes) but for direct, (fingers,)
+        As for `square_quantiles`.
+    factor : ndarray, shape (fingers,)
+        Signal over the square of the response.
+    """
+
+    rates: Real
+    residues: Real
+    direct: Real
+    state: Real
+    factor: Real
 
 
 @dataclass
@@ -29,12 +47,15 @@ class ReducedSignal:
         Signals of the fingers, where they are needed.
     histogram : Histogram or None
         Of the signals, in place of them where it is smaller.
+    forms : list of SquareForm or ndarray of float32, shape (fingers, n)
+        Signals of each block, where they are computed again for the percentiles; as they are where there is no such form.
     """
 
     blocks: list[Moments]
     counts: FingerCounts
     values: NDArray[np.float32] | None
     histogram: Histogram | None
+    forms: list[SquareForm | NDArray[np.float32]] = field(default_factory=list)
 
 
 @dataclass
@@ -98,7 +119,7 @@ def binned(part: ReducedSignal, threads: int | None) -> None:
 def joined(one: ReducedSignal, other: ReducedSignal) -> ReducedSignal:
     """Return the statistics of fingers that follow each other."""
     one.counts.merge(other.counts)
-    found = ReducedSignal([*one.blocks, *other.blocks], one.counts, None, None)
+    found = ReducedSignal([*one.blocks, *other.blocks], one.counts, None, None, [*one.forms, *other.forms])
     if one.values is not None and other.values is not None:
         found.values = np.concatenate([one.values, other.values])
     if one.histogram is not None and other.histogram is not None:

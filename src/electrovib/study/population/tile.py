@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.study.population.counts import FingerCounts
 from electrovib.study.population.declared import BLOCK
-from electrovib.study.population.reduced import ReducedSignal, TileResult, binned, joined
+from electrovib.study.population.reduced import ReducedSignal, SquareForm, TileResult, binned, joined
 from electrovib.study.population.tiles import largest_tile
 
 if TYPE_CHECKING:
@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
+    from electrovib.solve.population.together.forces import Squares
     from electrovib.study.population.declared import DeclaredStudy
+
+
+_FEWEST_SAMPLES: Final = 128
+"""Samples from which the signals of a finger take more memory than the form from which they are computed again."""
 
 
 class Evaluator:
@@ -30,6 +35,11 @@ class Evaluator:
         The study.
     threads : int, optional
         Threads of the kernels; by default one for each available processor.
+
+    Attributes
+    ----------
+    kept, binned, recomputed : bool
+        Whether signals are stored, counted in histograms, or computed again for the percentiles.
 
     Raises
     ------
@@ -54,7 +64,14 @@ class Evaluator:
         self.numbers = self.samples * len(declared.signals)
         self.exact = 4.0 * declared.fingers * self.numbers <= declared.memory
         percentiles = bool(declared.percentiles)
-        self.kept = declared.draws or (percentiles and self.exact)
+        self.recomputed = (
+            percentiles
+            and self.exact
+            and self.streamed
+            and not declared.draws
+            and self.samples >= _FEWEST_SAMPLES
+        )
+        self.kept = declared.draws or (percentiles and self.exact and not self.recomputed)
         self.binned = percentiles and not self.exact
         self._scratch: dict[str, Real] = {}
 
@@ -152,6 +169,30 @@ class Evaluator:
                 self._store(found, part, known or self._signals(some, self._memory(part.stop - begin)))
         return found
 
+    def forms(self, start: int, stop: int) -> list[SquareForm | NDArray[np.float32]]:
+        """Return the signals of consecutive fingers as `reduced` does, of each block, where they are computed again.
+
+        Parameters
+        ----------
+        start, stop : int
+            Indices of the first finger, which begins a block, and of the one after the last.
+
+        Returns
+        -------
+        forms : list of SquareForm or ndarray of float32, shape (fingers, n)
+            Of each block.
+        """
+        (name,) = self.declared.signals
+        found: list[SquareForm | NDArray[np.float32]] = []
+        for begin in range(start, stop, BLOCK):
+            draws = self._draws(begin, min(begin + BLOCK, stop))
+            squares = self.population.squares(draws, threads=self.threads)
+            if squares is None:
+                found.append(self._signals(draws)[name].astype(np.float32))
+            else:
+                found.append(_form(squares))
+        return found
+
     def _nothing(self, name: str, fingers: int, rows: NDArray[np.float32] | None) -> ReducedSignal:
         """Return the statistics of no finger, with memory for the float32 signals where they are kept or counted."""
         if rows is None and (self.kept or self.binned):
@@ -169,6 +210,8 @@ class Evaluator:
             each.counts.merge(FingerCounts.of(values, self.declared.thresholds.get(name, ()), blocks))
             if each.values is not None:
                 each.values[part] = values
+            if self.recomputed:
+                each.forms.append(values.astype(np.float32))
 
     def _stream(
         self,
@@ -191,6 +234,8 @@ class Evaluator:
         if squares is None:
             return False
         *numbers, factor, places = squares
+        if self.recomputed:
+            each.forms.append(_form(squares))
         (block,) = square_moments_many(*numbers, factor=factor, threads=self.threads)
         block = Moments(block.fingers, block.mean[places], block.squares[places])
         each.blocks.append(block)
@@ -202,6 +247,11 @@ class Evaluator:
         if values is not None:
             each.counts.merge(FingerCounts.of(values, thresholds, [block]))
         return True
+
+
+def _form(squares: Squares) -> SquareForm:
+    """Return what differs between the fingers of a block."""
+    return SquareForm(squares.rates, squares.residues, squares.direct, squares.state, squares.factor)
 
 
 def kernels(of_signals: str) -> str:

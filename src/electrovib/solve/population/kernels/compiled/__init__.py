@@ -7,6 +7,7 @@ from electrovib.solve.population.kernels.compiled.calls import (
     square_moments,
     step,
 )
+from electrovib.solve.population.kernels.compiled.interval_calls import square_order_statistics
 from electrovib.solve.population.kernels.compiled.sweeps import (
     cole_cole,
     count,
@@ -26,6 +27,7 @@ __all__ = [
     "order_statistics",
     "secular",
     "square_moments",
+    "square_order_statistics",
     "step",
     "transfer",
 ]
