@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.solve.population.kernels import Histogram, Moments
-    from electrovib.study.population.reduced import ReducedSignal, SquareForm, TileResult
+    from electrovib.study.population.reduced import Form, ReducedSignal, TileResult
     from electrovib.study.population.tile import Evaluator
 
 
@@ -48,7 +48,7 @@ class MergedSignal:
     histogram: Histogram | None
     values: NDArray[np.float32] | None
     block: list[Real]
-    forms: list[SquareForm | NDArray[np.float32]]
+    forms: list[Form]
 
 
 class MergedFingers:
@@ -138,9 +138,12 @@ class MergedFingers:
 
         into.moments = merged([*([into.moments] if into.moments is not None else []), *found.blocks])
         into.counts.merge(found.counts)
-        into.forms.extend(found.forms)
+        if self.evaluator.recomputed:
+            into.forms.extend(found.forms)
         if into.histogram is not None and found.histogram is not None:
-            into.histogram = into.histogram + found.histogram
+            into.histogram.merge(found.histogram)
+        elif into.histogram is not None and self.evaluator.counted:
+            self.evaluator.histogram_of(found.forms, into.histogram)
         elif into.histogram is not None:
             count_in(into.histogram, found, self.evaluator.threads)
         if into.values is not None and found.values is not None and found.values.base is not into.values:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from electrovib.core.signals import SIGNALS
-from electrovib.study.population.reduced import SquareForm
+from electrovib.study.population.reduced import of_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.study.population.declared import DeclaredStudy
     from electrovib.study.population.merged import MergedFingers, MergedSignal
+    from electrovib.study.population.reduced import Form
     from electrovib.study.population.tile import Evaluator
 
 EXACT: Final = "exact order statistics of float32 values, interpolated linearly"
@@ -118,32 +119,17 @@ def _quantiles(each: MergedSignal, evaluator: Evaluator) -> Real:
     return np.where(each.counts.unknown > 0, np.nan, found)
 
 
-def _of_forms(
-    forms: Sequence[SquareForm | NDArray[np.float32]], evaluator: Evaluator, shares: tuple[float, ...]
-) -> Real:
-    """Return the quantiles of signals that are computed again; the blocks without a form are given as they are."""
+def _of_forms(forms: Sequence[Form], evaluator: Evaluator, shares: tuple[float, ...]) -> Real:
+    """Return the quantiles of signals that are computed again."""
     from electrovib.solve.population.kernels import quantiles, square_quantiles
 
-    first = next((each for each in forms if isinstance(each, SquareForm)), None)
-    known: dict[int, NDArray[np.float32]] = {}
-    count, blocks = 0, list[SquareForm]()
-    for each in forms:
-        if isinstance(each, SquareForm):
-            blocks.append(each)
-        else:
-            known[count] = each
-            if first is not None:
-                blocks.append(SquareForm(*(np.zeros((len(each), *part.shape[1:])) for part in first)))
-        count += len(each.factor if isinstance(each, SquareForm) else each)
-    if first is None:
+    whole, known = of_blocks(forms)
+    if whole is None:
         return quantiles(np.concatenate(list(known.values())), shares, threads=evaluator.threads)
-    whole = SquareForm(*(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
     voltage, steps, places = evaluator.population.grid
+    numbers = whole.rates, whole.residues, whole.direct, whole.state
     return square_quantiles(
-        whole.rates,
-        whole.residues,
-        whole.direct,
-        whole.state,
+        *numbers,
         voltage,
         steps,
         factor=whole.factor,

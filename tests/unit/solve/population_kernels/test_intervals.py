@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels import first_order_hold_many, quantiles, square_quantiles
+from electrovib.solve.population.kernels import Histogram, first_order_hold_many, quantiles, square_quantiles
 
 SHARES = [0.0, 0.05, 0.5, 0.95]
 
@@ -55,3 +55,41 @@ def test_a_value_that_is_no_number_has_no_quantiles_at_its_times(kernel):
     assert np.flatnonzero(np.isnan(found).any(axis=0)).tolist() == [200]
     with pytest.raises(InputError, match="from 0 to 1"):
         square_quantiles(**given, voltage=voltage, time=time, outputs=[0], probabilities=[2])
+
+
+@pytest.mark.parametrize("fingers", [1, 2500])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_counts_are_those_of_stored_responses(kernel, fingers, threads):
+    given, (time, voltage) = some_fingers(fingers, 2), some_drive()
+    given["factor"][::3] *= -1.0
+    outputs = np.flatnonzero(np.random.default_rng(3).random(time.size) < 0.7)
+    stored = first_order_hold_many(**given, voltage=voltage, time=time, dtype=np.float32)[:, outputs]
+    known = {fingers // 2: np.full((1, len(outputs)), -0.0, np.float32)}
+    stored[fingers // 2] = known[fingers // 2]
+    found, expected = Histogram(len(outputs)), Histogram(len(outputs))
+    for _ in range(2):  # into octaves without memory, and with
+        found.add_squares(**given, voltage=voltage, time=time, outputs=outputs, known=known, threads=threads)
+        expected.add(stored)
+        assert_same_counts(found, expected)
+    with pytest.raises(InputError, match="expected 3"):
+        Histogram(3).add_squares(**given, voltage=voltage, time=time, outputs=[0, 1])
+
+
+def assert_same_counts(found, expected):
+    filled = expected.pages >= 0
+    assert np.array_equal(found.pages >= 0, filled)
+    assert np.array_equal(found.counts[found.pages[filled]], expected.counts[expected.pages[filled]])
+    assert found.count == expected.count
+
+
+def test_merging_adds_the_counts(kernel):
+    random = np.random.default_rng(1)
+    one, other, both = Histogram(5), Histogram(5), Histogram(5)
+    values = random.normal(size=(300, 5)) * 10.0 ** random.integers(-4, 4, (300, 5))
+    one.add(values[:100])
+    other.add(values[100:])
+    both.add(values)
+    one.merge(other)
+    assert_same_counts(one, both)
+    with pytest.raises(InputError, match="cannot be added"):
+        one.merge(Histogram(4))

@@ -13,6 +13,7 @@ from electrovib.study.population.declared import read_study
 from electrovib.study.population.existing import open_study
 from electrovib.study.population.run import StudyCancelledError
 from electrovib.study.population.tile import Evaluator
+from electrovib.study.population.worker import tile_on_worker
 
 NAME = "electrostatic_force"
 SCENARIO = load("vezzoli_2014/fig6_gap").replace({"time.samples": 150})
@@ -90,3 +91,62 @@ def test_a_study_that_was_ended_continues_without_stored_signals(tmp_path, tiles
     assert not (path / "checkpoint" / NAME).exists()
     study(SCENARIO, "fingers", exceed="0.3 mN", output=path, **ASKED)
     assert_same(open_study(path), stored)
+
+
+@pytest.fixture(scope="module")
+def binned():
+    """The study whose histogram counts stored signals."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Evaluator, "__init__", without_counting(Evaluator.__init__))
+        return study(SCENARIO, "fingers", budget_memory="2.5 MB", **ASKED)
+
+
+def without_counting(original):
+    def made(self, *arguments, **options):
+        original(self, *arguments, **options)
+        self.counted = False
+
+    return made
+
+
+@pytest.mark.parametrize("size", [1024, 4096])
+def test_histograms_are_those_of_stored_signals(tiles, binned, size):
+    tiles(size)
+    found = study(SCENARIO, "fingers", budget_memory="2.5 MB", **ASKED)
+    assert "histogram" in found.attrs["percentiles_from"]
+    assert_same(found, binned)
+
+
+def test_blocks_that_are_not_known_are_counted_as_zero(monkeypatch, binned):
+    """One finger is unknown: the bands are unknown, and its block is counted from stored signals."""
+    original, squares = Population.signals, Population.squares
+    one = evaluator(budget_memory="2.5 MB")
+    path, value = next((path, values[0]) for path, values in one._draws(1030, 1031).items())
+
+    def signals(self, draws, **asked):
+        found = original(self, draws, **asked)
+        found[NAME][draws[path] == value, 20] = np.nan
+        return found
+
+    def spoilt(self, draws, **asked):
+        found = squares(self, draws, **asked)
+        return found._replace(factor=np.where(draws[path] == value, np.nan, found.factor))
+
+    monkeypatch.setattr(Population, "signals", signals)
+    monkeypatch.setattr(Population, "squares", spoilt)
+    reduced = one.tile(0, 5000).reduced[NAME]
+    assert [isinstance(each, np.ndarray) for each in reduced.forms] == [False, True, False, False, False]
+    counted = one.histogram_of(reduced.forms)
+    assert counted.count == 5000
+    assert (counted.quantiles([0.0])[0, 20] <= 0).all()
+    assert (counted.quantiles([0.5])[0, 19] == binned[f"{NAME}_percentile"][1, 19]).all()
+
+
+def test_a_worker_sends_a_histogram(binned):
+    one = evaluator(budget_memory="2.5 MB")
+    found = tile_on_worker(one.declared.to_text(), 0, 2048, {})
+    (each,) = found.reduced.values()
+    assert not each.forms
+    assert each.histogram.count == 2048
+    expected = one.histogram_of(one.forms(0, 2048))
+    np.testing.assert_array_equal(each.histogram.quantiles([0.5]), expected.quantiles([0.5]))

@@ -7,7 +7,11 @@ from electrovib.solve.population.kernels.compiled.calls import (
     square_moments,
     step,
 )
-from electrovib.solve.population.kernels.compiled.interval_calls import square_order_statistics
+from electrovib.solve.population.kernels.compiled.interval_calls import (
+    add_counts,
+    count_squares,
+    square_order_statistics,
+)
 from electrovib.solve.population.kernels.compiled.sweeps import (
     cole_cole,
     count,
@@ -18,8 +22,10 @@ from electrovib.solve.population.kernels.compiled.sweeps import (
 )
 
 __all__ = [
+    "add_counts",
     "cole_cole",
     "count",
+    "count_squares",
     "mean_square",
     "moments",
     "name",

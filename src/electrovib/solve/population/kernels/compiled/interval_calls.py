@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Indices, Real
 
-_FINGERS: Final = 4096
+_FINGERS: Final = 2048
 """Fingers of one call, whose states and parameters stay in memory."""
-_ROWS: Final = 8
+_ROWS: Final = 16
 """Times of one call."""
 
 
@@ -127,3 +127,66 @@ def square_order_statistics(
 
         in_threads(work, ranges(len(rows), _ROWS), threads)
     return selection.numbers(found)
+
+
+def count_squares(
+    fingers: Any,
+    factor: Real,
+    outputs: Indices,
+    known: Mapping[int, NDArray[np.float32]],
+    histogram: Any,
+    threads: int | None,
+) -> None:
+    """Count factor times the squared responses, at some times, in a histogram.
+
+    Parameters
+    ----------
+    fingers, factor, outputs, known, threads
+        As for `square_order_statistics`; no value may be nan.
+    histogram : Histogram
+        Receives the values.
+    """
+    count, stepped = len(factor), _Stepped(fingers, factor, threads)
+    table = np.empty((TIMES, count + -count % 1024 + 16), np.float32)
+    patterns = table.view(np.int32)
+    found = np.zeros(histogram.pages.shape, bool)
+    for time, stop, some in _outputs(outputs, fingers.voltage.size):
+        stepped.write(time, stop, table)
+        rows = outputs[some] - time
+        for first, values in known.items():
+            table[rows, first : first + len(values)] = values[:, some].T
+        parts = ranges(len(rows), _ROWS)
+        for again in (False, True):
+            missed = np.zeros(len(parts), np.int64)
+
+            def work(
+                place: int,
+                rows: Indices = rows,
+                begin: int = some.start,
+                again: bool = again,
+                lost: Any = missed,
+            ) -> None:
+                first, last = parts[place]  # noqa: B023 - called within this round
+                bins = np.empty(count, np.int32)
+                lost[place] = intervals.count_rows(
+                    patterns,
+                    count,
+                    rows[first:last],
+                    begin + first,
+                    histogram.pages,
+                    histogram.counts,
+                    bins,
+                    found,
+                    again,
+                )
+
+            in_threads(work, range(len(parts)), threads)
+            if not missed.any():
+                break
+            histogram.allocate(found)
+        found[some] = False
+
+
+def add_counts(histogram: Any, other: Any) -> None:
+    """Add the counts of another histogram, for whose octaves there is memory."""
+    intervals.add_pages(histogram.pages, histogram.counts, other.pages, other.counts)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+import numpy as np
+
 from electrovib.solve.population.kernels.compiled.selection import of_row, ordered
 from electrovib.solve.population.kernels.compiled.stepping import advance, found_at
 from electrovib.solve.population.kernels.compiled.tiles import begin_tile, gather_tile, square_tile
@@ -15,6 +17,9 @@ from electrovib.solve.recursion.vectors.width import WIDTH
 
 TOGETHER: Final = 64
 """Fingers whose values are written into the table together."""
+
+
+_MINUS_ZERO: Final = -(2**31)
 
 
 @outer
@@ -79,3 +84,49 @@ def order_statistics_of_rows(
         for finger in range(count):
             row[finger] = ordered(row[finger])
         of_row(row, count, places, some, fewer, counts, found[:, column])
+
+
+@outer
+def count_rows(
+    patterns: Any,
+    count: Any,
+    rows: Any,
+    first: Any,
+    pages: Any,
+    counts: Any,
+    bins: Any,
+    found: Any,
+    again: Any,
+) -> Any:
+    """Count so many numbers of some rows in a histogram, and return how many lie in octaves that have no memory.
+
+    Row ``rows[k]`` is that of time first + k. The octaves without memory are written into `found`, (times, octaves). Where
+    `again` holds, only the numbers of these octaves are counted. No number may be nan.
+    """
+    missed = 0
+    for place in range(len(rows)):
+        row, time = patterns[rows[place]], first + place
+        for finger in range(count):
+            bits = row[finger] if row[finger] != _MINUS_ZERO else np.int32(0)
+            bins[finger] = (ordered(bits) >> np.int32(15)) + np.int32(65536)
+        for finger in range(count):
+            octave = bins[finger] >> 8
+            page = pages[time, octave]
+            if again:
+                if found[time, octave]:
+                    counts[page, bins[finger] & 255] += 1
+            elif page >= 0:
+                counts[page, bins[finger] & 255] += 1
+            else:
+                found[time, octave] = True
+                missed += 1
+    return missed
+
+
+@outer
+def add_pages(pages: Any, counts: Any, others: Any, more: Any) -> Any:
+    """Add the counts of another histogram to one that has memory for all its octaves."""
+    for time in range(pages.shape[0]):
+        for octave in range(pages.shape[1]):
+            if others[time, octave] >= 0:
+                counts[pages[time, octave]] += more[others[time, octave]]
