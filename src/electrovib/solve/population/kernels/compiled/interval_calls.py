@@ -184,7 +184,6 @@ def count_squares(
             if not missed.any():
                 break
             histogram.allocate(found)
-        found[some] = False
 
 
 def add_counts(histogram: Any, other: Any) -> None:
