@@ -67,7 +67,9 @@ def test_counts_are_those_of_stored_responses(kernel, fingers, threads):
     known = {fingers // 2: np.full((1, len(outputs)), -0.0, np.float32)}
     stored[fingers // 2] = known[fingers // 2]
     found, expected = Histogram(len(outputs)), Histogram(len(outputs))
-    for _ in range(2):  # into octaves without memory, and with
+    for change in (1.0, 1.0, 4096.0):  # into octaves without memory, with, and both
+        given["factor"][1:] *= change
+        stored[1:] *= np.float32(change)  # a power of two: no rounding
         found.add_squares(**given, voltage=voltage, time=time, outputs=outputs, known=known, threads=threads)
         expected.add(stored)
         assert_same_counts(found, expected)
