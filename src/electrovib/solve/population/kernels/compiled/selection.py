@@ -47,7 +47,18 @@ def _take(patterns: Any, first: Any, last: Any, keys: Any) -> Any:
 
 
 def numbers(found: NDArray[np.int32]) -> Real:
-    """Return the numbers of patterns in their order, as float64; -0 becomes 0."""
+    """Return the numbers of patterns in their order; -0 becomes 0.
+
+    Parameters
+    ----------
+    found : ndarray of int32, any shape
+        Patterns of float32 as `ordered` returns them.
+
+    Returns
+    -------
+    numbers : ndarray, shape of ``found``
+        The same numbers as float64.
+    """
     bits = found ^ ((found >> 31) & np.int32(0x7FFFFFFF))
     return np.asarray(bits.view(np.float32).astype(np.float64) + 0.0)
 
@@ -80,6 +91,7 @@ def order_statistics(
 
 @inner
 def of_row(column: Any, count: Any, places: Any, some: Any, fewer: Any, counts: Any, found: Any) -> Any:
+    """Write order statistics of the first numbers of one row of ordered patterns into `found`."""
     low, high = column[0], column[0]
     for finger in range(count):
         low, high = min(low, column[finger]), max(high, column[finger])
