@@ -114,11 +114,3 @@ Band: TypeAlias = Annotated[
         show_default=False,
     ),
 ]
-Output: TypeAlias = Annotated[
-    str | None,
-    typer.Option(
-        "--output",
-        "-o",
-        help="Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...).",
-    ),
-]
