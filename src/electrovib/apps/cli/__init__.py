@@ -11,6 +11,8 @@ from electrovib.apps.cli import (
     bench,
     check,
     compare,
+    design,
+    design_plate,
     equilibrium,
     explore,
     export,
@@ -29,6 +31,7 @@ from electrovib.apps.cli import (
     settings,
     spaces,
     study,
+    texture,
     times,
 )
 from electrovib.apps.cli.completion import complete_arguments
@@ -68,6 +71,9 @@ for _command in (
     report,
     import_,
     check,
+    design_plate,
+    design,
+    texture,
     export,
     init,
     settings,

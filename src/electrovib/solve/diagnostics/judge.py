@@ -17,7 +17,7 @@ from electrovib.physics.safety import (
     skin_diagnostic,
     sweat_diagnostic,
 )
-from electrovib.scenario import PeriodicState
+from electrovib.solve.diagnostics.steepness import ROUNDED, discontinuities, slew_rate
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
@@ -26,9 +26,6 @@ if TYPE_CHECKING:
     from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
 from electrovib.solve.diagnostics.peaks import PeakRecord
-
-_ROUNDED = 1e-9
-"""Height of a discontinuity over the largest value of the drive, below which it is rounding."""
 
 
 def stack_diagnostics(scenario: Scenario, record: PeakRecord) -> list[Diagnostic]:
@@ -103,7 +100,10 @@ def _permittivity(layer: Layer) -> float:
 
 
 def circuit_diagnostics(
-    scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None
+    scenario: Scenario,
+    record: PeakRecord,
+    running: Mapping[str, float] | None,
+    mean_squares: Mapping[str, float] | None = None,
 ) -> list[Diagnostic]:
     """Return the diagnostics of voltage, current, charge and energy, and of discontinuities of the drive.
 
@@ -115,13 +115,17 @@ def circuit_diagnostics(
         Quantities with limits over the whole run.
     running : mapping of str to float or None
         Largest currents apart from the response to the step of the drive at time 0 [A]; None where they are not known.
+    mean_squares : mapping of str to float, optional
+        Root mean squares by the name of their limit [V or A].
 
     Returns
     -------
     list of Diagnostic
         One for each declared limit, and one where the drive is discontinuous.
     """
-    reached = largest_values(scenario, record, running)
+    reached = largest_values(scenario, record, running) | dict(mean_squares or {})
+    if scenario.limits.slew_rate is not None:
+        reached["slew_rate"] = slew_rate(scenario, float(record.times[-1]))
     first, later = discontinuities(scenario, end=float(record.times[-1]))
     amplified = scenario.circuit.amplifier is not None
     return [
@@ -167,38 +171,9 @@ def largest_values(
         endless = dict.fromkeys(("current", "body_current"), math.inf)
         reached |= endless if later else {f"{name}{SWITCH_ON}": math.inf for name in endless}
     elif first and running is not None:
-        switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + _ROUNDED)}
+        switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + ROUNDED)}
         reached |= {**running, **{f"{name}{SWITCH_ON}": value for name, value in switched.items()}}
     return reached
-
-
-def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
-    """Return the heights of the discontinuities of the voltage that reach the stack.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive, amplifier and initial state.
-    end : float
-        Last time [s].
-
-    Returns
-    -------
-    first, later : float
-        Height at time 0 and largest height after it [V]; 0 without one, behind an amplifier with a bandwidth or a limit,
-        and for a current drive.
-    """
-    drive, amplifier = scenario.drive, scenario.circuit.amplifier
-    if drive.quantity == "current" or (
-        amplifier is not None and (amplifier.bandwidth is not None or amplifier.is_limited)
-    ):
-        return 0.0, 0.0
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
-    smallest = _ROUNDED * sum(part.bound() for part in drive.parts())
-    until = max(end, drive.period or 0.0) if settled else end
-    later = float(np.max(np.abs(drive.corners(until)[1]), initial=0.0))
-    first = 0.0 if settled else abs(float(drive.voltage(0.0)))
-    return first * (first > smallest), later * (later > smallest)
 
 
 def _discontinuity(

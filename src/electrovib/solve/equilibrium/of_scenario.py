@@ -178,7 +178,7 @@ def _diagnostics(
         scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=max(left)
     )
     reached = {"voltage": abs(held), "charge": max(charges), "stored_energy": max(energies)}
-    return (*judged, *limit_diagnostics(reached, scenario.limits))
+    return (*judged, *limit_diagnostics(reached | {"rms_voltage": abs(held)}, scenario.limits))
 
 
 def _surface(scenario: Scenario) -> Surface:

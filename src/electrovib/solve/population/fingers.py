@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.population.kernels.time_steps import TimeSteps
     from electrovib.solve.population.together.forces import Squares
 
 TOGETHER: Final = (
@@ -84,6 +85,8 @@ class Population:
         Names of the signals, all over time or all over frequency.
     time : array_like, shape (n,), optional
         Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
+    band : ndarray, shape (m,), optional
+        Times over whose band materials are reduced to Debye terms [s]; by default the output times.
 
     Attributes
     ----------
@@ -115,6 +118,7 @@ class Population:
         free: Sequence[str],
         signals: Sequence[str] = ("electrostatic_force",),
         time: ArrayLike | None = None,
+        band: Real | None = None,
     ) -> None:
         self.free = (free,) if isinstance(free, str) else tuple(free)
         self.names = (signals,) if isinstance(signals, str) else tuple(signals)
@@ -129,7 +133,8 @@ class Population:
             self.frequency = scenario.frequency.frequencies()
         else:
             raise InputError("time: signals over frequency have no output times; omit it")
-        self._alone = OneByOne(scenario, self.free, self.names, self.time)
+        self._alone = OneByOne(scenario, self.free, self.names, self.time, band)
+        self._band = self.time if band is None else band
         self.method, self.kernel = TOGETHER, KERNEL
         self._together: OverTime | OverFrequency | None = None
         try:
@@ -142,7 +147,7 @@ class Population:
         """Return the computation in arrays, after a comparison with one by one for two fingers."""
         found: OverTime | OverFrequency
         if self.time is not None:
-            found = OverTime(self.scenario, self.free, self.names, self.time, self._alone)
+            found = OverTime(self.scenario, self.free, self.names, self.time, self._alone, band=self._band)
         else:
             assert self.frequency is not None
             found = OverFrequency(self.scenario, self.free, self.names, self.frequency)
@@ -193,6 +198,12 @@ class Population:
             and found.has_squares
             and found.has_few_poles
         )
+
+    @property
+    def grid(self) -> tuple[Real, TimeSteps, Indices]:
+        """Drive [V] and steps of the grid of `squares`, and the index of each output time in it, where `is_streamed`."""
+        assert isinstance(self._together, OverTime)
+        return self._together.grid
 
     def squares(
         self,

@@ -12,6 +12,7 @@ from electrovib.physics.contact import FixedArea
 from electrovib.physics.drive.parts import Tones
 from electrovib.physics.drive.sines import Sine
 from electrovib.physics.friction import SteadyFriction
+from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen, solve
@@ -26,7 +27,8 @@ from electrovib.solve.electrics.solution import Solution
 from electrovib.solve.electrics.wanted import fields, linear_quantities, name_interface
 from electrovib.solve.expanded import LATER_PERIODS
 from electrovib.solve.mechanics.mechanical import mechanical, slowest_rates
-from electrovib.solve.quantities.answer import Answer, doubts
+from electrovib.solve.quantities.answer import Answer
+from electrovib.solve.quantities.doubts import doubts
 from electrovib.solve.quantities.pieces import tails, taken_of_many
 from electrovib.solve.quantities.resolve import TOLERANCE, first_mesh, missed
 from electrovib.solve.quantities.waves import Sines, rows_of
@@ -73,6 +75,7 @@ def is_of_sines(scenario: Scenario) -> bool:
         and isinstance(motion.time_profile, Steady)
         and isinstance(scenario.load.time_profile, Steady)
         and not slowest_rates(scenario)
+        and all(getattr(scenario.limits, name) is None for name in MEAN_SQUARES)
     )
 
 

@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.population.kernels.time_steps import TimeSteps
     from electrovib.solve.population.one_by_one import OneByOne
     from electrovib.solve.population.together.forces import Squares
     from electrovib.solve.population.together.transfers import Transfers
@@ -54,6 +55,8 @@ class OverTime:
         Output times [s].
     alone : OneByOne
         The same fingers one by one, for those whose numbers have another form.
+    band : ndarray, shape (m,), optional
+        Times over whose band materials are reduced to Debye terms [s]; by default the output times.
 
     Raises
     ------
@@ -62,7 +65,14 @@ class OverTime:
     """
 
     def __init__(
-        self, scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...], time: Real, alone: OneByOne
+        self,
+        scenario: Scenario,
+        free: tuple[str, ...],
+        names: tuple[str, ...],
+        time: Real,
+        alone: OneByOne,
+        *,
+        band: Real | None = None,
     ) -> None:
         refuse_apart(scenario, free, names)
         self.scenario, self.free, self.names, self.time = scenario, free, names, time
@@ -70,7 +80,7 @@ class OverTime:
         settled = isinstance(scenario.time.initial_state, PeriodicState)
         of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
         self.drive = shared_drive(scenario, of_drive, time, settled=settled)
-        self.reduced = shared_reductions(scenario, free, time)
+        self.reduced = shared_reductions(scenario, free, time if band is None else band)
         self.at_once = AT_ONCE[count_poles(scenario, self.reduced) > FEW_POLES]
         self.is_quadratic = is_quadratic(scenario.force)
         self._quantities = {path: quantity_at(scenario, path) for path in free}
@@ -156,6 +166,12 @@ class OverTime:
         drives = self.drive.excitations
         straight = len(drives) == 1 and not drives[0].tones and not drives[0].level
         return self.is_quadratic and straight and self.names == ("electrostatic_force",)
+
+    @property
+    def grid(self) -> tuple[Real, TimeSteps, Indices]:
+        """Drive [V] and steps of the grid of `squares`, and the index of each output time in it."""
+        (drive,) = self.drive.excitations
+        return drive.voltage, drive.steps, drive.places
 
     @property
     def has_few_poles(self) -> bool:
