@@ -71,7 +71,7 @@ def started(factory, name: str, *arguments: str) -> Server:
     return server
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def server(tmp_path_factory):
     found = started(tmp_path_factory, "server")
     yield found
@@ -79,7 +79,7 @@ def server(tmp_path_factory):
     assert "Traceback" not in log, log
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # its event loop would be in the way of other tests
 def browser():
     if CHROMIUM is None:
         pytest.skip("no chromium on this machine: Debian's package has it")

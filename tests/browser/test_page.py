@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 
 FORCE = """() => {
   const plot = [...document.querySelectorAll('.js-plotly-plot')].find(
-    e => e.offsetParent !== null && e.layout.title.text === 'Electrostatic force');
+    e => e.offsetParent !== null && e.layout?.title?.text === 'Electrostatic force');
   return plot ? Math.max(...plot.data[0].y) + ' ' + plot.layout.yaxis.title.text : '';
 }"""
 FRAMEWORK = frozenset({"nested-interactive"})
@@ -113,7 +113,7 @@ def test_dry_and_moist_fingers_and_curves_to_compare(opened):
         shown(page, peak(base.replace({"stack.stratum_corneum.material": f"gabriel_1996/{name}"})))
     count = (
         "() => [...document.querySelectorAll('.js-plotly-plot')]"
-        ".find(e => e.layout.title.text === 'Electrostatic force').data.length"
+        ".find(e => e.layout?.title?.text === 'Electrostatic force').data.length"
     )
     assert page.evaluate(count) == 2
     page.get_by_role("button", name="Drop curves").click()

@@ -33,6 +33,7 @@ class Knobs:
         self._session, self._ask = session, ask
         self._rows: dict[str, tuple[Control, Any, Any]] = {}
         self._silent = False
+        self._moving = ""
         with ui.left_drawer(value=True, bordered=True).props("width=330").classes("p-1"):
             self._place = ui.column().classes("w-full gap-0")
         self.rebuild()
@@ -45,7 +46,7 @@ class Knobs:
         except InputError:
             scenario = scenario_of(self._session.state.reset(), own=own)
         found = controls(scenario)
-        self._rows = {}
+        self._rows, self._moving = {}, ""
         self._place.clear()
         with self._place:
             for choice in choices(scenario):
@@ -72,7 +73,7 @@ class Knobs:
             text = control.written(value)
             if field.value != text:
                 field.set_value(text)
-            if control.position(value) != slider.value:
+            if path != self._moving and control.position(value) != slider.value:
                 slider.set_value(control.position(value))
         self._silent = False
 
@@ -116,9 +117,11 @@ class Knobs:
 
     def _moved(self, control: Control, position: float) -> None:
         if not self._silent:
+            self._moving = control.path  # a slider is not set while it is moved: it would jump back
             self._ask(self._session.state.changed(control.path, control.written(control.at(position))))
 
     def _typed(self, control: Control, text: str) -> None:
         shown = self._session.state.changes.get(control.path, control.written(control.value))
         if text.strip() and text != shown:
+            self._moving = ""
             self._ask(self._session.state.changed(control.path, text.strip()))
