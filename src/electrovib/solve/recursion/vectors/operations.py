@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 _FLAGS: Final = ("contract", "nsz")
 _COMPARED: Final = {operator.lt: "<", operator.le: "<=", operator.gt: ">", operator.ge: ">="}
-_KINDS: Final[Kinds] = vector_kinds()
+KINDS: Final[Kinds] = vector_kinds()
+"""Types of the vectors of this process; made once, since each call makes other types."""
 
 
 def _operator(of: Any, arity: int, result: Any, write: Callable[..., Any]) -> None:
@@ -27,7 +28,7 @@ def _operator(of: Any, arity: int, result: Any, write: Callable[..., Any]) -> No
     from numba.core.typing.templates import AbstractTemplate, infer_global, signature
     from numba.extending import lower_builtin
 
-    numbers = _KINDS.numbers
+    numbers = KINDS.numbers
 
     @infer_global(of)
     class _Typed(AbstractTemplate):
@@ -40,7 +41,7 @@ def _operator(of: Any, arity: int, result: Any, write: Callable[..., Any]) -> No
 
 
 def _make_operators() -> None:
-    numbers, conditions = _KINDS.numbers, _KINDS.conditions
+    numbers, conditions = KINDS.numbers, KINDS.conditions
     _operator(operator.add, 2, numbers, lambda b, x, y: b.fadd(x, y, flags=_FLAGS))
     _operator(operator.sub, 2, numbers, lambda b, x, y: b.fsub(x, y, flags=_FLAGS))
     _operator(operator.mul, 2, numbers, lambda b, x, y: b.fmul(x, y, flags=_FLAGS))
@@ -53,7 +54,7 @@ def _make_operators() -> None:
 def _constant(value: float) -> Any:
     from llvmlite import ir
 
-    return ir.Constant(_KINDS.wide, [value] * WIDTH)
+    return ir.Constant(KINDS.wide, [value] * WIDTH)
 
 
 def _called(builder: Any, name: str, *given: Any) -> Any:
@@ -61,7 +62,7 @@ def _called(builder: Any, name: str, *given: Any) -> Any:
     from llvmlite import ir
     from numba.core import cgutils
 
-    kind = ir.FunctionType(_KINDS.wide, [_KINDS.wide] * len(given))
+    kind = ir.FunctionType(KINDS.wide, [KINDS.wide] * len(given))
     return builder.call(
         cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64"), given
     )
@@ -70,7 +71,7 @@ def _called(builder: Any, name: str, *given: Any) -> Any:
 def _spread(builder: Any, number: Any) -> Any:
     from llvmlite import ir
 
-    nothing, index = ir.Constant(_KINDS.wide, ir.Undefined), ir.IntType(32)
+    nothing, index = ir.Constant(KINDS.wide, ir.Undefined), ir.IntType(32)
     one = builder.insert_element(nothing, number, ir.Constant(index, 0))
     return builder.shuffle_vector(one, nothing, ir.Constant(ir.VectorType(index, WIDTH), [0] * WIDTH))
 
@@ -81,7 +82,7 @@ def _shifted(builder: Any, number: Any, power: Any) -> Any:
 
     whole = ir.VectorType(ir.IntType(64), WIDTH)
     exponent = builder.shl(builder.bitcast(power, whole), ir.Constant(whole, [52] * WIDTH))
-    return builder.bitcast(builder.add(builder.bitcast(number, whole), exponent), _KINDS.wide)
+    return builder.bitcast(builder.add(builder.bitcast(number, whole), exponent), KINDS.wide)
 
 
 def _is_some(builder: Any, condition: Any) -> Any:
@@ -99,7 +100,7 @@ def _inverse(builder: Any, number: Any) -> Any:
     one = _constant(1.0)
     if not ESTIMATES:
         return builder.fdiv(one, number, flags=_FLAGS)
-    kind = ir.FunctionType(_KINDS.wide, [_KINDS.wide, _KINDS.wide, ir.IntType(8)])
+    kind = ir.FunctionType(KINDS.wide, [KINDS.wide, KINDS.wide, ir.IntType(8)])
     estimate = cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.avx512.rcp14.pd.512")
     found = builder.call(estimate, [number, _constant(0.0), ir.Constant(ir.IntType(8), 255)])
     opposite = builder.fsub(_constant(-0.0), number, flags=_FLAGS)
@@ -127,7 +128,7 @@ def _made(write: Callable[..., Any], *given: Any, result: Any) -> Any:
     return intrinsic((one, two, three)[len(given) - 1])
 
 
-def _place_of(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
+def place_of(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
     """Return the address of a vector in a contiguous array."""
     from llvmlite import ir
     from numba.np.arrayobj import make_array
@@ -141,11 +142,11 @@ def _loader() -> Any:
     from numba.extending import intrinsic
 
     def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
-        found = builder.load(_place_of(context, builder, sign.args[0], given[0], given[1]), align=8)
-        return found if found.type == _KINDS.wide else builder.fpext(found, _KINDS.wide)
+        found = builder.load(place_of(context, builder, sign.args[0], given[0], given[1]), align=8)
+        return found if found.type == KINDS.wide else builder.fpext(found, KINDS.wide)
 
     def typed(context: Any, array: Any, place: Any) -> Any:
-        return _KINDS.numbers(array, types.intp), write
+        return KINDS.numbers(array, types.intp), write
 
     return intrinsic(typed)
 
@@ -161,7 +162,7 @@ def _spreader() -> Any:
         return _spread(builder, builder.load(builder.gep(data, [given[1]])))
 
     def typed(context: Any, array: Any, place: Any) -> Any:
-        return _KINDS.numbers(array, types.intp), write
+        return KINDS.numbers(array, types.intp), write
 
     return intrinsic(typed)
 
@@ -192,6 +193,7 @@ def _prefetcher() -> Any:
     return intrinsic(typed)
 
 
+<<<<<<< HEAD
 def _storer() -> Any:
     from numba import types
     from numba.extending import intrinsic
@@ -316,18 +318,12 @@ def _row_storer() -> Any:
     return intrinsic(typed)
 
 
+=======
+>>>>>>> kernels12b
 _make_operators()
-_N, _C = _KINDS.numbers, _KINDS.conditions
-load, spread, store, store_at, store_rows = (
-    _loader(),
-    _spreader(),
-    _storer(),
-    _address_storer(),
-    _row_storer(),
-)
-prefetch, drain, store_pairs = _prefetcher(), _drainer(), _pair_storer()
-store_row, stream_row = _to_row(past=False), _to_row(past=True)
-splat = _made(_spread, _KINDS.single, result=_N)
+_N, _C = KINDS.numbers, KINDS.conditions
+load, spread, prefetch = _loader(), _spreader(), _prefetcher()
+splat = _made(_spread, KINDS.single, result=_N)
 fma = _made(lambda b, x, y, z: _called(b, "fma", x, y, z), _N, _N, _N, result=_N)
 root = _made(lambda b, x: _called(b, "sqrt", x), _N, result=_N)
 size = _made(lambda b, x: _called(b, "fabs", x), _N, result=_N)
@@ -337,4 +333,4 @@ where = _made(lambda b, c, x, y: b.select(c, x, y), _C, _N, _N, result=_N)
 either = _made(lambda b, x, y: b.or_(x, y), _C, _C, result=_C)
 both = _made(lambda b, x, y: b.and_(x, y), _C, _C, result=_C)
 other_than = _made(lambda b, x: b.not_(x), _C, result=_C)
-some = _made(_is_some, _C, result=_KINDS.truth)
+some = _made(_is_some, _C, result=KINDS.truth)

@@ -1,4 +1,5 @@
 """The transpose of a square of numbers in vectors, by exchanges that processors have instructions for."""
+# mypy: disable-error-code="import-untyped"
 
 from __future__ import annotations
 
