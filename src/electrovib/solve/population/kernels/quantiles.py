@@ -54,7 +54,7 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
     given = np.ascontiguousarray(values, np.float32)
     if given.ndim != 2 or not len(given):
         raise InputError(f"values has shape {given.shape}: expected (fingers, n) with one finger or more.")
-    wanted = _Wanted(probabilities, len(given))
+    wanted = _Places(probabilities, len(given))
     places = wanted.places
     if (kernel := compiled()) is not None:
         ordered = kernel.order_statistics(given, places, threads)
@@ -108,7 +108,7 @@ def square_quantiles(
     fingers = gather(rates, residues, direct, state, voltage, time)
     squared, at = factors(factor, fingers), np.asarray(outputs, np.intp)
     if (kernel := compiled()) is not None and len(squared):
-        wanted = _Wanted(probabilities, len(squared))
+        wanted = _Places(probabilities, len(squared))
         return wanted.interpolated(
             kernel.square_order_statistics(fingers, squared, at, wanted.places, known or {}, threads)
         )
@@ -118,7 +118,7 @@ def square_quantiles(
     return quantiles(values, probabilities)
 
 
-class _Wanted:
+class _Places:
     """Places of quantiles in the order of some fingers.
 
     Parameters

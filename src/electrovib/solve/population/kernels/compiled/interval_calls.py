@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.solve.population.kernels.compiled import intervals, selection
-from electrovib.solve.population.kernels.compiled.calls import SharedDrive, aligned
+from electrovib.solve.population.kernels.compiled.calls import SharedArguments, aligned
 from electrovib.solve.population.kernels.compiled.stepping import TIMES
 from electrovib.solve.population.kernels.threads import in_threads, ranges
 
@@ -38,7 +38,7 @@ class _Stepped:
     """
 
     def __init__(self, fingers: Any, factor: Real, threads: int | None) -> None:
-        self.drive, self.factor, self.threads = SharedDrive(fingers), factor, threads
+        self.drive, self.factor, self.threads = SharedArguments(fingers), factor, threads
         self.parts = ranges(len(factor), _FINGERS)
         self.states = [aligned(_FINGERS * max(1, self.drive.modes)) for _ in self.parts]
         self.since = [np.zeros((1, self.drive.kinds), np.int64) for _ in self.parts]
