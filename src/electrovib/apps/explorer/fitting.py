@@ -67,7 +67,7 @@ class RunningFit:
         self._cancelled.set()
 
     def run(self) -> FitResult:
-        """Fit.
+        """Fit the parameters to the recording.
 
         Returns
         -------

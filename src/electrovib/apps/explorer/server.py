@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import socket
 from collections.abc import Callable, Mapping
 from typing import Any, Final
@@ -14,16 +13,6 @@ from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
 FIRST_PORT: Final = 8080
 """Port that is tried first."""
 TRIED_PORTS: Final = 50
-COMPUTES_WITH: Final = (
-    "xarray",
-    "electrovib.apps.fit",
-    "electrovib.solve.simulate",
-    "electrovib.study.check",
-    "electrovib.study.perceive",
-    "electrovib.study.population",
-    "electrovib.view.report",
-)
-"""Modules that import much; two threads that import them at the same time can see them half made."""
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
 YOURS: Final = "yours"
@@ -109,8 +98,13 @@ def _first(scenario: Source, changes: Mapping[str, Any] | None) -> tuple[dict[st
 
 def _import_all() -> None:
     """Import what the page computes with, before several threads do so at the same time."""
-    for name in COMPUTES_WITH:
-        importlib.import_module(name)
+    import xarray  # noqa: F401
+
+    import electrovib.apps.fit
+    import electrovib.study.check
+    import electrovib.study.perceive
+    import electrovib.study.population
+    import electrovib.view.report  # noqa: F401
 
 
 def _free_port(host: str, port: int | None) -> int:

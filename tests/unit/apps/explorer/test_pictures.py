@@ -16,7 +16,7 @@ from electrovib.apps.explorer.further import FELT, FREQUENCY, LAWS, SAFETY, Furt
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
 from electrovib.apps.explorer.page.words import felt_words, judged_words, law_words, safety_words
 from electrovib.apps.explorer.pictures.felt import felt
-from electrovib.apps.explorer.pictures.figure import Axis, Curve, figure, thinned
+from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure, thinned
 from electrovib.apps.explorer.pictures.laws import laws
 from electrovib.apps.explorer.pictures.over_frequency import over_frequency
 from electrovib.apps.explorer.pictures.over_time import over_time
@@ -167,15 +167,17 @@ def test_thinned_keeps_extremes_and_ends():
 
 def test_numbers_that_are_not_finite_are_gaps():
     plot = figure(
-        "t", Axis("x", "s"), Axis("y", "N"), [Curve([0, 1, 2], [1.23456789, math.nan, math.inf], "a")]
+        "t", Axis("x", "s"), Axis("y", "N"), [PlottedCurve([0, 1, 2], [1.23456789, math.nan, math.inf], "a")]
     )
     assert plot["data"][0]["y"] == [1.2346, None, None]
 
 
 def test_a_constant_is_drawn_as_one_and_zeros_on_a_logarithmic_axis_are_left_out():
-    plot = figure("t", Axis("x", "s"), Axis("y", "N"), [Curve([0, 1], [2.0, 2.0 + 1e-12], "a")])
+    plot = figure("t", Axis("x", "s"), Axis("y", "N"), [PlottedCurve([0, 1], [2.0, 2.0 + 1e-12], "a")])
     assert plot["layout"]["yaxis"]["range"] == pytest.approx([1.6, 2.4])
-    plot = figure("t", Axis("x", "s"), Axis("y", "N", is_logarithmic=True), [Curve([0, 1], [0.0, 1e-3], "a")])
+    plot = figure(
+        "t", Axis("x", "s"), Axis("y", "N", is_logarithmic=True), [PlottedCurve([0, 1], [0.0, 1e-3], "a")]
+    )
     assert plot["layout"]["yaxis"]["range"] == pytest.approx([-3.1, -2.85])
 
 

@@ -53,10 +53,10 @@ def build(own: Mapping[str, Scenario], first: str) -> None:
 
     @ui.page("/")
     def page(request: Request) -> None:
-        Page(own, first, (executor, patient), request.url.query)
+        VisitorPage(own, first, (executor, patient), request.url.query)
 
 
-class Page:
+class VisitorPage:
     """What one visitor sees.
 
     Parameters

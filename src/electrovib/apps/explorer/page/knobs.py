@@ -99,9 +99,7 @@ class Knobs:
                 ui.label(control.name).classes("text-sm").tooltip(control.help)
                 field = (
                     ui.input(value=control.written(control.value))
-                    .props(
-                        f'dense borderless input-class="text-right" aria-label="{SECTIONS[control.section]}: {control.name}, value"'
-                    )
+                    .props(f'dense borderless input-class="text-right" aria-label="{label}, value"')
                     .classes("w-28")
                 )
             slider = ui.slider(

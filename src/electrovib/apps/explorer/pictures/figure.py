@@ -25,7 +25,7 @@ _LOWEST: Final = 1e-4
 
 
 @dataclass(frozen=True)
-class Curve:
+class PlottedCurve:
     """A line of a plot.
 
     Parameters
@@ -67,7 +67,7 @@ class Axis:
     is_logarithmic: bool = False
 
 
-def figure(title: str, x: Axis, y: Axis, curves: Sequence[Curve]) -> dict[str, Any]:
+def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict[str, Any]:
     """Make the table of a plot.
 
     Parameters
@@ -76,7 +76,7 @@ def figure(title: str, x: Axis, y: Axis, curves: Sequence[Curve]) -> dict[str, A
         Heading, also the accessible name of the plot.
     x, y : Axis
         Axes.
-    curves : sequence of Curve
+    curves : sequence of PlottedCurve
         Lines and bands, in SI.
 
     Returns
@@ -129,7 +129,7 @@ def thinned(x: NDArray[Any], y: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any
     return x[places], y[places]
 
 
-def _lines(curve: Curve, x_scale: float, y_scale: float, *, show: bool) -> list[dict[str, Any]]:
+def _lines(curve: PlottedCurve, x_scale: float, y_scale: float, *, show: bool) -> list[dict[str, Any]]:
     x, y = thinned(np.asarray(curve.x, dtype=float), np.asarray(curve.y, dtype=float))
     line = {
         "type": "scatter",
@@ -194,7 +194,7 @@ def _axis(axis: Axis, unit: str) -> dict[str, Any]:
     return shown
 
 
-def _range(axis: Axis, curves: Sequence[Curve], scale: float) -> dict[str, Any]:
+def _range(axis: Axis, curves: Sequence[PlottedCurve], scale: float) -> dict[str, Any]:
     """Keep a logarithmic axis from decades of values that are almost zero, and a linear one from showing rounding."""
     values = np.concatenate([np.ravel(np.asarray(each.y, dtype=float)) for each in curves] or [np.zeros(1)])
     values = values[np.isfinite(values)]

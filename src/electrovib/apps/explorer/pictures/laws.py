@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.apps.explorer.pictures.figure import Axis, Curve, figure
+from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure
 from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
 from electrovib.apps.explorer.pictures.over_time import TIME
 from electrovib.view.style import COLOURS, FURTHER_COLOURS
@@ -38,7 +38,7 @@ def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]
         ("Mean force of each law under a sine", "mean_force", "frequency", FREQUENCY),
     ):
         curves = [
-            Curve(
+            PlottedCurve(
                 case.trace[coordinate].values,
                 case.trace[signal].values,
                 name,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import PINNED, Axis, Curve, figure
+from electrovib.apps.explorer.pictures.figure import PINNED, Axis, PlottedCurve, figure
 from electrovib.view.style import COLOURS, NEUTRAL, layer_colours
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def _force(
     curves = []
     if band is not None:
         curves.append(
-            Curve(
+            PlottedCurve(
                 band["frequency"],
                 band["high"],
                 "5 to 95 % of fingers",
@@ -58,7 +58,7 @@ def _force(
             )
         )
     curves += [
-        Curve(each.trace["frequency"].values, each.trace["mean_force"].values, "mean force", dash=dash)
+        PlottedCurve(each.trace["frequency"].values, each.trace["mean_force"].values, "mean force", dash=dash)
         for each, dash in zip([shown, *pinned], ("solid", *PINNED), strict=False)
         if "mean_force" in each.trace
     ]
@@ -76,7 +76,7 @@ def _time_constant(shown: Computed) -> dict[str, Any] | None:
         if np.any(loss > 0):
             with np.errstate(divide="ignore"):
                 tau = np.where(loss > 0, value.real / np.where(loss > 0, loss, 1.0), np.nan)
-            curves.append(Curve(frequency, tau, name.replace("_", " "), colours[name]))
+            curves.append(PlottedCurve(frequency, tau, name.replace("_", " "), colours[name]))
     if not curves:
         return None
     words = Axis("permittivity / conductivity", "s", is_logarithmic=True)
@@ -88,7 +88,7 @@ def _shares(shown: Computed) -> dict[str, Any] | None:
         return None
     colours = layer_colours(list(shown.scenario.stack.layers))
     curves = [
-        Curve(
+        PlottedCurve(
             shown.trace["frequency"].values,
             np.abs(shown.trace["field_gain"].sel(layer=name).values),
             name.replace("_", " "),
@@ -102,7 +102,7 @@ def _shares(shown: Computed) -> dict[str, Any] | None:
 
 def _impedance(shown: Computed, pinned: Sequence[Computed]) -> dict[str, Any] | None:
     curves = [
-        Curve(
+        PlottedCurve(
             each.trace["frequency"].values,
             np.abs(each.trace["impedance"].values),
             "magnitude",

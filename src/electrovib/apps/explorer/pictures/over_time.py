@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.apps.explorer.pictures.figure import PINNED, Axis, Curve, figure
+from electrovib.apps.explorer.pictures.figure import PINNED, Axis, PlottedCurve, figure
 from electrovib.view.style import COLOURS, layer_colours
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def _signals(
     title: str, axis: Axis, names: dict[str, str], shown: Computed, pinned: Sequence[Computed]
 ) -> dict[str, Any] | None:
     curves = [
-        Curve(each.trace["time"].values, each.trace[signal].values, words, COLOURS[index], dash)
+        PlottedCurve(each.trace["time"].values, each.trace[signal].values, words, COLOURS[index], dash)
         for each, dash in zip([shown, *pinned], ("solid", *PINNED), strict=False)
         for index, (signal, words) in enumerate(names.items())
         if signal in each.trace and each.trace[signal].dims == ("time",)
@@ -70,7 +70,7 @@ def _layers(shown: Computed) -> dict[str, Any] | None:
     colours = layer_colours(list(layers))
     field = shown.trace["field"]
     curves = [
-        Curve(
+        PlottedCurve(
             shown.trace["time"].values,
             field.sel(layer=name).values * layer.thickness,
             name.replace("_", " "),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import Axis, Curve, figure
+from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure
 from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
 from electrovib.apps.explorer.pictures.over_time import TIME
 from electrovib.core.signals import SIGNALS
@@ -41,7 +41,7 @@ def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
         dimension = str(dims[0])
         cases = [("recorded", measured, NEUTRAL), ("computed", shown.trace, COLOURS[0])]
         curves = [
-            Curve(
+            PlottedCurve(
                 each[dimension].values, np.abs(values) if np.iscomplexobj(values) else values, words, colour
             )
             for words, each, colour in cases
