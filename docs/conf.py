@@ -10,6 +10,10 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_ext"))
 
 import gallery  # noqa: E402
+from pygments.lexers.special import TextLexer  # noqa: E402
+from sphinx.highlighting import lexers  # noqa: E402
+
+lexers["csv"] = TextLexer()
 
 project = "electrovib"
 author = "The electrovib authors"

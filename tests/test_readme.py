@@ -46,7 +46,11 @@ def commands(text):
         if line.startswith("electrovib "):
             found.append(line)
         else:
-            found += [one for one in COMMAND.findall(line) if one in RUN_WITHOUT_OPTIONS or not PLACEHOLDER.search(one)]
+            found += [
+                one
+                for one in COMMAND.findall(line)
+                if one in RUN_WITHOUT_OPTIONS or not PLACEHOLDER.search(one)
+            ]
     return found
 
 
@@ -55,9 +59,7 @@ def shell_lines(block):
     return f"{block['before']}\n{shown}"
 
 
-FILES = {
-    name: block["text"] for text in TEXTS.values() for block in blocks(text) if (name := file_of(block))
-}
+FILES = {name: block["text"] for text in TEXTS.values() for block in blocks(text) if (name := file_of(block))}
 SNIPPETS = {
     page: [block["text"] for block in blocks(text) if block["language"] == "python" and not file_of(block)]
     for page, text in TEXTS.items()
@@ -118,9 +120,13 @@ def test_every_block_is_run_by_one_of_these_tests():
         assert {block["language"] for block in shown} <= SHOWN, page
         names = [file_of(block) for block in shown if file_of(block)]
         assert len(names) == len(set(names)), page
-        for line in (line for block in shown if block["language"] == "sh" for line in block["text"].splitlines()):
+        for line in (
+            line for block in shown if block["language"] == "sh" for line in block["text"].splitlines()
+        ):
             assert line.startswith("electrovib ") or "install" in line, f"{page}: {line}"
-    assert sum(len([block for block in blocks(text) if file_of(block)]) for text in TEXTS.values()) == len(FILES)
+    assert sum(len([block for block in blocks(text) if file_of(block)]) for text in TEXTS.values()) == len(
+        FILES
+    )
     assert all(commands(text) for page, text in TEXTS.items() if not page.endswith(("index.md", "sweeps.md")))
     known = commands(TEXTS["README.md"])
     rows = [line for line in TEXTS["README.md"].splitlines() if line.startswith("| `electrovib")]
@@ -131,7 +137,10 @@ def test_every_block_is_run_by_one_of_these_tests():
 def test_a_command_with_a_placeholder_is_not_run():
     text = "`electrovib init NAME -o my.toml` or `electrovib times`, then `electrovib compare` and `electrovib run a.toml`"
     assert commands(text) == ["electrovib compare", "electrovib run a.toml"]
-    assert commands("as\n\n```sh\nelectrovib run b\nelectrovib run NAME\n```") == ["electrovib run b", "electrovib run NAME"]
+    assert commands("as\n\n```sh\nelectrovib run b\nelectrovib run NAME\n```") == [
+        "electrovib run b",
+        "electrovib run NAME",
+    ]
     assert commands("<!-- install -->\n```sh\nelectrovib run b\n```") == []
 
 
@@ -199,7 +208,9 @@ NUMBERS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [page for page in TEXTS if page.startswith("docs/how_to") and commands(TEXTS[page])])
+@pytest.mark.parametrize(
+    "page", [page for page in TEXTS if page.startswith("docs/how_to") and commands(TEXTS[page])]
+)
 def test_the_commands_of_a_guide_run_one_after_the_other(page, folder):
     said = {command: electrovib(command, folder) for command in commands(TEXTS[page])}
     word, number = NUMBERS.get(page, ("", ""))

@@ -37,7 +37,9 @@ def described(name: str, command: Any, line: str) -> list[str]:
     del name, line
     rows = []
     for parameter in command.params:
-        if parameter.name in {"help", "install_completion", "show_completion"} or getattr(parameter, "hidden", False):
+        if parameter.name in {"help", "install_completion", "show_completion"} or getattr(
+            parameter, "hidden", False
+        ):
             continue
         if parameter.param_type_name == "argument":
             shown = parameter.name.upper()

@@ -78,8 +78,10 @@ def own_members(kind: type) -> list[str]:
     return sorted(
         name
         for name, value in found.items()
-        if (inspect.isfunction(value) or isinstance(value, shown)) and inspect.getdoc(getattr(kind, name))
-        and "validat" not in type(value).__name__.lower() and name in dir_of(kind)
+        if (inspect.isfunction(value) or isinstance(value, shown))
+        and inspect.getdoc(getattr(kind, name))
+        and "validat" not in type(value).__name__.lower()
+        and name in dir_of(kind)
     )
 
 

@@ -38,6 +38,7 @@ def settings(docs: Path) -> dict[str, Any]:
         "min_reported_time": 1e9,
         "show_memory": False,
         "show_signature": False,
+        "write_computation_times": False,  # its page loads scripts from a network
         "download_all_examples": False,
         "remove_config_comments": True,
         "abort_on_example_error": False,
@@ -53,7 +54,11 @@ def collect(examples: Path, target: Path) -> None:
     listed = {name for names in QUESTIONS.values() for name in names}
     sections = QUESTIONS | {OTHERS: tuple(name for name in scripts if name not in listed)}
     target.mkdir()
-    _head(target, "Gallery", "Each example is a script of the folder `examples`, run by a test and by the build of this page.")
+    _head(
+        target,
+        "Gallery",
+        "Each example is a script of the folder `examples`, run by a test and by the build of this page.",
+    )
     for number, (question, names) in enumerate(sections.items()):
         present = [name for name in names if name in scripts]
         if not present:

@@ -8,7 +8,6 @@ from itertools import groupby
 from typing import Any, Final
 
 import sympy
-from numpydoc.docscrape import NumpyDocString
 from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
 from sympy.parsing.sympy_parser import parse_expr
 
@@ -19,7 +18,22 @@ from electrovib.core.status import STATUSES_EXPLAINED, status_text
 from electrovib.study import catalogue
 from electrovib.study.catalogue.items import Item, everything
 
-FUNCTIONS: Final = {"exp", "log", "sqrt", "erf", "sign", "Abs", "sin", "cos", "tan", "sinh", "cosh", "tanh", "I", "pi"}
+FUNCTIONS: Final = {
+    "exp",
+    "log",
+    "sqrt",
+    "erf",
+    "sign",
+    "Abs",
+    "sin",
+    "cos",
+    "tan",
+    "sinh",
+    "cosh",
+    "tanh",
+    "I",
+    "pi",
+}
 SYMBOLS: Final = {"eps0": r"\varepsilon_0"}
 
 
@@ -53,7 +67,9 @@ def index(found: list[Item]) -> str:
             paper = f":doc:`../papers/{item.record.paper}`" if item.record.paper else ""
             status = plain(status_text(item.record.status))
             target = place(item.thing, item.record.kind)
-            rows.append((f":doc:`{target}`", plain(item.record.meaning), paper, status, str(item.record.checks)))
+            rows.append(
+                (f":doc:`{target}`", plain(item.record.meaning), paper, status, str(item.record.checks))
+            )
         headings = ("model", "what it is", "paper", "source status", "checks")
         parts += [title(f"{group[0].upper()}{group[1:]}", "-"), grid(headings, rows, "22 48 12 12 6")]
     names = [f"{item.record.name} <{place(item.thing, item.record.kind)}>" for item in found]
@@ -62,6 +78,8 @@ def index(found: list[Item]) -> str:
 
 def page(item: Item) -> str:
     """Write the page of one model."""
+    from numpydoc.docscrape import NumpyDocString
+
     model, record = item.thing, item.record
     text = NumpyDocString(inspect.getdoc(model) or "")
     parameters = catalogue.parameters(model)
@@ -117,10 +135,24 @@ def formula(text: str) -> str:
     """Return an equation in LaTeX, in the order in which it is declared."""
     names = set(re.findall(r"[A-Za-z_]\w*", text)) - FUNCTIONS
     symbols = {name: sympy.Symbol(name) for name in names}
-    parsed = parse_expr(text, local_dict=symbols, evaluate=False)
+    parsed = without_factors_of_one(parse_expr(text, local_dict=symbols, evaluate=False))
     shown_as = {symbol: latex(name) for name, symbol in symbols.items()}
-    text = sympy.latex(parsed, symbol_names=shown_as, order="none", mul_symbol=r"\,")
-    return str(text).replace(r"\frac", r"\dfrac")
+    return str(sympy.latex(parsed, symbol_names=shown_as, order="none", mul_symbol=r"\,"))
+
+
+def without_factors_of_one(expression: sympy.Expr) -> sympy.Expr:
+    """Return an expression without the factor 1 that a quotient 1/x has before it is evaluated."""
+    if not expression.args:
+        return expression
+    parts = [without_factors_of_one(part) for part in expression.args]
+    if expression.is_Mul:
+        parts = [part for part in parts if part != 1] or [sympy.Integer(1)]
+        return parts[0] if len(parts) == 1 else sympy.Mul(*parts, evaluate=False)
+    return (
+        expression.func(*parts, evaluate=False)
+        if expression.is_Add or expression.is_Pow
+        else expression.func(*parts)
+    )
 
 
 def latex(name: str) -> str:

@@ -8,7 +8,6 @@ from typing import Any
 from models import checks, is_model, place
 from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
 
-from electrovib.core.discovery import papers
 from electrovib.core.status import STATUSES_EXPLAINED, status_text
 from electrovib.study import catalogue
 from electrovib.study.catalogue.items import Item, everything, paper_items, scenario_items
@@ -56,7 +55,9 @@ def page(item: Item, models: list[Item]) -> str:
         ("Not read", plain(unread)),
     ]
     own = [one for one in models if one.record.paper == name]
-    links = (f":doc:`../models/{place(one.thing, one.record.kind)}`: {plain(one.record.meaning)}" for one in own)
+    links = (
+        f":doc:`../models/{place(one.thing, one.record.kind)}`: {plain(one.record.meaning)}" for one in own
+    )
     values = catalogue.values(module)
     return joined(
         [
@@ -112,12 +113,12 @@ def scenarios() -> str:
 
 def bibliography(found: list[Item]) -> str:
     """Write the list of all publications that the papers of the toolkit declare."""
-    lines = sorted(
-        (text, item.record.name) for item in found for text in citations(item.thing)
-    )
+    lines = sorted((text, item.record.name) for item in found for text in citations(item.thing))
     text = (
         "The publications behind the models and scenarios, with the page of each;"
         " :download:`all as BibTeX <electrovib.bib>`. Values of materials and of populations have further sources,"
         " named beside each value on the pages of :doc:`materials </materials>` and :doc:`populations </populations>`."
     )
-    return joined([title("Bibliography"), text, items(f"{line} (:doc:`papers/{name}`)" for line, name in lines)])
+    return joined(
+        [title("Bibliography"), text, items(f"{line} (:doc:`papers/{name}`)" for line, name in lines)]
+    )

@@ -11,7 +11,12 @@ from electrovib.study.reproduction import Table
 def plain(text: str) -> str:
     """Return a text that reStructuredText shows as it is, apart from names between backticks."""
     parts = re.split(r"(`[^`]+`)", " ".join(text.split()))
-    return "".join(part if part.startswith("`") else re.sub(r"([\\*|`_])", r"\\\1", part) for part in parts)
+    escaped = "".join(
+        part if part.startswith("`") else re.sub(r"([\\*|`_])", r"\\\1", part) for part in parts
+    )
+    return re.sub(
+        r"^(\w+[.)]|[-+])(?= )", r"\\\1", escaped
+    )  # initials and signs at the beginning are no lists
 
 
 def title(text: str, line: str = "=") -> str:

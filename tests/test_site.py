@@ -1,0 +1,197 @@
+"""The documentation is built without a warning, is complete, and loads nothing from a network."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+import sympy
+
+import electrovib as ev
+from electrovib.study.catalogue.items import everything, paper_items
+
+ROOT = Path(__file__).parent.parent
+LOADED = {
+    "script": "src",
+    "img": "src",
+    "link": "href",
+    "source": "src",
+    "iframe": "src",
+    "video": "src",
+    "object": "data",
+}
+"""Elements that load a file when a page is opened, and the attribute that names it."""
+NETWORK = re.compile(r"^(https?:)?//")
+STYLE = re.compile(
+    r"url\(\s*['\"]?((?:https?:)?//[^)'\"]*)|@import\s+(?:url\()?['\"]?((?:https?:)?//[^)'\"]*)"
+)
+SCRIPT = re.compile(
+    r"(?:import\s*\(|import\s|from\s|fetch\(|importScripts\(|\.src\s*=)\s*[`'\"]((?:https?:)?//[^`'\"]*)"
+)
+
+
+class Page(HTMLParser):
+    """What a page loads, and what it shows as equations."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.equations: list[str] = []
+        text = file.read_text(encoding="utf-8")
+        self.feed(text)
+        self.loaded += [found for pair in STYLE.findall(text) for found in pair if found]
+
+    def handle_starttag(self, tag, attrs):
+        values = dict(attrs)
+        if tag in LOADED and values.get(LOADED[tag]):
+            self.loaded.append(values[LOADED[tag]])
+        self.loaded += [part.split()[0] for part in (values.get("srcset") or "").split(",") if part.strip()]
+        if tag == "img" and "equation" in (values.get("class") or "").split():
+            self.equations.append(values["src"])
+
+
+def is_of_network(address):
+    return bool(NETWORK.match(address))
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Build the site in a new folder."""
+    folder = tmp_path_factory.mktemp("site")
+    docs = folder / "docs"
+    ignored = ("_build", "_gallery", "gallery", "generated")
+    shutil.copytree(ROOT / "docs", docs, ignore=shutil.ignore_patterns(*ignored))
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", str(docs), str(folder / "html")]
+    package = str(Path(ev.__file__).parents[1])
+    done = subprocess.run(
+        command,
+        env=os.environ | {"PYTHONPATH": package},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600,
+    )
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    return folder / "html"
+
+
+def pages_of(site):
+    """Return the pages; the theme keeps a template for pages among its files."""
+    return [file for file in sorted(site.rglob("*.html")) if "_static" not in file.parts]
+
+
+@pytest.mark.slow
+def test_no_page_loads_anything_from_a_network(site):
+    pages = pages_of(site)
+    assert len(pages) > 150
+    for file in pages:
+        assert not [address for address in Page(file).loaded if is_of_network(address)], file
+    for file in site.rglob("*.css"):
+        assert not STYLE.findall(file.read_text(encoding="utf-8")), file
+    for file in site.rglob("*.js"):
+        assert not SCRIPT.findall(file.read_text(encoding="utf-8")), file
+
+
+@pytest.mark.slow
+def test_what_a_page_loads_is_there(site):
+    for file in pages_of(site):
+        for address in Page(file).loaded:
+            if not address.startswith("data:"):
+                assert (file.parent / address.partition("?")[0].partition("#")[0]).exists(), (
+                    f"{file}: {address}"
+                )
+
+
+@pytest.mark.slow
+def test_every_model_paper_function_and_material_has_a_page(site):
+    generated = site / "reference" / "generated"
+    for item in everything(own=True):
+        if isinstance(item.thing, type):
+            file = generated / "models" / item.record.kind.replace(" ", "_") / f"{item.record.name}.html"
+            page, text = Page(file), file.read_text(encoding="utf-8")
+            assert len(page.equations) >= len(item.thing.equation), item.record.name
+            assert all((file.parent / equation).stat().st_size > 500 for equation in page.equations)
+            for name in (*item.thing.model_fields, *item.thing.derived):
+                assert f"<p>{name}</p>" in text, f"{item.record.name}: {name}"
+            assert "Source status" in text
+    bibliography = (generated / "bibliography.html").read_text(encoding="utf-8")
+    for item in paper_items(own=True):
+        assert (generated / "papers" / f"{item.record.name}.html").exists()
+        for citation in item.thing.CITATIONS:
+            assert citation.doi in bibliography
+    for name in dir(ev):
+        if name not in {"plot", "__version__"}:
+            assert (generated / "functions" / f"{name}.html").exists(), name
+    commands = (generated / "commands.html").read_text(encoding="utf-8")
+    assert "--series-resistor" in commands
+    materials = (site / "materials.html").read_text(encoding="utf-8")
+    assert "silica" in materials
+
+
+@pytest.mark.slow
+def test_every_text_and_every_example_is_a_page(site):
+    texts = [
+        path.relative_to(ROOT / "docs")
+        for path in (ROOT / "docs").rglob("*.md")
+        if "generated" not in path.parts
+    ]
+    assert len(texts) > 15
+    assert all((site / text.with_suffix(".html")).exists() for text in texts)
+    guides = (site / "how_to" / "index.html").read_text(encoding="utf-8")
+    for guide in ("bench", "fitting", "importing", "populations"):
+        assert f'href="../{guide}.html"' in guides
+    gallery = (site / "gallery" / "index.html").read_text(encoding="utf-8")
+    for example in (ROOT / "examples").glob("*.py"):
+        assert f"{example.stem}.html" in gallery
+        (shown,) = (site / "gallery").rglob(f"{example.stem}.html")
+        text = shown.read_text(encoding="utf-8")
+        assert "sphx-glr-script-out" in text, example.stem
+        assert "sphx-glr-single-img" in text, example.stem
+
+
+@pytest.fixture
+def models(monkeypatch):
+    """Return the part of the build that writes the pages of models."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    import models
+
+    return models
+
+
+def test_an_equation_is_shown_in_the_order_in_which_it_is_declared(models):
+    assert models.formula("1/stiffness") == r"\frac{1}{\mathrm{stiffness}}"
+    assert models.formula("eps0*E**2/2") == r"\frac{\varepsilon_0\,E^{2}}{2}"
+    assert models.formula("1 - free_gap") == r"1 - \mathrm{free\_gap}"
+
+
+def test_the_formula_of_a_declaration_has_its_value(models):
+    """The form that is shown, and the declaration as it is computed, at one point."""
+    for item in everything(own=True):
+        for text in getattr(item.thing, "equation", {}).values() if isinstance(item.thing, type) else ():
+            names = sorted(set(re.findall(r"[A-Za-z_]\w*", text)) - models.FUNCTIONS)
+            symbols = {name: sympy.Symbol(name) for name in names}
+            parsed = sympy.parsing.sympy_parser.parse_expr(text, local_dict=symbols, evaluate=False)
+            shown = models.without_factors_of_one(parsed)
+            at = {symbol: 1.25 + 0.5 * place for place, symbol in enumerate(symbols.values())}
+            computed = complex(sympy.sympify(text, locals=symbols).subs(at))
+            assert complex(shown.subs(at)) == pytest.approx(computed, rel=1e-12), text
+
+
+@pytest.mark.parametrize(
+    ("address", "expected"),
+    [
+        ("https://a.org/b.js", True),
+        ("//a.org/b.js", True),
+        ("_static/b.js", False),
+        ("data:image/png;base64,a//", False),
+    ],
+)
+def test_what_is_of_a_network(address, expected):
+    assert is_of_network(address) is expected
