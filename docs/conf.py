@@ -30,6 +30,7 @@ extensions = [
 ]
 exclude_patterns = ["_build", "_ext", "_static", "_gallery"]
 default_role = "literal"
+smartquotes = False  # "--set" is no dash
 html_math_renderer = "svg"
 
 myst_enable_extensions = ["dollarmath"]

@@ -18,7 +18,12 @@ from sphinx.errors import ExtensionError
 FOLDER = "_images/equations"
 POINTS = 11.0
 """Size of the letters of an equation, which stands for 1 em of the text."""
-SETTINGS = {"mathtext.fontset": "dejavusans", "svg.fonttype": "path", "svg.hashsalt": "equations"}
+SETTINGS = {
+    "mathtext.fontset": "dejavusans",
+    "savefig.transparent": True,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "equations",
+}
 
 
 @cache
