@@ -9,6 +9,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+import electrovib as ev
+from electrovib.papers.vezzoli_2014.population.closed_forms import lateral_by_law
+
 ROOT = Path(__file__).parent.parent
 
 
@@ -85,6 +88,29 @@ def test_clutch_release(tmp_path):
     assert (tmp_path / "release.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
+def test_whole_experiment(tmp_path):
+    module = example("whole_experiment")
+    found = {law: module.main(scenario, fingers=2, bursts=2) for law, scenario in module.LAWS.items()}
+    base = ev.load("vezzoli_2014/fig6", changes=module.SET_UP)
+    drawn = ev.read_space(base, "fingers").draw(module.SEED, 0, 2)
+    at_end = lateral_by_law(drawn, ramp=module.RISE) * drawn["contact.area"] / base.contact_area
+    by_law, in_gap = found.values()
+    for each, force in zip(by_law, at_end, strict=True):
+        # the last 4 ms of the rise are averaged, in which the force still grows
+        assert 0.95 * force < each.at_the_top(each.own) <= force
+    for each in (*by_law, *in_gap):
+        # noise and rounding of 1 mN over 2 x 100 readings, and over 2 x 500 of the baseline: five times their root mean square
+        assert each.at_the_top(each.recorded) == pytest.approx(each.at_the_top(each.own), abs=0.45e-3)
+        # the reading of the normal force has decayed by exp(-0.08 s/10 s), and its rounding is 4 mN
+        assert each.friction == pytest.approx(each.true_friction, rel=0.015)
+    assert max(each.at_the_top(each.own) for each in by_law) < module.PAPER[0] / 2
+    assert max(each.attraction for each in in_gap) > 20e-3
+    assert "the paper states 2 to 5 mN" in module.table(by_law)
+    module.draw(found).savefig(tmp_path / "experiment.png")
+    assert (tmp_path / "experiment.png").stat().st_size > 20_000
+
+
 def test_every_example_is_tested():
     tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
     assert {path.stem for path in (ROOT / "examples").glob("*.py")} <= tested
@@ -103,6 +129,25 @@ def test_stick_slip(tmp_path):
     module.draw(traces).savefig(tmp_path / "stick_slip.png")
 
 
+def test_constant_force(tmp_path):
+    module = example("constant_force")
+    found, predicted = module.main()
+    # V0 (1 + t/tau) inside 1 kV for 1 s, tau = 7.7 ms: 56.55 mN (1/131)^2; the ramp from 0 V adds to the time
+    assert found.direct == pytest.approx(56.55e-3 / (1 + 1 / 7.7e-3) ** 2, rel=0.02)
+    # 250 uA at 3 kHz is 404 V on the film alone, 4.6 mN by equation (1)
+    place = int(np.argmin(np.abs(found.carriers - 3e3)))
+    alone = np.interp(3e3, found.carriers, found.amplitudes[0.0])
+    assert alone == pytest.approx(404, rel=5e-3)
+    assert predicted[0] == pytest.approx(4.62e-3, rel=5e-3)
+    # 33 pF of film and 100 pF of stray capacitance share the current
+    assert predicted[1] / predicted[0] == pytest.approx((32.96 / 132.96) ** 2, rel=0.02)
+    for stray, force in zip(module.STRAY, predicted, strict=True):
+        slope = (found.carriers[place] / 3e3) ** 2
+        assert force == pytest.approx(found.forces[stray][place] * slope, rel=5e-3)
+    module.draw(found, tmp_path / "force.png")
+    assert (tmp_path / "force.png").stat().st_size > 10_000
+
+
 def test_pull_in(tmp_path):
     module = example("pull_in")
     loop, snap = module.main()
@@ -113,3 +158,13 @@ def test_pull_in(tmp_path):
     assert 0 <= jumped[0] - snap < 0.5
     assert loop.down.voltage[loop.down.jump][0] < 0.6 * snap
     module.draw(loop, snap).savefig(tmp_path / "pull_in.png")
+
+
+def test_picture_texture(tmp_path):
+    module = example("picture_texture")
+    rendered = module.main(tmp_path)
+    # asked: the force averaged over a carrier period to 1 %, the stream equal to the drive to 1e-9
+    assert 0 < rendered.drive.misfit < 0.01
+    assert rendered.difference < 1e-9
+    module.draw(rendered, tmp_path / "picture_texture.png")
+    assert (tmp_path / "picture_texture.png").stat().st_size > 10_000

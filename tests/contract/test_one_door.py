@@ -56,10 +56,16 @@ def drawn(scenario):
 
 
 FORCE = "electrostatic_force"
+TEXTURE = {"model": "Grating", "period": "1 mm", "amplitude": "0.1 mN"}
+HELD = {"voltage": 1e3, "current": 1}
 FORCE_LAWS = ["MaxwellStressInGap", "MaxwellStressInInsulator"]
 USES = {
     "compare": lambda scenario: [e.static for e in ev.compare(scenario, models=FORCE_LAWS).entries],
     "compare_materials": lambda scenario: [each.force for each in ev.compare_materials(scenario, materials=["silica"]).entries],
+    "design_plate": lambda scenario: [
+        each.values[MEAN] for each in ev.design_plate(scenario, {"drive.amplitude": [50.0, 100.0]}).candidates
+    ],
+    "design": lambda scenario: ev.design(scenario, want=f"{MEAN} = 1 mN", free="drive.amplitude", between="1 V:10 kV").values,
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
     "export_waveform": lambda scenario: ev.export_waveform(
@@ -86,6 +92,10 @@ USES = {
     ],
     "simulate": lambda scenario: ev.simulate(scenario).electrostatic_force.values,
     "study": lambda scenario: ev.study(scenario, LOADS, n=4, seed=1)["electrostatic_force_mean"].values,
+    "texture_drive": lambda scenario: ev.texture_drive(scenario, texture=TEXTURE, path="50 mm/s", limits=HELD).voltages,
+    "texture_stream": lambda scenario: ev.texture_stream(
+        scenario, texture=TEXTURE, limits=HELD
+    ).render(0.0, 0.0),
     "sweep": lambda scenario: ev.sweep(scenario, RISE)[MEAN].values,
 }  # fmt: skip
 """Public function to what it makes of a scenario."""

@@ -27,10 +27,19 @@ SAMPLES = {
     "full_scale": np.linspace(0.5, 2.5, 12),
     "permittivity": np.linspace(1.0, 2000.0, 12),
     "values": np.linspace(0.1, 30.0, 12),
+    "periods": np.linspace(-1.3, 2.2, 12),
     "reading": np.linspace(-5.0, 5.0, 12),
 }
 """What each argument that may be an array is tried with."""
-WHOLE_RECORDS = {("keep", "time"), ("wraps", "counts"), ("position", "counts"), ("driving", "voltage")}
+WHOLE_RECORDS = {
+    ("keep", "time"),
+    ("wraps", "counts"),
+    ("position", "counts"),
+    ("driving", "voltage"),
+    ("added_friction", "position"),
+    ("along", "vectors"),
+    ("positions", "time"),
+}
 """Arguments that are one record, not elements on their own."""
 
 

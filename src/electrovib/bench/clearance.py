@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from electrovib.bench.settings import BenchSettings
     from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult
+
+
+_NOT_RELIED_ON: Final = ("bandwidth", "saturation", "source_current", "sink_current")
+"""Parameters of an amplifier that reduce voltage or current, and are not those of the amplifier of the bench."""
 
 
 def cleared(scenario: Scenario, settings: BenchSettings) -> tuple[Limits, CheckResult]:
@@ -48,8 +52,13 @@ def cleared(scenario: Scenario, settings: BenchSettings) -> tuple[Limits, CheckR
             " protect: set the hardware to that value, or declare a larger limit"
         )
     places.append(LimitsFrom(f"the current limiter ({limiter.name})", Limits(current=limiter.current)))
-    result = cleared_for_output(
-        scenario, limits=places, what="a burst on the bench", consequence="Nothing is played"
-    )
+    amplifier = scenario.circuit.amplifier
+    consequence = "Nothing is played"
+    if amplifier is not None and (amplifier.is_limited or amplifier.bandwidth is not None):
+        consequence += (
+            ". On the bench saturation, current limit and bandwidth of circuit.amplifier do not count"
+        )
+        scenario = scenario.replace({f"circuit.amplifier.{name}": None for name in _NOT_RELIED_ON})
+    result = cleared_for_output(scenario, limits=places, what="a burst on the bench", consequence=consequence)
     strict = declared_limits(scenario, places)
     return Limits(**{name: each.value for name, each in strict.items()}), result

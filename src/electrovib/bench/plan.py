@@ -12,6 +12,7 @@ from electrovib.bench.drivers import GENERATORS, check_drivers
 from electrovib.bench.settings import ForceInput, VoltageMonitor
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
+from electrovib.physics.limits import WORDS, unit_of_limit
 from electrovib.scenario.grids import AtRest
 
 if TYPE_CHECKING:
@@ -127,15 +128,9 @@ class BenchPlan:
         settings, limits = self.settings, self.limits
         limiter = settings.current_limiter
         held = ", ".join(
-            f"{name.replace('_', ' ')} {format_quantity(value, unit)}"
-            for name, value, unit in (
-                ("voltage", limits.voltage, "V"),
-                ("current", limits.current, "A"),
-                ("charge", limits.charge, "C"),
-                ("stored_energy", limits.stored_energy, "J"),
-                ("body_current", limits.body_current, "A"),
-            )
-            if value is not None
+            f"{name.replace('_', ' ')} {format_quantity(value, unit_of_limit(name))}"
+            for name in WORDS
+            if (value := getattr(limits, name)) is not None
         )
         enable = settings.amplifier.enable
         return [
@@ -244,23 +239,23 @@ def _points(
 ) -> tuple[float, NDArray[np.int16], float]:
     """Return peak voltage [V], codes of the generator, and their rms error over the peak."""
     driver = GENERATORS[settings.generator.driver]
-    count, largest = driver.most_points, driver.largest_code
+    count = driver.most_points
     fine = (np.arange(_WITHIN * count, dtype=np.float64) + 0.5) * (duration / (_WITHIN * count))
     wanted = _plate_voltage(scenario, fine)
     own = scenario.circuit.amplifier
     peak = scenario.drive.largest(duration) * abs(1.0 if own is None else own.gain)
     sign = np.sign(settings.amplifier.gain)
     mean = wanted.reshape(count, _WITHIN).mean(axis=1)
-    codes = np.rint(sign * mean / peak * largest).astype(np.int16)
+    codes = driver.codes_of(sign * mean, peak)
     codes[0] = codes[-1] = 0  # the output rests at the first point
-    played = np.repeat(sign * codes * (peak / largest), _WITHIN)
+    played = np.repeat(sign * driver.voltages_of(codes, peak), _WITHIN)
     error = float(np.sqrt(np.mean((played - wanted) ** 2)) / peak)
     if error > settings.burst.resampling_error:
         raise InputError(
             f"as {count} points the drive has an error of {100 * error:.2g} % of its peak (rms), more than"
             f" burst.resampling_error = {settings.burst.resampling_error:g}; shorten it, or allow the error"
         )
-    return peak, codes, error
+    return peak, codes.astype(np.int16), error
 
 
 def _largest_code(settings: BenchSettings) -> int:

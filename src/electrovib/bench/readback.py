@@ -9,6 +9,7 @@ import numpy as np
 from electrovib.bench.faults import BenchError
 from electrovib.bench.settings import ForceInput
 from electrovib.core.units import format_quantity
+from electrovib.solve.quantities import of_record
 
 if TYPE_CHECKING:
     from electrovib.bench.plan import BenchPlan
@@ -20,7 +21,7 @@ READINGS: Final = 2.0
 
 
 def refuse_beyond(plan: BenchPlan, record: RunRecord, name: str, step: float) -> None:
-    """Refuse a voltage of the plate, or a current, that exceeds its limit.
+    """Refuse a voltage of the plate, or a current, whose peak or root mean square exceeds its limit.
 
     Parameters
     ----------
@@ -38,14 +39,62 @@ def refuse_beyond(plan: BenchPlan, record: RunRecord, name: str, step: float) ->
     BenchError
         With the value and the limit.
     """
-    limit, unit = getattr(plan.limits, name), _UNITS[name]
+    unit = _UNITS[name]
+    values = record.channels[name]
+    during = (record.time >= 0) & (record.time <= plan.duration)
+    reached = {
+        name: float(np.max(np.abs(values))),
+        f"rms_{name}": of_record("rms", record.time[during], values[during]),
+    }
+    for limited, value in reached.items():
+        limit = getattr(plan.limits, limited)
+        if limit is not None and not value <= limit + READINGS * step:
+            raise BenchError(_beyond(record, limited.replace("_", " "), value, limit, step, unit=unit))
+
+
+def refuse_scaled(plan: BenchPlan, record: RunRecord, *, fraction: float, step: float) -> None:
+    """Refuse a full burst whose voltage would exceed its limit, by the voltage read back in the low-voltage burst.
+
+    Parameters
+    ----------
+    plan : BenchPlan
+        With the limits.
+    record : RunRecord
+        With the voltage read back in the low-voltage burst.
+    fraction : float
+        Peak of that burst over that of the full one, dimensionless.
+    step : float
+        Difference of two readings [V].
+
+    Raises
+    ------
+    BenchError
+        With the voltage that would be reached, and the limit.
+    """
+    limit = plan.limits.voltage
     assert limit is not None
-    reached = float(np.max(np.abs(record.channels[name])))
-    if not reached <= limit + READINGS * step:
-        raise BenchError(
-            f"in the {record.burst} the {name} read back reached {format_quantity(reached, unit, digits=4)}, above its limit"
-            f" of {format_quantity(limit, unit)} (resolution {format_quantity(step, unit, digits=2)})"
+    reached, resolution = _scale(plan, record, fraction) * plan.peak, step / fraction
+    if not reached <= limit + READINGS * resolution:
+        scaled = _beyond(
+            record, "voltage", reached, limit, resolution, unit="V", verb="scaled to the full burst reaches"
         )
+        raise BenchError(f"{scaled}; the full burst is not played")
+
+
+def _beyond(
+    record: RunRecord, name: str, value: float, limit: float, step: float, *, unit: str, verb: str = "reached"
+) -> str:
+    return (
+        f"in the {record.burst} the {name} read back {verb} {format_quantity(value, unit, digits=4)}, above its limit of"
+        f" {format_quantity(limit, unit)} (resolution {format_quantity(step, unit, digits=2)})"
+    )
+
+
+def _scale(plan: BenchPlan, record: RunRecord, fraction: float) -> float:
+    """Return the voltage that was read back over that of the plan, by least squares."""
+    wanted = fraction * plan.voltage(record.time)
+    power = float(np.dot(wanted, wanted))
+    return float(np.dot(wanted, record.channels["voltage"])) / power if power > 0 else 0.0
 
 
 def compare(plan: BenchPlan, record: RunRecord, *, fraction: float, step: float) -> list[str]:
@@ -76,8 +125,7 @@ def compare(plan: BenchPlan, record: RunRecord, *, fraction: float, step: float)
     wanted, peak = fraction * plan.voltage(times), fraction * plan.peak
     tolerance = plan.settings.burst.tolerance
     rest = float(np.mean(found[times < 0])) if (times < 0).any() else float(found[0])
-    power = float(np.dot(wanted, wanted))
-    scale = float(np.dot(wanted, found)) / power if power > 0 else 0.0
+    scale = _scale(plan, record, fraction)
     error = float(np.sqrt(np.mean((found - wanted) ** 2))) / peak
     seen = f"{scale:.4g} times the plan, rms difference {100 * error:.2g} % of the peak"
     if abs(scale - 1) > tolerance:

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.bench.drivers.hp_33120a import mismatches
 from electrovib.bench.faults import BenchError
-from electrovib.bench.readback import beyond_range, compare, refuse_beyond
+from electrovib.bench.readback import beyond_range, compare, refuse_beyond, refuse_scaled
 from electrovib.core.units import format_quantity
 
 if TYPE_CHECKING:
@@ -115,10 +115,10 @@ class BurstSequence:
             "oscilloscope": lambda: self._set_oscilloscope(self.plan.fraction),
             "read back": lambda: self._read_back(self.plan.fraction),
             "enable": lambda: self._switch(on=True),
-            "low-voltage burst": lambda: self._burst("low-voltage burst"),
+            "low-voltage burst": lambda: self._burst("low-voltage burst", self.plan.fraction),
             "compare": self._compare_low,
             "raise": self._raise,
-            "full burst": lambda: self._burst("full burst"),
+            "full burst": lambda: self._burst("full burst", 1.0),
             "records": self._read_records,
         }
         for name in STEPS:
@@ -168,13 +168,20 @@ class BurstSequence:
         if wrong:
             raise BenchError(f"a setting does not read back: {'; '.join(wrong)}")
 
-    def _burst(self, name: str) -> None:
-        """Play one burst and read the voltage back, and the current where it is recorded."""
-        oscilloscope = self.instruments.oscilloscope
+    def _burst(self, name: str, fraction: float) -> None:
+        """Play one burst and read the voltage back, and the current where it is recorded.
+
+        All settings are read again just before the trigger. With an enable line its state is read while the burst runs, and
+        the high voltage is disabled before the record is transferred.
+        """
+        oscilloscope, enable = self.instruments.oscilloscope, self.instruments.enable
+        self._read_back(fraction)
         oscilloscope.start()
         self._wait(oscilloscope.is_ready, "is not ready for the trigger")
         self.instruments.generator.trigger()
-        self._wait(oscilloscope.is_done, "has not recorded the burst")
+        self._wait(self._is_recorded, "has not recorded the burst")
+        if enable is not None:
+            enable.disable()
         self._burst_name = name
         self._read("voltage")
         refuse_beyond(self.plan, self.record, "voltage", self._step("voltage"))
@@ -182,10 +189,16 @@ class BurstSequence:
             self._read("current")
             refuse_beyond(self.plan, self.record, "current", self._step("current"))
 
+    def _is_recorded(self) -> bool:
+        """Return whether the record is complete, after the state of the enable line was read."""
+        if self.instruments.enable is not None:
+            self.instruments.enable.confirm()
+        return self.instruments.oscilloscope.is_done()
+
     def _compare_low(self) -> None:
-        self.record.statements += compare(
-            self.plan, self.record, fraction=self.plan.fraction, step=self._step("voltage")
-        )
+        fraction, step = self.plan.fraction, self._step("voltage")
+        self.record.statements += compare(self.plan, self.record, fraction=fraction, step=step)
+        refuse_scaled(self.plan, self.record, fraction=fraction, step=step)
 
     def _raise(self) -> None:
         """Set the full amplitude with the high voltage disabled: its attenuators switch with glitches."""

@@ -24,6 +24,7 @@ class Form(StrEnum):
     TABLE = "table as CSV"
     SPACE = "space of parameters"
     CHECK = "check of limits as JSON"
+    DESIGN = "design as JSON"
     WAVEFORM = "waveform"
 
 

@@ -23,7 +23,9 @@ class Limits(Model):
     capacitance and the finger; `body_current` is the part of it through the finger. `charge` is that on the plate under the
     finger, D A with the bound displacement D of the layer at the plate. `stored_energy` is the energy that plate, layers and
     stray capacitance could release, A sum(T E D)/2 + C v^2/2 with thickness T, field E and bound displacement D of each
-    layer and the voltage v of the plate; for two contacts the sum.
+    layer and the voltage v of the plate; for two contacts the sum. `rms_voltage` and `rms_current` are root mean squares over
+    the whole run, or over one period of a periodic state; `slew_rate` is that of the drive times the gain of the amplifier,
+    before a bandwidth or a limit of the amplifier reduces it, and infinite at a discontinuity.
     """
 
     voltage: Annotated[Number | None, Quantity("V", 1e-3, 1e6, "largest voltage of the plate")] = None
@@ -37,6 +39,15 @@ class Limits(Model):
     body_current: Annotated[Number | None, Quantity("A", 1e-9, 10, "largest current through the finger")] = (
         None
     )
+    rms_voltage: Annotated[
+        Number | None, Quantity("V", 1e-3, 1e6, "largest root-mean-square voltage of the plate")
+    ] = None
+    rms_current: Annotated[
+        Number | None, Quantity("A", 1e-9, 10, f"largest root-mean-square current {_CURRENT}")
+    ] = None
+    slew_rate: Annotated[
+        Number | None, Quantity("V/s", 1e-3, 1e13, "largest rate of change of the drive times the gain")
+    ] = None
     example: ClassVar[dict[str, Any]] = {}
 
 
@@ -46,8 +57,15 @@ WORDS: Final[Mapping[str, str]] = {
     "charge": "the charge on the plate under the finger",
     "stored_energy": "the energy stored in contact and stray capacitance",
     "body_current": "the current through the finger",
+    "rms_voltage": "the root-mean-square voltage of the plate",
+    "rms_current": "the root-mean-square current into plate, stray capacitance and finger",
+    "slew_rate": "the rate of change of the drive times the gain",
 }
 """The quantity that each limit is compared with."""
+PEAKS: Final = ("voltage", "current", "body_current")
+"""Limits whose name does not contain that they are those of a peak."""
+MEAN_SQUARES: Final = ("rms_voltage", "rms_current")
+"""Limits of root mean squares."""
 SWITCH_ON: Final = " at switch-on"
 """Follows the name of a limit with which the current of the step at time 0 is compared."""
 
@@ -77,17 +95,25 @@ def limit_diagnostics(
         limit = getattr(limits, name)
         if limit is None:
             continue
-        quantity = quantity_of(Limits, name)
-        assert quantity is not None
-        what = "the current into the contact" if name == "current" and not amplified else words
+        entering = "current into plate, stray capacitance and finger"
+        what = words if amplified else words.replace(entering, "current into the contact")
         why = f"the declared limit (limits.{name})"
         for when, more in (("", ""), (SWITCH_ON, " in the step at time 0")):
             if name + when in reached:
                 title, value = _title(name) + when, reached[name + when]
                 found.append(
-                    against(title, value=value, limit=limit, unit=quantity.unit, what=what + more, why=why)
+                    against(
+                        title, value=value, limit=limit, unit=unit_of_limit(name), what=what + more, why=why
+                    )
                 )
     return found
+
+
+def unit_of_limit(name: str) -> str:
+    """Return the SI unit of a limit."""
+    quantity = quantity_of(Limits, name)
+    assert quantity is not None
+    return quantity.unit
 
 
 def _title(name: str) -> str:

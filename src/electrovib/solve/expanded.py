@@ -24,7 +24,7 @@ from electrovib.solve.stack.expand import modes, phasors
 from electrovib.solve.stack.reduce import reduction_band
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Callable, Collection, Mapping
 
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
@@ -187,13 +187,17 @@ class Expanded:
         self.last = (times, solution)
         return solution
 
-    def judge(self, record: Record) -> tuple[list[Diagnostic], dict[str, float]]:
+    def judge(
+        self, record: Record, squared: Callable[[Expanded, PeakRecord], Mapping[str, float]]
+    ) -> tuple[list[Diagnostic], dict[str, float]]:
         """Return the diagnostics and errors of a record.
 
         Parameters
         ----------
         record : Record
             From `at`.
+        squared : callable
+            Returns the root mean squares whose limit is declared, by the name of that limit [V or A].
 
         Returns
         -------
@@ -209,7 +213,7 @@ class Expanded:
             errors = answer_errors(scenario, self.section, seen.solution, seen.times, known=known)
         peaks = record.peaks or watched(scenario, self.section, record.times, record.solution)
         found = [
-            *judge_run(scenario, self.section, peaks, record.times, record.signals),
+            *judge_run(scenario, self.section, peaks, record.times, record.signals, squared(self, peaks)),
             *memory_diagnostics(scenario, errors, seen.times, known=known, method=record.solution.method),
             *record.diagnostics,
             *scenario.force.diagnostics_over_frequency(self.declared),

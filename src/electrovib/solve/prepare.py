@@ -178,6 +178,7 @@ class Prepared:
         *,
         names: Sequence[str] = ("electrostatic_force",),
         time: ArrayLike | None = None,
+        band: Real | None = None,
     ) -> dict[str, Real]:
         """Compute signals over time for given values of the free parameters.
 
@@ -189,6 +190,8 @@ class Prepared:
             Names of signals over time.
         time : array_like, shape (n,), optional
             Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
+        band : ndarray, shape (n,), optional
+            Times over whose band materials are reduced to Debye terms [s]; by default the output times.
 
         Returns
         -------
@@ -202,8 +205,8 @@ class Prepared:
         """
         member = self.scenario(values)
         times = None if time is None else np.asarray(time, dtype=float)
-        self._run = Expanded(member, times, before=self._run)
-        record = self._run.at(self._run.times, wanted=names)
+        self._run = Expanded(member, times if band is None else band, before=self._run)
+        record = self._run.at(self._run.times if times is None else times, wanted=names)
         missing = [name for name in names if name not in record.signals]
         if missing:
             known = ", ".join(sorted(record.signals))

@@ -17,6 +17,7 @@ from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.provenance import beside, provenance
+from electrovib.solve.quantities.answer import declared_mean_squares
 from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def simulate(
     with beside(len(times), functools.partial(provenance, scenario)) as stated:
         at_frequency = phasors(scenario, frequency)
         record = expanded.at(times, closely=True)
-        diagnostics, errors = expanded.judge(record)
+        diagnostics, errors = expanded.judge(record, declared_mean_squares)
         attributes = stated() | errors | record.how
     variables: dict[str, Any] = {**record.signals, **over_frequency(scenario, at_frequency)}
     variables = _chosen(variables, signals)

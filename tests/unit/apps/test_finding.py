@@ -181,6 +181,13 @@ def test_every_argument_that_is_a_scenario_or_a_paper_is_completed():
                 assert parameter.shell_complete(typer.Context(command), "vezzoli"), command.name
 
 
+def test_options_of_a_design_are_completed(complete):
+    assert "drive.amplitude" in complete("design", "bau_2010/sine", "--free", "drive.a")
+    assert complete("design", "nobody/none", "--free", "drive.a") == []
+    assert "mean" in complete("design", "bau_2010/sine", "--want", "mean")
+    assert complete("design", "bau_2010/sine", "--space", "f") == ["fingers"]
+
+
 def test_names_of_papers_are_completed(complete):
     assert complete("reproduce", "v") == ["vardar_2017", "vezzoli_2014"]
 

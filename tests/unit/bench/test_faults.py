@@ -4,15 +4,19 @@ import functools
 import json
 import os
 import signal
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import electrovib as ev
 from electrovib.bench import run
 from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
-from electrovib.bench.sequence import STEPS
+from electrovib.bench.readback import refuse_beyond
+from electrovib.bench.sequence import STEPS, RunRecord
 from electrovib.bench.twin.simulated import SimulatedBench
+from electrovib.physics.limits import Limits
 
 SCENARIO = "vezzoli_2014/fig6"
 ENABLE = {"on": "OUTP ON", "off": "OUTP OFF", "state": "OUTP?"}
@@ -207,6 +211,85 @@ def test_twice_the_voltage_is_found_by_the_low_voltage_burst(stopped):
     assert float(trace.plate_voltage.max()) == pytest.approx(40, rel=0.1)
     assert float(trace.drive_voltage.max()) == pytest.approx(20, rel=1e-3)
     assert at_zero(twin)
+
+
+def test_a_voltage_that_would_exceed_its_limit_at_full_scale_is_refused_before_the_full_burst(stopped):
+    """4 % more than planned is within the tolerance of the comparison, and 1040 V are above the limit of 1 kV."""
+    error, twin, _, trace = stopped("", "", spoil=multiplied(1.04, "low-voltage burst"))
+    assert "stopped in the step 'compare'" in str(error)
+    assert "scaled to the full burst reaches 1.04 kV, above its limit of 1 kV" in str(error)
+    assert json.loads(trace.attrs["steps"])[-1] == "compare"
+    assert twin.generator.received.count("*TRG") == 1
+    assert at_zero(twin)
+
+
+@pytest.mark.parametrize("query", ["VOLTage", "OUTPut:LOAD", "FREQuency", "BM:STATe"])
+def test_a_setting_changed_by_hand_is_found_before_the_trigger(stopped, query):
+    def spoil(twin, injector):
+        inner = twin.generator._queries[query]
+        twin.generator._queries[query] = lambda text: (
+            {"BM:STATe": "0"}.get(query, "50") if injector.step == "full burst" else inner(text)
+        )
+
+    error, twin, _, _ = stopped("", "", spoil=spoil)
+    assert "stopped in the step 'full burst': a setting does not read back" in str(error)
+    assert twin.generator.received.count("*TRG") == 1
+    assert not twin.plant.is_on
+
+
+def test_an_enable_line_that_opens_during_the_burst_stops_the_run(stopped):
+    def spoil(twin, injector):
+        inner = twin.generator.on_trigger.copy()
+
+        def opened(time):
+            for each in inner:
+                each(time)
+            if injector.step == "full burst":
+                twin.clock.sleep(0.05)
+                twin.plant.switch(twin.clock.now(), on=False)
+
+        twin.generator.on_trigger[:] = [opened]
+
+    error, twin, _, trace = stopped("", "", spoil=spoil)
+    assert "stopped in the step 'full burst': the enable line answered '0'" in str(error)
+    assert "not known to be enabled" in str(error)
+    assert "lateral_force" not in trace
+    assert at_zero(twin)
+
+
+def test_the_high_voltage_is_disabled_before_a_record_is_transferred(stopped):
+    seen = []
+
+    def spoil(twin, injector):
+        inner = twin.oscilloscope._queries["CURVe"]
+        twin.oscilloscope._queries["CURVe"] = lambda text: (
+            seen.append((injector.step, twin.plant.is_on)),
+            inner(text),
+        )[1]
+
+    stopped("records", "exception", spoil=spoil)
+    assert seen
+    assert not any(on for _, on in seen)
+    assert {step for step, _ in seen} == {"low-voltage burst", "full burst"}
+
+
+@pytest.mark.parametrize("name", ["voltage", "current"])
+def test_a_root_mean_square_above_its_limit_stops_the_run(name):
+    """A rectangle of 1 over half of the burst has a root mean square of 0.707; what lies outside of it does not count."""
+    time = np.linspace(-1, 2, 3001)
+    record = RunRecord(
+        burst="full burst", time=time, channels={name: ((time >= 0) & (time <= 0.5)).astype(float)}
+    )
+
+    def limited(value):
+        return SimpleNamespace(limits=Limits(**{name: 1.0, f"rms_{name}": value}), duration=1.0)
+
+    refuse_beyond(limited(0.71), record, name, 0.0)
+    with pytest.raises(
+        BenchError, match=f"the rms {name} read back reached 70[0-9.]+ m[VA], above its limit of 700 m"
+    ):
+        refuse_beyond(limited(0.7), record, name, 0.0)
+    refuse_beyond(limited(0.7), record, name, 0.01)
 
 
 def test_the_amplitude_is_changed_only_while_the_high_voltage_is_disabled(stopped):

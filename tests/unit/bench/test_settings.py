@@ -93,6 +93,33 @@ def test_the_limits_of_the_scenario_count_too():
         ev.plan_bench(SCENARIO, set={"limits.voltage": "700 V"})
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"drive.high": 2000.0, "circuit.amplifier": {"saturation": 1000.0}}, "reaches 2 kV, above 1 kV"),
+        ({"drive.high": 2000.0, "circuit.amplifier": {"source_current": 1e-9}}, "reaches 2 kV, above 1 kV"),
+        ({"drive.high": 2000.0, "circuit.amplifier": {"bandwidth": 0.1}}, "reaches 2 kV, above 1 kV"),
+        ({"drive.rise": 1e-6, "circuit.amplifier": {"source_current": 1e-6}}, "mA, above 250 uA"),
+        ({"drive.rise": 1e-6, "circuit.amplifier": {"bandwidth": 1.0}}, "mA, above 250 uA"),
+    ],
+)
+def test_no_amplifier_of_the_scenario_hides_voltage_or_current_from_the_limits(changes, words):
+    with pytest.raises(InputError, match=f"{words}.*do not count"):
+        ev.plan_bench(SCENARIO, set=changes)
+
+
+def test_root_mean_squares_and_slew_rate_of_a_bench_file_count():
+    for name, value, words in (
+        ("rms_voltage", 675.0, "the root-mean-square voltage of the plate reaches 675.1"),
+        ("rms_current", 1e-7, "the root-mean-square current into the contact"),
+        ("slew_rate", 27e3, "reaches 27.7778 kV/s, above 27 kV/s"),
+    ):
+        with pytest.raises(InputError, match=words):
+            ev.plan_bench(SCENARIO, bench=tables(**{f"limits__{name}": value}))
+    plan = ev.plan_bench(SCENARIO, bench=tables(limits__slew_rate=28e3))
+    assert "slew rate 28 kV/s" in "\n".join(plan.lines())
+
+
 def test_the_plan_plays_the_drive_in_the_sign_of_the_amplifier():
     plan = ev.plan_bench(SCENARIO)
     turned = ev.plan_bench(SCENARIO, bench=tables(amplifier__gain=-200))

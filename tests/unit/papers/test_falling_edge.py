@@ -119,6 +119,7 @@ def test_every_candidate_is_in_the_table_with_its_experiment():
     assert said["sliding at 30 mm/s"] == "ramp, hold"
 
 
+@pytest.mark.slow
 def test_rows_and_panels_are_plain_data():
     json.dumps([row.to_dict() for row in falling_edge.rows()])
     for panel in falling_edge.panels():

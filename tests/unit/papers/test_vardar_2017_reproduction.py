@@ -8,6 +8,8 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.papers import vardar_2017
 
+pytestmark = pytest.mark.slow  # the reproduction takes tens of seconds
+
 
 @pytest.fixture(scope="module")
 def found():

@@ -14,7 +14,7 @@ from electrovib.core.budget import BudgetError
 from electrovib.core.errors import InputError
 from electrovib.scenario.distributions import Normal, Uniform
 from electrovib.scenario.space import Group, Grouping, Space
-from electrovib.study.sensitivity import analysis
+from electrovib.solve.population import quantity
 from electrovib.study.sensitivity.indices import _bootstrap, sobol
 
 STATIC = "vezzoli_2014/fig6_static"
@@ -148,7 +148,7 @@ def test_the_bootstrap_resamples_the_estimators_of_scipy():
 def test_chunks_change_nothing_and_the_seed_something(monkeypatch):
     asked = {"quantity": "peak electrostatic_force", "n": 8}
     whole = ev.sensitivity(STATIC, LOG_NORMAL, seed=1, **asked)
-    monkeypatch.setattr(analysis, "_CHUNK", 3)
+    monkeypatch.setattr(quantity, "_CHUNK", 3)
     again = ev.sensitivity(STATIC, LOG_NORMAL, seed=1, **asked)
     assert again.indices == whole.indices
     assert again.sample.tobytes() == whole.sample.tobytes()
@@ -219,7 +219,7 @@ def test_more_evaluations_than_the_budget_allows_are_refused_before_the_first():
 
 
 def test_progress_counts_every_evaluation(monkeypatch):
-    monkeypatch.setattr(analysis, "_CHUNK", 8)
+    monkeypatch.setattr(quantity, "_CHUNK", 8)
     seen = []
     ev.sensitivity(
         STATIC,

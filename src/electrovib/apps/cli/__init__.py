@@ -11,6 +11,8 @@ from electrovib.apps.cli import (
     bench,
     check,
     compare,
+    design,
+    design_plate,
     equilibrium,
     export,
     fit,
@@ -28,6 +30,7 @@ from electrovib.apps.cli import (
     settings,
     spaces,
     study,
+    texture,
     times,
 )
 from electrovib.apps.cli.completion import complete_arguments
@@ -66,6 +69,9 @@ for _command in (
     report,
     import_,
     check,
+    design_plate,
+    design,
+    texture,
     export,
     init,
     settings,

@@ -74,6 +74,73 @@ def paper_names(incomplete: str) -> Iterator[str]:
     yield from (name for name in discovery.paper_names() if name.startswith(incomplete))
 
 
+def quantity_names(incomplete: str) -> Iterator[str]:
+    """Complete the name of a quantity of a scenario.
+
+    Parameters
+    ----------
+    incomplete : str
+        What stands on the command line.
+
+    Yields
+    ------
+    str
+        ``mean electrostatic_force``.
+    """
+    from electrovib.core.signals import SIGNALS
+    from electrovib.solve.quantities.names import TAKEN, signals_over_time
+
+    for signal in signals_over_time():
+        where = " in" if "layer" in SIGNALS[signal].dims else ""
+        yield from (name for taken in TAKEN if (name := f"{taken} {signal}{where}").startswith(incomplete))
+
+
+def space_names(incomplete: str) -> Iterator[str]:
+    """Complete the name of a shipped population.
+
+    Parameters
+    ----------
+    incomplete : str
+        What stands on the command line.
+
+    Yields
+    ------
+    str
+        ``fingers``.
+    """
+    from electrovib.scenario.space.shipped import shipped_names
+
+    yield from (name for name in shipped_names() if name.startswith(incomplete))
+
+
+def parameter_paths(ctx: typer.Context, incomplete: str) -> Iterator[tuple[str, str]]:
+    """Complete the dotted path of a physical parameter of the scenario that stands before it.
+
+    Parameters
+    ----------
+    ctx : typer.Context
+        With the scenario, if it has been typed.
+    incomplete : str
+        What stands on the command line.
+
+    Yields
+    ------
+    tuple of str
+        Path, and what it means.
+    """
+    from electrovib.core.errors import ElectrovibError
+    from electrovib.scenario import read_scenario
+
+    try:
+        # the parser stops at an option without its value, and leaves the arguments before it unassigned
+        scenario = read_scenario(ctx.params.get("scenario") or next(iter(ctx.args), ""))
+    except ElectrovibError:
+        return
+    for path, _, quantity in scenario.parameters():
+        if path.startswith(incomplete):
+            yield path, quantity.doc
+
+
 ARGUMENTS: Final[dict[str, Callable[[str], Iterator[Any]]]] = {
     "scenario": scenario_names,
     "paper": paper_names,

@@ -46,11 +46,24 @@ class EnableDriver:
         """
         self._switch(self._line.off, self._line.disabled, "disabled")
 
+    def confirm(self) -> None:
+        """Read the state back without a change.
+
+        Raises
+        ------
+        BenchError
+            If the line does not read back as enabled.
+        """
+        self._expect(self._line.enabled, "enabled", "while the high voltage was on")
+
     def _switch(self, command: str, wanted: str, state: str) -> None:
         self.link.write(command)
+        self._expect(wanted, state, f"after '{command}'")
+
+    def _expect(self, wanted: str, state: str, when: str) -> None:
         reply = self.link.ask(self._line.state)
         if reply != wanted:
             raise BenchError(
-                f"the enable line answered '{reply[:60]}' to '{self._line.state}' after '{command}', where '{wanted}' was"
-                f" expected: it is not known to be {state}"
+                f"the enable line answered '{reply[:60]}' to '{self._line.state}' {when}, where '{wanted}' was expected: it is"
+                f" not known to be {state}"
             )

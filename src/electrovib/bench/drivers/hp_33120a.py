@@ -39,7 +39,15 @@ import numpy as np
 
 from electrovib.bench.drivers.identity import identify
 from electrovib.bench.faults import BenchError
-from electrovib.export.waveform.hp_33120a import FEWEST_POINTS, LARGEST_CODE, LARGEST_VOLTAGE, MOST_POINTS
+from electrovib.export.waveform.hp_33120a import (
+    FEWEST_POINTS,
+    LARGEST_CODE,
+    LARGEST_VOLTAGE,
+    MOST_POINTS,
+    SMALLEST_AMPLITUDE,
+    codes_of,
+    voltages_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -51,8 +59,6 @@ if TYPE_CHECKING:
 HIGH_IMPEDANCE: Final = 9.9e37
 LARGEST_AMPLITUDE: Final = 2 * LARGEST_VOLTAGE
 """Largest peak-to-peak voltage into a high impedance [V]; unverified."""
-SMALLEST_AMPLITUDE: Final = 0.1
-"""Smallest peak-to-peak voltage into a high impedance [V]; unverified."""
 _SETTINGS_CONFLICT: Final = "-221"
 _MOST_ERRORS: Final = 20
 
@@ -70,6 +76,8 @@ class Hp33120a:
 
     models: Final = ("33120A",)
     largest_code: Final = LARGEST_CODE
+    codes_of = staticmethod(codes_of)
+    voltages_of = staticmethod(voltages_of)
     most_points: Final = MOST_POINTS
     fewest_points: Final = FEWEST_POINTS
     amplitudes: Final = (SMALLEST_AMPLITUDE, LARGEST_AMPLITUDE)

@@ -14,6 +14,7 @@ from electrovib.data.marks import Form, unsigned
 from electrovib.export.waveform.encoded import Encoded, Scaling
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.study.waveform import Waveform
 
 MOST_POINTS: Final = 16_000
@@ -24,6 +25,8 @@ LARGEST_CODE: Final = 2047
 """Code of half of the peak-to-peak amplitude; -2047 is its negative."""
 LARGEST_VOLTAGE: Final = 10.0
 """Largest voltage into a high impedance [V]; cited from memory, unverified."""
+SMALLEST_AMPLITUDE: Final = 0.1
+"""Smallest peak-to-peak voltage into a high impedance [V]; cited from memory, unverified."""
 
 
 def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
@@ -44,12 +47,11 @@ def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
     Raises
     ------
     InputError
-        If a sample exceeds the full scale, or the full scale exceeds what the generator can put out.
+        If a sample exceeds the full scale, or the full scale is not what the generator can put out.
     """
     gain = scaling.gain
     if not (math.isfinite(gain) and gain > 0):
         raise InputError("must be a number above 0", path="gain", value=str(gain))
-    largest = float(np.max(np.abs(waveform.voltages)))
     full = scaling.full_scale if scaling.full_scale is not None else (waveform.peak or gain)
     if not (math.isfinite(full) and full > 0):
         raise InputError("must be a voltage above 0 V", path="full_scale", value=str(full))
@@ -61,17 +63,54 @@ def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
             path="gain",
             value=f"{gain:g}",
         )
-    codes = np.rint(waveform.voltages / full * LARGEST_CODE)
-    if np.any(np.abs(codes) > LARGEST_CODE):
-        why = f"the drive reaches {largest:g} V, more than the full scale; nothing was written"
-        raise InputError(why, path="full_scale", value=f"{full:g} V")
+    if 2 * full / gain < SMALLEST_AMPLITUDE:
+        raise InputError(
+            f"the generator would have to put out {2 * full / gain:g} V peak to peak, and it puts out at least"
+            f" {SMALLEST_AMPLITUDE:g} V (a value cited from memory, unverified); a setting that it refuses leaves the one before."
+            " Give the gain of the amplifier that is used, or a larger full scale; nothing was written",
+            path="gain",
+            value=f"{gain:g}",
+        )
+    codes = codes_of(waveform.voltages, full)
     return Encoded(
         waveform=waveform,
-        voltages=codes / LARGEST_CODE * full,
+        voltages=voltages_of(codes, full),
         codes=codes,
         full_scale=full,
         notes=_settings(waveform, full / gain, full),
     )
+
+
+def codes_of(voltages: Real, full: float) -> Real:
+    """Return the codes of voltages, without an offset: code 0 is 0 V whatever the amplitude.
+
+    Parameters
+    ----------
+    voltages : ndarray, shape (n,)
+        Of the drive [V].
+    full : float
+        Voltage of the drive at code 2047 [V].
+
+    Returns
+    -------
+    codes : ndarray, shape (n,)
+        Whole numbers from -2047 to 2047.
+
+    Raises
+    ------
+    InputError
+        If a voltage exceeds the full scale; none is clipped.
+    """
+    codes: Real = np.rint(voltages / full * LARGEST_CODE)
+    if not np.all(np.abs(codes) <= LARGEST_CODE):
+        why = f"the drive reaches {float(np.max(np.abs(voltages))):g} V, more than the full scale; nothing was written"
+        raise InputError(why, path="full_scale", value=f"{full:g} V")
+    return codes
+
+
+def voltages_of(codes: Real, full: float) -> Real:
+    """Return the voltages of the drive [V] that codes stand for, with the voltage at code 2047 [V]."""
+    return codes / LARGEST_CODE * full
 
 
 def _settings(waveform: Waveform, output: float, full: float) -> tuple[str, ...]:

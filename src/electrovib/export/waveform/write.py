@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -72,6 +73,7 @@ def export_waveform(
     full_scale: float | None = None,
     gain: float = 1.0,
     force: bool = False,
+    remarks: Sequence[str] = (),
 ) -> WrittenWaveform:
     """Write the drive of a scenario as a waveform, within its limits or not at all.
 
@@ -100,6 +102,8 @@ def export_waveform(
         Voltage of the drive over that of the instrument [1].
     force : bool
         Whether a file that was not written by electrovib may be replaced.
+    remarks : sequence of str
+        Further sentences about the drive, which the file states.
 
     Returns
     -------
@@ -137,10 +141,35 @@ def export_waveform(
         if ramp is None
         else (f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end",)
     )
-    notes = (*about(found, wave, form), *ramps, *encoded.notes)
+    notes = (*about(found, wave, form), *remarks, *ramps, *_relied_on(found), *encoded.notes)
     with writing({place: form.form}, force=force) as temporaries:
         temporaries[place].write_bytes(form.content(encoded, notes))
     return WrittenWaveform(path=place, waveform=wave, full_scale=encoded.full_scale, notes=notes, check=check)
+
+
+def check_waveform_file(
+    path: str | Path, *, instrument: str = "", inputs: Iterable[Path] = (), force: bool = False
+) -> None:
+    """Check, before a long computation, whether a waveform can be written to a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The output.
+    instrument : str
+        As for `export_waveform`.
+    inputs : iterable of Path
+        Files that are read; none of them is replaced.
+    force : bool
+        Whether a file that was not written by electrovib may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the format is unknown or the file cannot be written.
+    """
+    place = Path(path)
+    check_writable({place: _format(place, instrument).form}, inputs=inputs, force=force)
 
 
 def sampled_drive(
@@ -179,7 +208,7 @@ def sampled_drive(
     drive, end = scenario.drive, float(scenario.time.times(scenario.drive)[-1])
     if drive.quantity == "voltage" and form.played and ramp is None:
         refuse_unless_zero_at_both_ends(drive, end)
-    if rate is not None and form.whole_rate and rate != round(rate):
+    if rate is not None and form.whole_rate and math.isfinite(rate) and rate != round(rate):
         raise InputError(
             f"{form.name} has a whole number of samples per second", path="rate", value=f"{rate:g}"
         )
@@ -225,6 +254,17 @@ def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str
         f"{len(wave.times)} samples at {wave.rate!r} Hz; {form.name}, {wave.between}",
         f"largest difference from the drive {format_quantity(wave.error, 'V', digits=3)}, {100 * wave.share:.3g} % of its largest"
         f" voltage {format_quantity(wave.peak, 'V', digits=6)}",
+    )
+
+
+def _relied_on(scenario: Scenario) -> tuple[str, ...]:
+    """State what of the amplifier the check of the current relies on."""
+    amplifier = scenario.circuit.amplifier
+    if amplifier is None or (amplifier.source_current is None and amplifier.bandwidth is None):
+        return ()
+    return (
+        "the current was checked with current limit and bandwidth of circuit.amplifier: the amplifier that is used has to have"
+        " them in hardware",
     )
 
 

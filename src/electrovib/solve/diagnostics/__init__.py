@@ -27,6 +27,8 @@ from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vani
 from electrovib.solve.electrics.linear.current import caveat
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Solution
@@ -109,14 +111,21 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solu
     record = PeakRecord.of(scenario, times, answer.found)
     if chosen(scenario).method.is_marched:
         return record
-    return refined(
-        record,
-        lambda moments: PeakRecord.of(scenario, moments, solve_fields(scenario, section, moments).found),
-    )
+
+    def look(moments: Real) -> PeakRecord:
+        return PeakRecord.of(scenario, moments, solve_fields(scenario, section, moments).found)
+
+    before = np.setdiff1d(record.before_corners(scenario.drive.corners(float(times[-1]))[0]), times)
+    return refined(record.joined(look(before)) if len(before) else record, look)
 
 
 def judge_run(
-    scenario: Scenario, section: ModalSection, record: PeakRecord, times: Real, variables: dict[str, Any]
+    scenario: Scenario,
+    section: ModalSection,
+    record: PeakRecord,
+    times: Real,
+    variables: dict[str, Any],
+    mean_squares: Mapping[str, float] | None = None,
 ) -> list[Diagnostic]:
     """Return the diagnostics of a run.
 
@@ -132,6 +141,8 @@ def judge_run(
         Output times [s].
     variables : dict
         Dimensions and values of the signals of the Trace, in their units.
+    mean_squares : mapping of str to float, optional
+        Root mean squares by the name of their limit, where one is declared [V or A].
 
     Returns
     -------
@@ -150,7 +161,7 @@ def judge_run(
     return [
         *found,
         *stack_diagnostics(scenario, record),
-        *circuit_diagnostics(scenario, record, running_currents(scenario, section, record)),
+        *circuit_diagnostics(scenario, record, running_currents(scenario, section, record), mean_squares),
         *return_path_diagnostics(scenario),
         *settled_charge(scenario),
         *contact_diagnostics(scenario, variables, times),

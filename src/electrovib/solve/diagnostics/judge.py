@@ -9,6 +9,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
+from electrovib.physics.drive.slew import slew_of
 from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
 from electrovib.physics.safety import (
     emission_diagnostic,
@@ -103,7 +104,10 @@ def _permittivity(layer: Layer) -> float:
 
 
 def circuit_diagnostics(
-    scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None
+    scenario: Scenario,
+    record: PeakRecord,
+    running: Mapping[str, float] | None,
+    mean_squares: Mapping[str, float] | None = None,
 ) -> list[Diagnostic]:
     """Return the diagnostics of voltage, current, charge and energy, and of discontinuities of the drive.
 
@@ -115,13 +119,17 @@ def circuit_diagnostics(
         Quantities with limits over the whole run.
     running : mapping of str to float or None
         Largest currents apart from the response to the step of the drive at time 0 [A]; None where they are not known.
+    mean_squares : mapping of str to float, optional
+        Root mean squares by the name of their limit [V or A].
 
     Returns
     -------
     list of Diagnostic
         One for each declared limit, and one where the drive is discontinuous.
     """
-    reached = largest_values(scenario, record, running)
+    reached = largest_values(scenario, record, running) | dict(mean_squares or {})
+    if scenario.limits.slew_rate is not None:
+        reached["slew_rate"] = slew_rate(scenario, float(record.times[-1]))
     first, later = discontinuities(scenario, end=float(record.times[-1]))
     amplified = scenario.circuit.amplifier is not None
     return [
@@ -170,6 +178,29 @@ def largest_values(
         switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + _ROUNDED)}
         reached |= {**running, **{f"{name}{SWITCH_ON}": value for name, value in switched.items()}}
     return reached
+
+
+def slew_rate(scenario: Scenario, end: float) -> float:
+    """Return the largest rate of change of the drive times the gain, from time 0 to an end.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive, amplifier and initial state.
+    end : float
+        Last time [s].
+
+    Returns
+    -------
+    slew : float
+        V/s; infinite at a discontinuity, NaN for a current drive.
+    """
+    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    if drive.quantity == "current":
+        return math.nan
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    until = max(end, drive.period or 0.0) if settled else end
+    return abs(1.0 if amplifier is None else amplifier.gain) * slew_of(drive, until, from_rest=not settled)
 
 
 def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:

@@ -31,8 +31,12 @@ _BESIDE = 2
 """Times on both sides of a largest value that are kept."""
 _JUST = 1e-6
 """Distance from a largest value at which it is evaluated again, as a share of the time to its neighbour."""
+_BEFORE = 1e-9
+"""Distance from a corner of the drive at which the value before it is evaluated, as a share of the time since the one before."""
 ROUNDED = 1e-13
 """Share of the last time below which two times are equal by rounding."""
+SUDDEN = 1e-6
+"""Share of the last time within which a drop beyond `CLEAR` is a discontinuity, whose both sides are among the times."""
 AT_A_CORNER = 1e-4
 """Ratio of the times to both neighbours, below which the largest value is at a corner, not between two times."""
 
@@ -127,6 +131,29 @@ class PeakRecord:
         after = self.times[inner] + _JUST * (self.times[inner + 1] - self.times[inner])
         return np.unique(np.concatenate([before, after]))
 
+    def before_corners(self, corners: Real) -> Real:
+        """Return times just before the corners of the drive that are next to the largest values.
+
+        Parameters
+        ----------
+        corners : ndarray
+            Corners, increasing [s].
+
+        Returns
+        -------
+        moments : ndarray
+            Times at which a current still has its value before the corner, increasing [s].
+        """
+        after = np.searchsorted(corners, self.times[np.array(list(self._places.values()))])
+        near = (
+            corners[np.unique(np.concatenate([after - 1, after]).clip(0, len(corners) - 1))]
+            if len(corners)
+            else corners
+        )
+        inside = near[(near > self.times[0]) & (near <= self.times[-1])]
+        previous = self.times[np.searchsorted(self.times, inside) - 1]
+        return np.unique(inside - _BEFORE * (inside - previous))
+
     def joined(self, other: PeakRecord) -> PeakRecord:
         """Return the union of two records of one solution; at a time of both, the values of this one."""
         times = np.concatenate([self.times, other.times])
@@ -148,22 +175,15 @@ class PeakRecord:
         return self
 
     def peaks(self) -> dict[Key, float]:
-        """Return the largest absolute value of each quantity, by a parabola between its times; NaN where it is unknown."""
-        return {name: value for name, (value, _, _) in self._peaks.items()}
+        """Return the largest absolute value of each quantity; NaN where it is unknown.
 
-    def without_overshoot(self) -> PeakRecord:
-        """Return this record with the values themselves where a neighbour remains far below: at a discontinuity.
-
-        A parabola through both sides of a discontinuity would lie above them by up to half of its height.
+        Returns
+        -------
+        peaks : dict of Key to float
+            By a parabola through the largest value and its neighbours, in the unit of the quantity; at an end, a corner and a
+            discontinuity the largest value itself.
         """
-        return self.knowing(
-            {
-                name: (float(abs(self.rows[name][place])), place, 0.0)
-                if drop > CLEAR * value
-                else (value, place, drop)
-                for name, (value, place, drop) in self._peaks.items()
-            }
-        )
+        return {name: value for name, (value, _, _) in self._peaks.items()}
 
     def unclear(self) -> Real:
         """Return times around the largest values whose neighbours are too far below them for a parabola [s]."""
@@ -196,6 +216,8 @@ class PeakRecord:
         tilt = (first * after / before - last * before / after) / (before + after)
         above = tilt**2 * (before + after) / (4 * bend)
         drop = float(max(first, last))
+        if drop > CLEAR * value and (before if first > last else after) <= SUDDEN * self.times[-1]:
+            return value, place, drop  # a parabola through both sides of a discontinuity would lie above them
         return value + float(min(above, drop / 2)), place, drop
 
     def nearest_to_breakdown(self) -> tuple[float, float]:

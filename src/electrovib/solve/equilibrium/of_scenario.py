@@ -177,7 +177,9 @@ def _diagnostics(
     judged = layer_diagnostics(
         scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=max(left)
     )
-    reached = {"voltage": abs(held), "charge": max(charges), "stored_energy": max(energies)}
+    reached = {
+        "voltage": abs(held), "charge": max(charges), "stored_energy": max(energies), "rms_voltage": abs(held),
+    }  # fmt: skip
     return (*judged, *limit_diagnostics(reached, scenario.limits))
 
 

@@ -84,6 +84,8 @@ class Population:
         Names of the signals, all over time or all over frequency.
     time : array_like, shape (n,), optional
         Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
+    band : ndarray, shape (m,), optional
+        Times over whose band materials are reduced to Debye terms [s]; by default the output times.
 
     Attributes
     ----------
@@ -115,6 +117,7 @@ class Population:
         free: Sequence[str],
         signals: Sequence[str] = ("electrostatic_force",),
         time: ArrayLike | None = None,
+        band: Real | None = None,
     ) -> None:
         self.free = (free,) if isinstance(free, str) else tuple(free)
         self.names = (signals,) if isinstance(signals, str) else tuple(signals)
@@ -129,7 +132,8 @@ class Population:
             self.frequency = scenario.frequency.frequencies()
         else:
             raise InputError("time: signals over frequency have no output times; omit it")
-        self._alone = OneByOne(scenario, self.free, self.names, self.time)
+        self._alone = OneByOne(scenario, self.free, self.names, self.time, band)
+        self._band = self.time if band is None else band
         self.method, self.kernel = TOGETHER, KERNEL
         self._together: OverTime | OverFrequency | None = None
         try:
@@ -142,7 +146,7 @@ class Population:
         """Return the computation in arrays, after a comparison with one by one for two fingers."""
         found: OverTime | OverFrequency
         if self.time is not None:
-            found = OverTime(self.scenario, self.free, self.names, self.time, self._alone)
+            found = OverTime(self.scenario, self.free, self.names, self.time, self._alone, band=self._band)
         else:
             assert self.frequency is not None
             found = OverFrequency(self.scenario, self.free, self.names, self.frequency)

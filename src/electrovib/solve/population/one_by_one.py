@@ -37,12 +37,19 @@ class OneByOne:
         Signals, all over time or all over frequency.
     time : ndarray, shape (n,), optional
         Output times [s]; None for signals over frequency.
+    band : ndarray, shape (m,), optional
+        Times over whose band materials are reduced [s]; by default the output times.
     """
 
     def __init__(
-        self, scenario: Scenario, free: Sequence[str], names: Sequence[str], time: Real | None
+        self,
+        scenario: Scenario,
+        free: Sequence[str],
+        names: Sequence[str],
+        time: Real | None,
+        band: Real | None = None,
     ) -> None:
-        self.names, self.time = tuple(names), time
+        self.names, self.time, self.band = tuple(names), time, band
         self.prepared = Prepared(scenario, free=free)
 
     def signals(
@@ -83,7 +90,7 @@ class OneByOne:
     def _of(self, point: Mapping[str, float]) -> dict[str, Any]:
         """Return the signals of one finger."""
         if self.time is not None:
-            return self.prepared.signals(point, names=self.names, time=self.time)
+            return self.prepared.signals(point, names=self.names, time=self.time, band=self.band)
         member = self.prepared.scenario(point)
         found = over_frequency(member, phasors(member, member.frequency.frequencies()))
         return {name: found[name][1] for name in self.names}

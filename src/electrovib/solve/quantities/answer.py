@@ -10,6 +10,9 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
+from electrovib.physics.limits import MEAN_SQUARES
+from electrovib.solve.choice import chosen
+from electrovib.solve.quantities.names import Named
 from electrovib.solve.quantities.pieces import of_extremes, taken_from
 from electrovib.solve.quantities.resolve import Resolved, resolve, values_of, window
 
@@ -17,11 +20,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
+    from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.expanded import Expanded
-    from electrovib.solve.quantities.names import Named
 
 READINGS: Final = ("normal_force_measured", "lateral_force_measured")
 """Signals that a digitiser holds between its readings."""
+MEAN_SQUARED: Final = ("voltage", "current", "body_current")
+"""Quantities of a `PeakRecord` whose root mean square is computed."""
+_MANY: Final = 2_000
+"""Samples of a measured drive above which root-mean-square values are those of straight lines, as with time stepping."""
 UNRESOLVED: Final = 1e-6
 """Error of the mean over the signal's largest value [1] above which a warning is returned."""
 
@@ -77,7 +84,7 @@ def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
     """
     values, found, held = numbers(expanded, names)
     errors = {each.name: found.error(each.key) for each in names if each not in held}
-    judged, stated = expanded.judge(found.record)
+    judged, stated = expanded.judge(found.record, declared_mean_squares)
     diagnostics = [*judged, *doubts(values, errors)]
     how = found.record.how | stated
     return Answer(values, errors, how, diagnostics)
@@ -164,6 +171,49 @@ def of_record(taken: str, times: Real, values: Real) -> float:
     if taken == "rms":
         return math.sqrt(float(steps @ (first**2 + first * last + last**2)) / (3 * span))
     return of_extremes(taken, float(np.min(values)), float(np.max(values)))
+
+
+def root_mean_squares(
+    expanded: Expanded, peaks: PeakRecord, names: Sequence[str] = MEAN_SQUARED
+) -> dict[str, float]:
+    """Return root-mean-square values from time 0 to the last output time, or over one period of a periodic state.
+
+    Parameters
+    ----------
+    expanded : Expanded
+        Prepared scenario.
+    peaks : PeakRecord
+        Quantities with limits over the whole run.
+    names : sequence of str
+        Some of `MEAN_SQUARED`.
+
+    Returns
+    -------
+    values : dict of str to float
+        Root mean square by name [V or A].
+    """
+    scenario = expanded.scenario
+    amplified = scenario.circuit.amplifier is not None
+    voltage = "plate_voltage" if amplified else "drive_voltage"
+    signals = {
+        "voltage": voltage if scenario.drive.quantity == "voltage" else "stack_voltage",
+        "current": "amplifier_current" if amplified else "current",
+        "body_current": "current",
+    }
+    stamps = scenario.drive.time_stamps
+    if (stamps is not None and len(stamps) > _MANY) or chosen(scenario).method.is_marched:
+        whole = peaks.whole or peaks
+        return {name: of_record("rms", whole.times, whole.rows[name]) for name in names}
+    named = {name: Named("rms", signals[name]) for name in names}
+    values = numbers(expanded, list(dict.fromkeys(named.values())), alone=True)[0] if named else {}
+    return {name: values[each.name] for name, each in named.items()}
+
+
+def declared_mean_squares(expanded: Expanded, peaks: PeakRecord) -> dict[str, float]:
+    """Return the root mean squares whose limit is declared, by the name of that limit [V or A]."""
+    declared = [name for name in MEAN_SQUARES if getattr(expanded.scenario.limits, name) is not None]
+    found = root_mean_squares(expanded, peaks, [name.removeprefix("rms_") for name in declared])
+    return {f"rms_{name}": value for name, value in found.items()}
 
 
 def _absent(expanded: Expanded, signal: str) -> str:

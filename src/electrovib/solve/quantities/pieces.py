@@ -26,17 +26,17 @@ def tails(series: Real) -> Real:
 
     Parameters
     ----------
-    series : ndarray, shape (pieces, nodes)
+    series : ndarray, shape (..., pieces, nodes)
         Chebyshev coefficients, in the signal's unit.
 
     Returns
     -------
-    sizes : ndarray, shape (pieces,)
+    sizes : ndarray, shape (..., pieces)
         Largest of the last coefficients of each piece, in the same unit.
     """
     sizes = np.abs(series)
-    few = series.shape[1] <= 2 * _LAST  # for so few nodes the last but one is not small yet
-    return np.asarray(sizes[:, -1] if few else np.max(sizes[:, -_LAST:], axis=1))
+    few = series.shape[-1] <= 2 * _LAST  # for so few nodes the last but one is not small yet
+    return np.asarray(sizes[..., -1] if few else np.max(sizes[..., -_LAST:], axis=-1))
 
 
 def mean(mesh: Mesh, series: Real) -> float:

@@ -12,6 +12,7 @@ from electrovib.physics.contact import FixedArea
 from electrovib.physics.drive.parts import Tones
 from electrovib.physics.drive.sines import Sine
 from electrovib.physics.friction import SteadyFriction
+from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen, solve
@@ -73,6 +74,7 @@ def is_of_sines(scenario: Scenario) -> bool:
         and isinstance(motion.time_profile, Steady)
         and isinstance(scenario.load.time_profile, Steady)
         and not slowest_rates(scenario)
+        and all(getattr(scenario.limits, name) is None for name in MEAN_SQUARES)
     )
 
 

@@ -11,9 +11,8 @@ from electrovib.core.errors import InputError, Problem
 from electrovib.core.files import note_input
 from electrovib.core.model import read_model
 from electrovib.core.parsing import read_toml
-from electrovib.core.quantity import quantity_of
 from electrovib.core.units import format_quantity
-from electrovib.physics.limits import WORDS, Limits
+from electrovib.physics.limits import WORDS, Limits, unit_of_limit
 from electrovib.scenario import Scenario
 
 NEEDED: Final = ("voltage", "current")
@@ -126,7 +125,10 @@ def strictest(places: Iterable[LimitsFrom]) -> dict[str, DeclaredLimit]:
         text = f"limits.{name} of {first.place}"
         if note := (first.notes or {}).get(name):
             text += f" ({note})"
-        more = [f"{format_quantity(other, _unit(name), digits=6)} of {each.place}" for other, each in others]
+        more = [
+            f"{format_quantity(other, unit_of_limit(name), digits=6)} of {each.place}"
+            for other, each in others
+        ]
         found[name] = DeclaredLimit(
             name, value, text + (f"; also declared: {', '.join(more)}" if more else "")
         )
@@ -164,12 +166,6 @@ def refuse_unlimited(
 def unlimited_words(name: str) -> str:
     """Return how to declare a limit that is not declared."""
     return f"not declared; add limits.{name}"
-
-
-def _unit(name: str) -> str:
-    quantity = quantity_of(Limits, name)
-    assert quantity is not None
-    return quantity.unit
 
 
 def _built(content: Mapping[str, Any], start: str) -> Limits:

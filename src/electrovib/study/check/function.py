@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.quantity import quantity_of
+from electrovib.core.errors import InputError
 from electrovib.core.status import UNVERIFIED
 from electrovib.core.units import format_quantity
 from electrovib.physics.body_current import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
-from electrovib.physics.limits import WORDS, Limits
+from electrovib.physics.limits import MEAN_SQUARES, PEAKS, WORDS, unit_of_limit
 from electrovib.scenario import Source, read_scenario
 from electrovib.study.check.declared import (
     DeclaredLimit,
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 _STATES = {"ok": PASS, "warning": FAIL, "unknown": UNKNOWN}
+_ONLY_DECLARED = (*MEAN_SQUARES, "slew_rate")
+"""Limits that are numbers without a row where nobody declares them."""
 _OWN_DRIVE = "the drive of the scenario"
 
 
@@ -104,11 +106,15 @@ def checked(
         title=f"{name} in: {scenario.title or 'a scenario without a title'}",
         duration=values.end,
         rows=(
-            *(_limit_row(name, values, declared.get(name), scenario) for name in WORDS),
+            *(
+                _limit_row(name, values, declared.get(name), scenario)
+                for name in WORDS
+                if name in declared or name not in _ONLY_DECLARED
+            ),
             *(_breakdown_row(each) for each in values.breakdown),
         ),
         comparisons=tuple(_comparison(each, values) for each in THRESHOLDS),
-        numbers=_numbers(values, scenario),
+        numbers=_numbers(values, declared),
         notes=_notes(scenario, values.end),
     )
 
@@ -144,13 +150,30 @@ def cleared_for_output(
     Raises
     ------
     InputError
-        Unless the largest voltage and the largest current are declared, with the line that declares them; and for every
-        limit that is exceeded or could not be compared. Nothing is ever clipped.
+        Unless the largest voltage and the largest current are declared, with the line that declares them; for every limit that
+        is exceeded or could not be compared; and if the drive times the gain exceeds the largest voltage, whatever saturation,
+        current limit and bandwidth of the amplifier leave of it. Nothing is ever clipped.
     """
-    refuse_unlimited(declared_limits(scenario, limits), what=what)
+    declared = declared_limits(scenario, limits)
+    refuse_unlimited(declared, what=what)
     result = checked(scenario, limits=limits, name=name)
     result.refuse(consequence)
+    _refuse_demanded(scenario, declared["voltage"], result.duration, consequence)
     return result
+
+
+def _refuse_demanded(scenario: Scenario, limit: DeclaredLimit, end: float, consequence: str) -> None:
+    """Refuse a drive that only the amplifier holds within the largest voltage."""
+    amplifier = scenario.circuit.amplifier
+    if amplifier is None or scenario.drive.quantity != "voltage":
+        return
+    demanded = abs(amplifier.gain) * scenario.drive.largest(end)
+    if demanded > limit.value:
+        raise InputError(
+            f"the drive times the gain of the amplifier reaches {format_quantity(demanded, 'V', digits=6)}, above"
+            f" {format_quantity(limit.value, 'V', digits=6)}: {limit.source}. What saturation, current limit and bandwidth of the"
+            f" amplifier (circuit.amplifier) leave of it does not count. {consequence}"
+        )
 
 
 def declared_limits(
@@ -182,31 +205,32 @@ def _name(drive: object) -> str:
 
 def _limit_row(name: str, values: CheckedValues, limit: DeclaredLimit | None, scenario: Scenario) -> CheckRow:
     """Return the row of a declared limit, or that of a quantity without one."""
-    quantity = quantity_of(Limits, name)
-    assert quantity is not None
+    unit = unit_of_limit(name)
     value: float | None = values.largest[name]
     words = WORDS[name]
-    if name == "current" and scenario.circuit.amplifier is None:
-        words = "the current into the contact (no stray capacitance is declared: circuit.amplifier.stray_capacitance)"
+    if scenario.circuit.amplifier is None:
+        contact = (
+            "current into the contact (no stray capacitance is declared: circuit.amplifier.stray_capacitance)"
+        )
+        words = words.replace("current into plate, stray capacitance and finger", contact)
     if value is None or math.isnan(value):
         value, reached = None, "is not known"
     elif math.isinf(value):
-        reached = "has no bound (a discontinuity without a series resistance)"
+        where = "a discontinuity" if name == "slew_rate" else "a discontinuity without a series resistance"
+        reached = f"has no bound ({where})"
     else:
-        reached = f"reaches {format_quantity(value, quantity.unit, digits=6)}"
+        reached = f"reaches {format_quantity(value, unit, digits=6)}"
     if limit is None:
         state, text = UNKNOWN, f"{words} {reached}; limits.{name} is not declared"
     else:
         state = UNKNOWN if value is None else PASS if value <= limit.value else FAIL
         word = {UNKNOWN: "not compared with", PASS: "within", FAIL: "above"}[state]
-        text = f"{words} {reached}, {word} {format_quantity(limit.value, quantity.unit, digits=6)}: {limit.source}"
+        text = f"{words} {reached}, {word} {format_quantity(limit.value, unit, digits=6)}: {limit.source}"
     return CheckRow(
-        quantity=f"peak {name.replace('_', ' ')}"
-        if name in {"voltage", "current", "body_current"}
-        else name.replace("_", " "),
+        quantity=("peak " if name in PEAKS else "") + name.replace("_", " "),
         value=value,
         limit=None if limit is None else limit.value,
-        unit=quantity.unit,
+        unit=unit,
         source=unlimited_words(name) if limit is None else limit.source,
         state=state,
         text=text,
@@ -253,18 +277,18 @@ def _comparison(threshold: CurrentThreshold, values: CheckedValues) -> CheckRow:
     )
 
 
-def _numbers(values: CheckedValues, scenario: Scenario) -> tuple[CheckNumber, ...]:
-    units = {"voltage": "V", "current": "A", "body_current": "A"}
-    rms = [
+def _numbers(values: CheckedValues, declared: Mapping[str, DeclaredLimit]) -> tuple[CheckNumber, ...]:
+    """Return the values whose limit is not declared or does not exist."""
+    units = {"rms_voltage": "V", "rms_current": "A", "rms_body_current": "A", "slew_rate": "V/s"}
+    found = {f"rms_{name}": value for name, value in values.rms.items()}
+    found["slew_rate"] = values.largest["slew_rate"]
+    return tuple(
         CheckNumber(
-            quantity=f"rms {name.replace('_', ' ')}",
-            value=None if math.isnan(value) else value,
-            unit=units[name],
+            quantity=name.replace("_", " "), value=None if math.isnan(found[name]) else found[name], unit=unit
         )
-        for name, value in values.rms.items()
-    ]
-    unit = "V/s" if scenario.drive.quantity == "voltage" else "A/s"
-    return (*rms, CheckNumber(quantity="slew rate of the drive", value=values.slew, unit=unit))
+        for name, unit in units.items()
+        if name not in declared
+    )
 
 
 def _notes(scenario: Scenario, end: float) -> tuple[str, ...]:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.arrays import Real
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
@@ -17,22 +16,23 @@ from electrovib.scenario.space import SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.costs import CASE, CASE_MEMORY
 from electrovib.solve.effort import last_time, works
+from electrovib.solve.population.quantity import QuantityOfFingers
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities import read_name
 from electrovib.study.sensitivity.indices import Indices, check_power, sobol
 from electrovib.study.sensitivity.result import Elasticity, InputIndices, Sensitivity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from electrovib.scenario import Scenario
     from electrovib.scenario.space import Space
 
-_CHUNK: Final = 256
-"""Evaluations between two reports of progress."""
 _STEP: Final = 1e-3
 """Relative change of a parameter for an elasticity; the error of the difference is of the order of its square."""
 _EVALUATION_TIMES: Final = 200
+_IN_ARRAYS: Final = 0.05
+"""Computing time of an evaluation in arrays over that of one by itself, at most."""
 
 
 def analyse(
@@ -78,8 +78,9 @@ def analyse(
     named = read_name(" ".join(quantity.split()), tuple(base.stack.layers))
     seed = checked_seed(seed)
     check_power(n)
-    _refuse_large(base, n * (len(found.inputs) + 2))
-    function = functools.partial(evaluate, base, named.name, progress=progress)
+    many = QuantityOfFingers(base, found.paths, named)
+    _refuse_large(base, n * (len(found.inputs) + 2), in_arrays=many.in_arrays)
+    function = functools.partial(many, progress=progress)
     indices = sobol(found, function, n=n, seed=seed)
     return Sensitivity(
         scenario=base,
@@ -88,52 +89,17 @@ def analyse(
         unit=named.unit,
         n=n,
         seed=seed,
+        method=many.method,
         indices=_ordered(found, indices),
         elasticities=tuple(_elasticities(base, found, named.name)),
         sample=indices.sample,
     )
 
 
-def evaluate(
-    scenario: Scenario,
-    quantity: str,
-    values: Mapping[str, Real],
-    *,
-    progress: Callable[[int, int], None] | None = None,
-) -> Real:
-    """Evaluate a quantity for many values of the parameters of a scenario.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the values that stay fixed.
-    quantity : str
-        Name of the quantity.
-    values : mapping of str to ndarray, shape (n,)
-        Dotted path to values in SI.
-    progress : callable, optional
-        Function of the number of evaluations done and of all evaluations.
-
-    Returns
-    -------
-    quantity : ndarray, shape (n,)
-        In its SI unit.
-    """
-    prepared = Prepared(scenario, free=tuple(values), quantities=[quantity])
-    count = len(next(iter(values.values())))
-    found = np.empty(count)
-    for start in range(0, count, _CHUNK):
-        if progress is not None:
-            progress(start, count)
-        part = slice(start, start + _CHUNK)
-        found[part] = prepared({path: each[part] for path, each in values.items()})[quantity]
-    return found
-
-
-def _refuse_large(scenario: Scenario, count: int) -> None:
+def _refuse_large(scenario: Scenario, count: int, *, in_arrays: bool) -> None:
     """Refuse more evaluations than the budget allows, before the first."""
     each = works(scenario, np.linspace(0.0, last_time(scenario), _EVALUATION_TIMES))
-    time = CASE + sum(work.time for work in each)
+    time = (_IN_ARRAYS if in_arrays else 1.0) * (CASE + sum(work.time for work in each))
     work = Work(
         what=f"{count} evaluations",
         time=count * time,

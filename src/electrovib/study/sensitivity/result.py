@@ -93,6 +93,8 @@ class Sensitivity:
         Name of the quantity and its SI unit.
     n, seed : int
         Number of base draws, and seed.
+    method : str
+        How the scenario was evaluated, together or one by one, and why.
     indices : tuple of InputIndices
         From the largest total index to the smallest.
     elasticities : tuple of Elasticity
@@ -107,6 +109,7 @@ class Sensitivity:
     unit: str
     n: int
     seed: int
+    method: str
     indices: tuple[InputIndices, ...]
     elasticities: tuple[Elasticity, ...]
     sample: Real
@@ -164,10 +167,11 @@ class Sensitivity:
             )
             for each in self.indices
         )
+        how = self.method.partition(" (")[0]
         caption = (
-            f"{self.evaluations} evaluations (n = {self.n}, seed {self.seed}); parameters that depend on each other are one"
-            " input. The first-order index is the part of the variance that would be gone on average if the input were known,"
-            " the total index the part that is left on average if all others are known."
+            f"{self.evaluations} evaluations (n = {self.n}, seed {self.seed}), {how}. Parameters that depend on each other are"
+            " one input. The first-order index is the part of the variance that would be gone on average if the input were"
+            " known, the total index the part that is left on average if all others are known."
         )
         local = tuple(
             (each.path, format_quantity(each.at, each.unit, digits=4), _number(each.value))

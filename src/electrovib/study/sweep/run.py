@@ -21,9 +21,10 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.costs import CASE, CASE_MEMORY
 from electrovib.solve.diagnostics.sampling import sampling
 from electrovib.solve.effort import last_time, works
-from electrovib.solve.quantities import DEFAULTS, Named, Together, read_name
+from electrovib.solve.quantities import DEFAULTS, Together
 from electrovib.solve.simulate import simulate
-from electrovib.study.sweep.felt import FELT, felt
+from electrovib.study.sweep.asked import Asked, read_quantities
+from electrovib.study.sweep.felt import felt
 from electrovib.study.sweep.table import Case, dataset
 
 if TYPE_CHECKING:
@@ -82,12 +83,63 @@ def sweep(
     A quantity is taken over one period of a periodic state, else over the whole time, with the error in its attribute
     ``numerical_error``, relative to the largest value of the signal; it does not depend on output times.
     """
+    found = sweep_cases(scenario, over, quantities=quantities, records=records, progress=progress)
+    words = functools.partial(_words, _units(found.scenario, found.axes))
+    return dataset(found.scenario, found.axes, found.cases, found.asked.units, records=records, words=words)
+
+
+@dataclass(frozen=True)
+class Cases:
+    """Cases of a sweep, each with its own diagnostics.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Swept scenario.
+    axes : dict of str to ndarray
+        Dotted path to values in SI.
+    asked : Asked
+        Quantities of each case.
+    cases : list of Case
+        Every combination, the last path running fastest.
+    """
+
+    scenario: Scenario
+    axes: dict[str, Real]
+    asked: Asked
+    cases: list[Case]
+
+
+def sweep_cases(
+    scenario: Source,
+    over: Mapping[str, Sequence[float] | Real],
+    *,
+    quantities: Sequence[str] | None = None,
+    records: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Cases:
+    """Solve a scenario at every combination of the values of some parameters, and return each case with its diagnostics.
+
+    Parameters
+    ----------
+    scenario, over, quantities, records, progress
+        As for `sweep`.
+
+    Returns
+    -------
+    Cases
+        In the order of `sweep`.
+
+    Raises
+    ------
+    InputError, BudgetError
+        As from `sweep`.
+    """
     scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
     named, _ = with_current_names(scenario, over)
     axes = _numbers(scenario, named)
     _refuse_large(scenario, axes, records=records)
-    words = functools.partial(_words, {path: quantity_at(scenario, path).unit for path in axes})
     points = [
         {path: float(value) for path, value in zip(axes, values, strict=True)}
         for values in itertools.product(*axes.values())
@@ -100,9 +152,13 @@ def sweep(
         try:
             cases.append(_solved(point, together, done, asked, records=records))
         except ElectrovibError as error:
-            where = f" (at {words(point)})" if point else ""
+            where = f" (at {_words(_units(scenario, axes), point)})" if point else ""
             raise InputError(problem.followed_by(where) for problem in error.problems) from None
-    return dataset(scenario, axes, cases, asked.units, records=records, words=words)
+    return Cases(scenario, axes, asked, cases)
+
+
+def _units(scenario: Scenario, axes: Mapping[str, Any]) -> dict[str, str]:
+    return {path: quantity_at(scenario, path).unit for path in axes}
 
 
 def _refuse_large(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> None:
@@ -123,63 +179,6 @@ def _refuse_large(scenario: Scenario, axes: Mapping[str, Real], *, records: bool
         ],
         what="this sweep",
     )
-
-
-@dataclass(frozen=True)
-class Asked:
-    """Quantities of each case.
-
-    Parameters
-    ----------
-    solved : tuple of Named
-        Quantities of the solution.
-    felt : tuple of str
-        Quantities of perception.
-    units : dict of str to (str, str)
-        Unit and meaning of every quantity, in the given order.
-    """
-
-    solved: tuple[Named, ...]
-    felt: tuple[str, ...]
-    units: dict[str, tuple[str, str]]
-
-
-def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
-    """Read the names of quantities.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario whose layers may be named.
-    names : sequence of str
-        Names, as for `sweep`.
-
-    Returns
-    -------
-    quantities : Asked
-        Each quantity once.
-
-    Raises
-    ------
-    InputError
-        For every unknown name, with the nearest one.
-    """
-    solved: list[Named] = []
-    units: dict[str, tuple[str, str]] = {}
-    problems: list[str] = []
-    layers = tuple(scenario.stack.layers)
-    for text in [names] if isinstance(names, str) else names:
-        plain = " ".join(text.split())
-        if plain in FELT:
-            units[plain] = FELT[plain]
-            continue
-        with gathered(problems):
-            named = read_name(plain, layers, others=FELT)
-            units[named.name] = named.unit, named.meaning
-            solved.append(named)
-    if problems:
-        raise InputError(problems)
-    return Asked(tuple(dict.fromkeys(solved)), tuple(each for each in units if each in FELT), units)
 
 
 def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], *, records: bool) -> Asked:

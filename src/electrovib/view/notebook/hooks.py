@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from electrovib.scenario import Scenario
     from electrovib.study.compare.materials import MaterialComparison
+    from electrovib.study.design.parameter.result import DesignedParameter
     from electrovib.study.percept import Percept
     from electrovib.study.reproduction import Table
 
@@ -20,6 +21,7 @@ _SCENARIO: Final = ("electrovib.scenario.experiment", "Scenario")
 _DATASET: Final = ("xarray.core.dataset", "Dataset")
 _TABLE: Final = ("electrovib.study.reproduction", "Table")
 _MATERIALS: Final = ("electrovib.study.compare.materials", "MaterialComparison")
+_DESIGNED: Final = ("electrovib.study.design.parameter.result", "DesignedParameter")
 _PERCEPT: Final = ("electrovib.study.percept", "Percept")
 _AXES: Final = ("matplotlib.axes._axes", "Axes")
 
@@ -45,6 +47,7 @@ def register() -> bool:
         ("text/plain", _TABLE, _table_as_text),
         ("text/html", _MATERIALS, _materials),
         ("text/plain", _MATERIALS, _materials_as_text),
+        ("text/html", _DESIGNED, _designed),
         ("text/plain", _PERCEPT, _percept_as_text),
         ("image/png", _AXES, _picture),
     )
@@ -95,6 +98,14 @@ def _materials_as_text(comparison: MaterialComparison, printer: Any, cycle: bool
     for table in comparison.tables:
         _table_as_text(table, printer, cycle)
         printer.text("\n")
+
+
+def _designed(found: DesignedParameter) -> str:
+    """Show the answer, the tables, and the other sentences."""
+    from html import escape
+
+    answer, *others = [f"<p>{escape(line)}</p>" for line in found.lines]
+    return "".join([answer, *map(_table, found.tables), *others])
 
 
 def _percept_as_text(percept: Percept, printer: Any, cycle: bool) -> None:

@@ -1,5 +1,6 @@
 """Plots: functions of one Trace or several; each draws into Axes and returns them."""
 
+from electrovib.view.plots.held_force import held_force
 from electrovib.view.plots.indices import indices
 from electrovib.view.plots.layers import stack
 from electrovib.view.plots.over_fingers import bands, exceedance
@@ -22,6 +23,7 @@ from electrovib.view.plots.over_time import (
     over_time,
 )
 from electrovib.view.plots.reproduced import panel
+from electrovib.view.plots.trade_off import trade_off
 
 __all__ = [
     "bands",
@@ -34,6 +36,7 @@ __all__ = [
     "frequency_response",
     "gain",
     "gain_phase",
+    "held_force",
     "impedance",
     "impedance_phase",
     "indices",
@@ -43,4 +46,5 @@ __all__ = [
     "panel",
     "quantity",
     "stack",
+    "trade_off",
 ]

@@ -92,6 +92,8 @@ def test_the_generator_has_limits_of_its_own(folder):
         ({}, "at least 10"),
         ({"gain": 9.9}, "--gain"),
         ({"gain": -1}, "above 0"),
+        ({"gain": 2001}, "at least 0.1 V"),
+        ({"gain": 1e300}, "at least 0.1 V"),
         ({"gain": 20, "full_scale": 99.0}, "more than the full scale"),
         ({"gain": 20, "full_scale": 201.0}, "at most 10 V"),
         ({"gain": 20, "rate": 4e6}, "16000 are allowed"),
@@ -162,6 +164,15 @@ class TestRefused:
             self.refused("above 100 nA", path=f"drive{suffix}", limits={"voltage": 1000, "current": 1e-7})
         assert not list(folder.iterdir())
 
+    @pytest.mark.parametrize("own", [{"saturation": 900.0}, {"source_current": 1e-9}, {"bandwidth": 0.1}])
+    def test_a_voltage_that_only_the_amplifier_holds(self, own, folder):
+        for options in ({}, {"ramp": 1e-3}):
+            self.refused("reaches 1 kV, above 950 V.*does not count", limits=LIMITS | {"voltage": 950},
+                set={"circuit.amplifier": own}, **options)  # fmt: skip
+        assert not list(folder.iterdir())
+        found = ev.export_waveform(FIG6, "drive.csv", limits=LIMITS, set={"circuit.amplifier": own})
+        assert any("in hardware" in note for note in found.notes) == ("saturation" not in own)
+
     def test_not_zero_at_an_end(self):
         cosine = {"model": "Sine", "amplitude": 100, "frequency": 1e3, "phase": 1.57}
         self.refused("the first sample, at 0 s", set={"drive": cosine})
@@ -180,6 +191,7 @@ class TestRefused:
         )
         for wrong in (0.0, -1.0, np.nan, np.inf):
             self.refused("rate", rate=wrong)
+            self.refused("rate", rate=wrong, path="drive.wav")
             self.refused("largest_error", largest_error=wrong)
 
     def test_a_prescribed_current(self):

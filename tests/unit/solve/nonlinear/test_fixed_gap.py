@@ -45,6 +45,10 @@ ELEMENTS = {
 }
 
 
+QUICK = ("trapezium", "chirp")
+"""Drives that take less than a second each."""
+
+
 def finger(*, charge=0.0, gap=1e-9, leak=None, gap_leak=None, skin=None):
     skin = skin or Debye(permittivity_high=300, strength=1200, relaxation_time=2e-3, conductivity=3e-6)
     air = Constant(permittivity=1.0, conductivity=gap)
@@ -86,8 +90,14 @@ def both(layers, drive, element, *, second=0.0, times=None):
     return transient(quantities(section), drive, times), follow_finger(space, drive, times).found
 
 
-@pytest.mark.parametrize("element", ELEMENTS)
-@pytest.mark.parametrize("name", DRIVES)
+@pytest.mark.parametrize(
+    ("name", "element"),
+    [
+        pytest.param(name, element, marks=() if name in QUICK else pytest.mark.slow)
+        for name in DRIVES
+        for element in ELEMENTS
+    ],
+)
 def test_linear_layers_answer_as_the_exact_solver_says(name, element):
     layers = finger(charge=1e-5)
     expected, found = both(layers, read_model(Drive, DRIVES[name]), ELEMENTS[element])
@@ -170,6 +180,7 @@ def test_one_leak_as_the_march_of_one_branch(name, leak, element):
     assert "events located" in followed.reason
 
 
+@pytest.mark.slow
 def test_a_leak_in_proportion_is_a_conductivity_whichever_layers_leak():
     """Two leaks and a kink with equal sides: the exact solver again."""
     leak = PolarityConduction(conductivity_positive=2e-6, conductivity_negative=2e-6)

@@ -5,6 +5,7 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels import (
+    choice,
     cole_cole_over_frequency,
     mean_square_over_frequency,
     transfer_over_frequency,
@@ -65,6 +66,47 @@ def test_a_finger_does_not_depend_on_the_company(kernel, threads):
         some = rates[part], residues[part], direct[part]
         assert np.array_equal(transfer_over_frequency(*some, FREQUENCIES), whole[part])
         assert np.array_equal(mean_square_over_frequency(*some, FREQUENCIES), square[part])
+
+
+@pytest.mark.parametrize("scale", [1e-60, 1e-40, 1e37, 1e60])
+def test_rates_and_frequencies_far_from_one_do_not_overflow(kernel, scale):
+    rates, residues, direct = given(modes=12)
+    whole = transfer_over_frequency(rates, residues, direct, FREQUENCIES)
+    scaled = transfer_over_frequency(rates * scale, residues * scale, direct, FREQUENCIES * scale)
+    assert np.allclose(scaled, whole, rtol=1e-12, atol=1e-12 * np.abs(whole).max())
+    few = mean_square_over_frequency(rates * scale, residues * scale, direct, FREQUENCIES * scale)
+    assert np.allclose(few, np.abs(whole) ** 2 / 2, rtol=1e-12, atol=1e-12 * np.abs(whole).max() ** 2)
+    rates[3, 2], residues[3, 2] = scale, 0.0
+    some = transfer_over_frequency(rates, residues, direct, FREQUENCIES)
+    others = np.arange(len(direct)) != 3
+    assert np.array_equal(some[others], whole[others])
+    assert np.isfinite(some).all()
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 61, 64])
+@pytest.mark.parametrize("offset", [0, 1, 5])
+def test_large_tables_are_written_past_the_caches_with_the_same_bits(monkeypatch, count, offset):
+    sweeps = pytest.importorskip("electrovib.solve.population.kernels.compiled.sweeps")
+    if choice.compiled() is None:
+        pytest.skip("The compiled kernels are not chosen.")
+    rates, residues, direct = given(fingers=19)
+    frequency = FREQUENCIES[:count] if count <= 61 else np.geomspace(0.1, 1e6, count)
+    layer = direct, np.abs(residues), 1 / rates, np.full(rates.shape, 0.2), direct, frequency
+    cases = [
+        (transfer_over_frequency, (rates, residues, direct, frequency), complex),
+        (mean_square_over_frequency, (rates, residues, direct, frequency), float),
+        (cole_cole_over_frequency, layer, complex),
+    ]
+    for function, arguments, kind in cases:
+        monkeypatch.setattr(sweeps, "_PAST", 1 << 60)
+        expected = function(*arguments)
+        monkeypatch.setattr(sweeps, "_PAST", 0)
+        numbers = expected.view(float).size
+        around = np.full(numbers + 16, np.nan)
+        memory = around[offset : offset + numbers].view(kind).reshape(expected.shape)
+        assert np.array_equal(function(*arguments, out=memory), expected)
+        assert np.isnan(around[:offset]).all()
+        assert np.isnan(around[offset + numbers :]).all()
 
 
 def test_what_disagrees_is_refused():

@@ -12,8 +12,11 @@ from typer.testing import CliRunner
 
 import electrovib as ev
 from electrovib.apps.cli import app
+from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
+from electrovib.physics.drive.slew import slew_of
 from electrovib.physics.limits import Limits
+from electrovib.solve.quantities import of_record
 from electrovib.study.check import (
     CheckResult,
     CheckRow,
@@ -24,9 +27,9 @@ from electrovib.study.check import (
     strictest,
 )
 from electrovib.study.check.declared import LINES_TO_ADD
-from electrovib.study.check.values import rms_of_lines, slew_of
 
 FIG6 = "vezzoli_2014/fig6"
+CAPACITANCE = 8.8541878128e-12 * 1e-4 / (90e-6 / 3.35 + 200e-6 / 1560)
 SINE = {"model": "Sine", "amplitude": "100 V", "frequency": "1 kHz"}
 
 
@@ -40,7 +43,7 @@ def test_peak_and_rms_voltage_of_a_sine():
     assert (voltage.value, voltage.limit, voltage.state, voltage.unit) == (100, 120, "pass", "V")
     assert voltage.margin == pytest.approx(1.2)
     assert result.value("rms voltage") == pytest.approx(100 / math.sqrt(2), rel=1e-9)
-    assert result.value("slew rate of the drive") == pytest.approx(2 * math.pi * 1e3 * 100, rel=1e-12)
+    assert result.value("slew rate") == pytest.approx(2 * math.pi * 1e3 * 100, rel=1e-12)
 
 
 def test_current_of_a_slow_ramp_is_capacitance_times_slope():
@@ -48,7 +51,7 @@ def test_current_of_a_slow_ramp_is_capacitance_times_slope():
     result = ev.check(FIG6)
     slope = 1000 / 36e-3
     assert result.value("peak current") == pytest.approx(32.96e-12 * slope, rel=1e-2)
-    assert result.value("slew rate of the drive") == pytest.approx(slope)
+    assert result.value("slew rate") == pytest.approx(slope)
 
 
 def test_stray_capacitance_takes_current_that_the_body_does_not():
@@ -193,7 +196,7 @@ def test_a_discontinuity_without_resistance_has_no_bound():
     result = ev.check(step, FIG6, set={"circuit.return_path.resistance": 0}, limits={"current": "1 A"})
     assert row(result, "peak current").state == "fail"
     assert result.value("peak current") == math.inf
-    assert result.value("slew rate of the drive") == math.inf
+    assert result.value("slew rate") == math.inf
     assert json.dumps(result.to_dict(), allow_nan=False)
 
 
@@ -263,16 +266,75 @@ def test_root_mean_square_of_many_samples():
     times = np.linspace(0, 0.1, 5001)
     result = ev.check(sampled(times, 50 * np.sin(2 * np.pi * 40 * times)), FIG6)
     assert result.value("rms voltage") == pytest.approx(50 / math.sqrt(2), rel=1e-4)
-    assert rms_of_lines(np.array([0.0, 1, 3]), np.array([0.0, 3, 3])) == pytest.approx(
-        math.sqrt((3 + 18) / 3)
-    )
-    assert math.isnan(rms_of_lines(np.zeros(1), np.zeros(1)))
+    lines = of_record("rms", np.array([0.0, 1, 3]), np.array([0.0, 3, 3]))
+    assert lines == pytest.approx(math.sqrt((3 + 18) / 3))
 
 
 def test_slew_of_a_pulse_is_that_of_its_steepest_edge():
     drive = ev.load(FIG6, changes={"drive.fall": "1 ms"}).drive
     assert slew_of(drive, 1.0) == pytest.approx(1e6)
     assert slew_of(drive, 0.05) == pytest.approx(1000 / 36e-3)
+
+
+def diagnostics(trace):
+    return {each.name: each for each in read_diagnostics(trace.attrs["validity"])}
+
+
+def test_the_peak_current_at_a_corner_is_the_same_in_check_run_and_sweep():
+    """At the end of the rise 233 pF take (C_film + 200 pF) dV/dt; a parabola over both sides of it gave 6.90 uA and 7.17 uA."""
+    scenario = ev.load(FIG6, changes={"circuit.amplifier": {"stray_capacitance": "200 pF"}})
+    checked = ev.check(scenario).value("peak current")
+    assert checked == pytest.approx((32.96e-12 + 200e-12) * 1000 / 36e-3, rel=2e-4)
+    assert diagnostics(ev.run(scenario))["current"].value == checked
+    swept = ev.sweep(scenario, {"drive.high": [500.0, 1000.0]}, quantities=["peak amplifier_current"])
+    # 1e-12: the time before the corner is chosen differently
+    assert max(diagnostics(swept)["current"].value, checked) == pytest.approx(checked, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "row_name"),
+    [
+        ("rms_voltage", 100 / math.sqrt(2), "rms voltage"),
+        ("rms_current", 2 * math.pi * 1e3 * CAPACITANCE * 100 / math.sqrt(2), "rms current"),
+        ("slew_rate", 2 * math.pi * 1e3 * 100, "slew rate"),
+    ],
+)
+def test_limits_of_root_mean_squares_and_of_the_slew_rate(limit, value, row_name):
+    """Film and skin that does not conduct under a sine in its steady state, by check, run and sweep."""
+    changes = {
+        "stack.stratum_corneum.material.conductivity": 0.0, "drive": SINE, "limits": {},
+        "time.initial_state": {"model": "PeriodicState"},
+    }  # fmt: skip
+    for amplifier, gain in (({}, 1.0), ({"circuit.amplifier": {"gain": -2.0}}, 2.0)):
+        scenario = ev.load("vezzoli_2014/fig6_static", changes=changes | amplifier)
+        assert ev.check(scenario).value(row_name) == pytest.approx(gain * value, rel=1e-6)
+        for factor, state, verdict in ((1.001, "pass", "ok"), (0.999, "fail", "warning")):
+            declared = scenario.replace({f"limits.{limit}": factor * gain * value})
+            found = row(ev.check(declared), row_name)
+            assert (found.state, found.unit) == (
+                state,
+                "V/s" if limit == "slew_rate" else "V" if "v" in limit else "A",
+            )
+            judged = diagnostics(ev.run(declared))[limit.replace("_", " ")]
+            assert (judged.state, judged.value) == (verdict, pytest.approx(gain * value, rel=1e-6))
+            swept = ev.sweep(declared, {"drive.phase": [0.0, 0.5]}, quantities=["peak drive_voltage"])
+            assert diagnostics(swept)[limit.replace("_", " ")].state == verdict
+
+
+def test_the_strictest_root_mean_square_counts_and_what_is_not_declared_is_a_number():
+    result = ev.check(
+        FIG6, limits=[{"rms_voltage": "1 kV"}, {"rms_voltage": "700 V", "slew_rate": "20 kV/s"}]
+    )
+    assert row(result, "rms voltage").limit == 700
+    assert row(result, "slew rate").state == "fail"
+    assert "rms current" in [each.quantity for each in result.numbers]
+    with pytest.raises(
+        InputError,
+        match=r"the rate of change of the drive times the gain reaches 27\.7778 kV/s, above 20 kV/s",
+    ):
+        result.refuse()
+    step = ev.check({"model": "Step", "level": "1 V"}, FIG6, limits={"slew_rate": "1 GV/s"})
+    assert "has no bound (a discontinuity)" in row(step, "slew rate").text
 
 
 class TestCommandLine:

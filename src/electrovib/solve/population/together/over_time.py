@@ -54,6 +54,8 @@ class OverTime:
         Output times [s].
     alone : OneByOne
         The same fingers one by one, for those whose numbers have another form.
+    band : ndarray, shape (m,), optional
+        Times over whose band materials are reduced to Debye terms [s]; by default the output times.
 
     Raises
     ------
@@ -62,7 +64,14 @@ class OverTime:
     """
 
     def __init__(
-        self, scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...], time: Real, alone: OneByOne
+        self,
+        scenario: Scenario,
+        free: tuple[str, ...],
+        names: tuple[str, ...],
+        time: Real,
+        alone: OneByOne,
+        *,
+        band: Real | None = None,
     ) -> None:
         refuse_apart(scenario, free, names)
         self.scenario, self.free, self.names, self.time = scenario, free, names, time
@@ -70,7 +79,7 @@ class OverTime:
         settled = isinstance(scenario.time.initial_state, PeriodicState)
         of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
         self.drive = shared_drive(scenario, of_drive, time, settled=settled)
-        self.reduced = shared_reductions(scenario, free, time)
+        self.reduced = shared_reductions(scenario, free, time if band is None else band)
         self.at_once = AT_ONCE[count_poles(scenario, self.reduced) > FEW_POLES]
         self.is_quadratic = is_quadratic(scenario.force)
         self._quantities = {path: quantity_at(scenario, path) for path in free}

@@ -21,6 +21,14 @@ def _put_rows(target: Any, row: Any, column: Any, source: Any, place: Any) -> An
     target[row, column] = source[place]
 
 
+def _put_row(target: Any, row: Any, column: Any, number: Any) -> Any:
+    target[row, column] = number
+
+
+def _put_pairs(array: Any, place: Any, one: Any, other: Any) -> Any:
+    array[place], array[place + 1] = one, other
+
+
 def _shift(number: Any, power: Any) -> Any:
     return math.ldexp(number, int(power - 6755399441055744.0))
 
@@ -36,10 +44,13 @@ if WIDTH == 1:
     either, both = inlined(lambda one, other: one or other), inlined(lambda one, other: one and other)
     other_than, some = inlined(lambda condition: not condition), inlined(lambda condition: condition)
     prefetch = inlined(lambda _table, _row, _column: None)
+    store_row = stream_row = inlined(_put_row)
+    drain, store_pairs = inlined(lambda: None), inlined(_put_pairs)
     inverse = inlined(lambda number: 1.0 / number)
 else:
     from electrovib.solve.recursion.vectors.operations import (
         both,
+        drain,
         either,
         fma,
         inverse,
@@ -53,12 +64,16 @@ else:
         splat,
         spread,
         store,
+        store_pairs,
+        store_row,
         store_rows,
+        stream_row,
         where,
     )
 
 __all__ = [
     "both",
+    "drain",
     "either",
     "fma",
     "inverse",
@@ -72,6 +87,9 @@ __all__ = [
     "splat",
     "spread",
     "store",
+    "store_pairs",
+    "store_row",
     "store_rows",
+    "stream_row",
     "where",
 ]

@@ -207,6 +207,67 @@ def _storer() -> Any:
     return intrinsic(typed)
 
 
+def _to_row(past: bool) -> Any:
+    """Return the function that writes a vector to a row of a table; past the caches only where a vector is aligned."""
+    from llvmlite import ir
+    from numba import types
+    from numba.core import cgutils
+    from numba.extending import intrinsic
+    from numba.np.arrayobj import make_array
+
+    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
+        table = make_array(sign.args[0])(context, builder, given[0])
+        width = cgutils.unpack_tuple(builder, table.shape)[1]
+        place = builder.gep(table.data, [builder.add(builder.mul(given[1], width), given[2])])
+        where_ = builder.bitcast(place, _KINDS.wide.as_pointer())
+        stored = builder.store(given[3], where_, align=8 * WIDTH if past else 8)
+        if past:
+            once = ir.Constant(ir.IntType(32), 1)
+            stored.set_metadata("nontemporal", builder.module.add_metadata([once]))
+        return context.get_dummy_value()
+
+    def typed(context: Any, table: Any, row: Any, column: Any, number: Any) -> Any:
+        return types.void(table, types.intp, types.intp, _KINDS.numbers), write
+
+    return intrinsic(typed)
+
+
+def _drainer() -> Any:
+    """Return the function that completes all stores before it, those past the caches included."""
+    from numba import types
+    from numba.extending import intrinsic
+
+    def write(context: Any, builder: Any, _sign: Any, _given: Any) -> Any:
+        builder.fence("seq_cst")
+        return context.get_dummy_value()
+
+    def typed(context: Any) -> Any:
+        return types.void(), write
+
+    return intrinsic(typed)
+
+
+def _pair_storer() -> Any:
+    """Return the function that writes two vectors, number by number in turn, into an array of float64."""
+    from llvmlite import ir
+    from numba import types
+    from numba.extending import intrinsic
+
+    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
+        indices, half = ir.VectorType(ir.IntType(32), WIDTH), WIDTH // 2
+        for part in range(2):
+            order = [part * half + each // 2 + WIDTH * (each % 2) for each in range(WIDTH)]
+            mixed = builder.shuffle_vector(given[2], given[3], ir.Constant(indices, order))
+            at = builder.add(given[1], ir.Constant(ir.IntType(64), part * WIDTH))
+            builder.store(mixed, _place_of(context, builder, sign.args[0], given[0], at), align=8)
+        return context.get_dummy_value()
+
+    def typed(context: Any, array: Any, place: Any, one: Any, other: Any) -> Any:
+        return types.void(array, types.intp, _KINDS.numbers, _KINDS.numbers), write
+
+    return intrinsic(typed)
+
+
 def _address_storer() -> Any:
     """Return the function that writes a vector of float64 to a place after an address."""
     from llvmlite import ir
@@ -280,7 +341,8 @@ load, spread, store, store_at, store_rows = (
     _address_storer(),
     _row_storer(),
 )
-prefetch = _prefetcher()
+prefetch, drain, store_pairs = _prefetcher(), _drainer(), _pair_storer()
+store_row, stream_row = _to_row(past=False), _to_row(past=True)
 splat = _made(_spread, _KINDS.single, result=_N)
 fma = _made(lambda b, x, y, z: _called(b, "fma", x, y, z), _N, _N, _N, result=_N)
 root = _made(lambda b, x: _called(b, "sqrt", x), _N, result=_N)

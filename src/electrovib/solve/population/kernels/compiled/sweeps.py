@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _COLUMNS: Final = selection.COLUMNS  # columns of one call
 _FINGERS: Final = 512  # fingers of one call
+_PAST: Final = 1 << 25  # bytes of a table from which it is written past the caches
 
 
 def order_statistics(values: NDArray[np.float32], places: Indices, threads: int | None) -> Real:
@@ -110,6 +111,11 @@ def _filled_up(angular: Real) -> Real:
     return whole
 
 
+def _target(result: Real) -> tuple[Real, int, bool]:
+    """Return a table, its address, and whether it is written past the caches, in which it does not fit anyway."""
+    return result, result.ctypes.data, result.nbytes >= _PAST
+
+
 def transfer(
     rates: Real, residues: Real, direct: Real, angular: Real, result: Complex, threads: int | None
 ) -> None:
@@ -124,11 +130,11 @@ def transfer(
     threads : int, optional
         Number of threads.
     """
-    whole, out = _filled_up(angular), result.view(np.float64).reshape(*result.shape, 2)
+    whole, out = _filled_up(angular), _target(result.view(np.float64))
 
     def work(part: tuple[int, int]) -> None:
-        memory, pairs = aligned(2 * whole.size), np.empty(((rates.shape[1] + 1) // 2, 6))
-        frequencies.transfers(rates, residues, direct, whole, *part, memory, pairs, out)
+        memory, groups = aligned(2 * whole.size), aligned(((rates.shape[1] + 3) // 4 * 12 + 8) * WIDTH)
+        frequencies.transfers(rates, residues, direct, whole, *part, memory, groups, *out)
 
     in_threads(work, ranges(len(direct), _FINGERS), threads)
 
@@ -149,11 +155,11 @@ def mean_square(
     threads : int, optional
         Number of threads.
     """
-    whole = _filled_up(angular)
+    whole, out = _filled_up(angular), _target(result)
 
     def work(part: tuple[int, int]) -> None:
-        memory, pairs = aligned(whole.size), np.empty(((rates.shape[1] + 1) // 2, 6))
-        frequencies.mean_squares(rates, residues, direct, whole, half, *part, memory, pairs, result)
+        memory, groups = aligned(2 * whole.size), aligned(((rates.shape[1] + 3) // 4 * 12 + 8) * WIDTH)
+        frequencies.mean_squares(rates, residues, direct, whole, half, *part, memory, groups, *out)
 
     in_threads(work, ranges(len(direct), _FINGERS), threads)
 
@@ -181,11 +187,13 @@ def cole_cole(
     """
     whole, power = _filled_up(angular), 1.0 - alpha
     turned = np.pi / 2 * power
-    terms = np.stack([strength, power, power * np.log(time), np.cos(turned), np.sin(turned)], axis=-1)
-    logarithm, inverse, out = np.log(whole), 1.0 / whole, result.view(np.float64).reshape(*result.shape, 2)
+    terms = np.stack(
+        [strength, power, power * np.log(time), np.cos(turned), np.sin(turned)], axis=-1
+    ).reshape(-1)
+    logarithm, inverse, out = np.log(whole), 1.0 / whole, _target(result.view(np.float64))
 
     def work(part: tuple[int, int]) -> None:
         memory = aligned(2 * whole.size)
-        frequencies.permittivities(level, terms, leak, inverse, logarithm, *part, memory, out)
+        frequencies.permittivities(level, terms, leak, inverse, logarithm, *part, memory, *out)
 
     in_threads(work, ranges(len(level), _FINGERS), threads)

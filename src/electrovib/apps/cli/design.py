@@ -1,0 +1,105 @@
+"""``electrovib design``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from electrovib.apps.cli.completion import scenario_names
+from electrovib.apps.cli.design_options import (
+    Band,
+    Between,
+    Carrier,
+    Draws,
+    Free,
+    Limits,
+    LinearOnly,
+    Method,
+    Rate,
+    Seed,
+    Share,
+    SpaceOf,
+    Target,
+    Want,
+)
+from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli.terminal import say
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("design")(command)
+
+
+def command(
+    scenario: Annotated[
+        str, typer.Argument(help="A TOML file or a paper's scenario.", autocompletion=scenario_names)
+    ],
+    want: Want = None,
+    free: Free = None,
+    between: Between = None,
+    target: Target = None,
+    method: Method = None,
+    carrier: Carrier = None,
+    rate: Rate = None,
+    limits: Limits = None,
+    space: SpaceOf = None,
+    n: Draws = None,
+    seed: Seed = None,
+    linear: LinearOnly = False,
+    share: Share = None,
+    band: Band = None,
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...).",
+        ),
+    ] = None,
+    changes: Changes = None,
+    models: Models = None,
+    force: Force = False,
+) -> None:
+    """Find the parameter or the drive that gives a wanted quantity or force; exit code 1 if none does within the limits."""
+    del models  # imported by now
+    from electrovib.apps.changes import read_changes
+    from electrovib.apps.exit_codes import FAILED
+    from electrovib.apps.progress import tracked
+    from electrovib.core.files import inputs_noted
+    from electrovib.export.design import check_design_file, write_design
+    from electrovib.study.design import design
+
+    wanted = read_changes(changes or [])
+    with inputs_noted() as inputs:
+        if output:
+            check_design_file(output, force=force)
+        with tracked("solving") as progress:
+            found = design(
+                scenario,
+                want=want,
+                free=free,
+                between=between,
+                target=target,
+                method=method,
+                carrier=carrier,
+                rate=rate,
+                limits=limits or None,
+                space=space,
+                n=n,
+                seed=seed,
+                linear=linear or None,
+                share=share,
+                band=band,
+                set=wanted,
+                progress=progress,
+            )
+        if output:
+            check_design_file(output, inputs=inputs, force=force)
+    say(*found.lines)
+    if output:
+        say(*write_design(found, output, force=force))
+    if not found.is_achieved:
+        raise typer.Exit(FAILED)

@@ -1,0 +1,116 @@
+"""Greyscale pictures (.png)."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.allowance import megabytes
+from electrovib.core.errors import DataFileError
+from electrovib.data.columns.faults import check_file
+from electrovib.data.guarded import Reader, read_guarded
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+MOST_BYTES: Final = 20_000_000
+"""Largest file of a picture [bytes]; a choice."""
+_READER: Final = Reader(
+    "electrovib.data.readers.picture:unpacked", ("numpy", "PIL.Image", "PIL.PngImagePlugin"), "a PNG picture"
+)
+_HOW: Final = "Save it as 8-bit greyscale PNG without transparency."
+
+
+def read_picture(path: Path, *, most_pixels: int) -> NDArray[np.uint8]:
+    """Read a greyscale picture.
+
+    Parameters
+    ----------
+    path : Path
+        PNG file of 8-bit grey values; colours whose three channels are equal count as grey.
+    most_pixels : int
+        Most pixels; the size that the file declares is compared before anything is unpacked.
+
+    Returns
+    -------
+    values : ndarray, shape (rows, columns)
+        Grey values from 0 to 255, the upper row first.
+
+    Raises
+    ------
+    DataFileError
+        If the file is no such picture, is damaged, or exceeds a limit.
+    """
+    check_file(path)
+    size = path.stat().st_size
+    if size > MOST_BYTES:
+        raise DataFileError(
+            f"has {megabytes(size)}, and a picture may have {megabytes(MOST_BYTES)}. Reduce its resolution.",
+            path=path,
+        )
+    found: NDArray[np.uint8] = read_guarded(_READER, path, most_pixels=most_pixels)["values"]
+    return found
+
+
+def unpacked(path: str | Path, most_pixels: int) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+    """Yield the grey values of a picture under the name ``values``.
+
+    Parameters
+    ----------
+    path : str or Path
+        PNG file.
+    most_pixels : int
+        Most pixels.
+
+    Yields
+    ------
+    name : str
+        ``values``.
+    values : ndarray, shape (rows, columns)
+        Grey values from 0 to 255.
+
+    Raises
+    ------
+    DataFileError
+        If it is no greyscale picture or has too many pixels.
+    """
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            picture = Image.open(path, formats=("PNG",))
+    except Image.DecompressionBombError:
+        raise DataFileError(f"declares more than {most_pixels} pixels.", path=path) from None
+    except UnidentifiedImageError:
+        raise DataFileError(f"is damaged or not a PNG picture. {_HOW}", path=path) from None
+    with picture:
+        columns, rows = picture.size
+        if columns * rows > most_pixels:
+            raise DataFileError(
+                f"has {columns} x {rows} pixels, and {most_pixels} are allowed. Reduce its resolution.",
+                path=path,
+            )
+        if getattr(picture, "n_frames", 1) > 1:
+            raise DataFileError(f"is an animation. {_HOW}", path=path)
+        if picture.mode in {"LA", "RGBA", "PA"} or "transparency" in picture.info:
+            raise DataFileError(f"has transparent pixels or an alpha channel. {_HOW}", path=path)
+        if picture.mode not in {"1", "L", "P", "RGB"}:
+            raise DataFileError(
+                f"has pixels of the kind '{picture.mode}', and 8-bit grey is needed. {_HOW}", path=path
+            )
+        yield "values", _grey(path, np.asarray(picture.convert("L" if picture.mode in "1L" else "RGB")))
+
+
+def _grey(path: str | Path, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return grey values; colours are refused."""
+    if values.ndim == 2:
+        return values
+    if np.any(values != values[..., :1]):
+        raise DataFileError(f"is a colour picture. {_HOW}", path=path)
+    return np.ascontiguousarray(values[..., 0])

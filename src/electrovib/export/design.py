@@ -1,0 +1,100 @@
+"""Files of a design: the scenario with the result in it, all numbers, or the drive as a waveform within limits."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.errors import InputError
+from electrovib.data.atomic import check_writable, write_text
+from electrovib.data.marks import WRITTEN_BY, Form, unsigned
+from electrovib.export.waveform import FORMATS, export_waveform
+from electrovib.scenario.toml import to_toml
+from electrovib.study.design.drive import DesignedDrive
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from electrovib.scenario import Scenario
+    from electrovib.study.design import Designed
+
+FORMS: Final = {".toml": Form.SCENARIO, ".json": Form.DESIGN}
+"""Suffix to form of the files that are no waveforms."""
+
+
+def check_design_file(path: str | Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
+    """Check before a computation that its result can be written.
+
+    Parameters
+    ----------
+    path : str or Path
+        The output: ``.toml``, ``.json`` or a waveform.
+    inputs : iterable of Path
+        Files that are read.
+    force : bool
+        Whether a file that was not written by electrovib may be replaced.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown or the file cannot be written.
+    """
+    place = Path(path)
+    suffix = place.suffix.lower()
+    if suffix not in FORMS and suffix not in FORMATS:
+        known = ", ".join([*FORMS, *FORMATS])
+        raise InputError(f"a design is written as {known}, not as '{suffix}'", path=place)
+    check_writable({place: FORMS.get(suffix, Form.WAVEFORM)}, inputs=inputs, force=force)
+
+
+def write_design(found: Designed, path: str | Path, *, force: bool = False) -> list[str]:
+    """Write the result of a design.
+
+    Parameters
+    ----------
+    found : Designed
+        From `electrovib.design`.
+    path : str or Path
+        The output: ``.toml``, the scenario with the result in it, which can be run; ``.json``, all numbers; or the drive as a
+        waveform, as for `electrovib.export_waveform`.
+    force : bool
+        Whether a file that was not written by electrovib may be replaced.
+
+    Returns
+    -------
+    lines : list of str
+        What was written, and its notes.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown, the file cannot be written, nothing was found that could be written, or a waveform is not
+        within the largest voltage and current, which have to be declared.
+    """
+    place = Path(path)
+    check_design_file(place, force=force)
+    suffix = place.suffix.lower()
+    if suffix == ".json":
+        content = {WRITTEN_BY: unsigned(Form.DESIGN)} | found.to_dict()
+        write_text(place, json.dumps(content, indent=1, ensure_ascii=False) + "\n", Form.DESIGN, force=force)
+        return [f"written: {place}"]
+    scenario = _scenario_of(found, place)
+    if suffix == ".toml":
+        text = f"# {unsigned(Form.SCENARIO)}\n{to_toml(scenario)}"
+        write_text(place, text, Form.SCENARIO, force=force)
+        return [f"written: {place}"]
+    rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive) else (None, ())
+    written = export_waveform(
+        scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes
+    )
+    return [*(each for each in written.notes if each not in notes), f"written: {written.path}"]
+
+
+def _scenario_of(found: Designed, place: Path) -> Scenario:
+    if found.scenario is None:
+        raise InputError(
+            "there is no result within the limits that could be written; nothing was written. All numbers are written as .json",
+            path=place,
+        )
+    return found.scenario

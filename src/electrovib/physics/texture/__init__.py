@@ -1,0 +1,1 @@
+"""Textures that a plate renders, and paths of the finger over them."""

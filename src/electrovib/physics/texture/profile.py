@@ -1,0 +1,250 @@
+"""Textures measured along a line: heights of a surface, and recorded friction."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from electrovib.core.column_unit import column_unit
+from electrovib.core.files import UNREAD, FileColumn
+from electrovib.core.quantity import Number, Quantity
+from electrovib.core.samples import Samples
+from electrovib.physics.texture.base import RenderingPlate, TextureAlongLine
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Real
+
+_SHORTEST: Final = 1e-9
+_NAME_ONE: Final = 'name the record, for instance file = "profile.csv"'
+_LONGEST: Final = 10.0
+"""Shortest step and longest extent of a profile [m]."""
+_SCALE = Quantity("1", 0, 1e3, "factor of the recorded variation", "no scaling")
+
+
+class MeasuredTexture(TextureAlongLine, family=True):
+    """Values recorded at increasing positions along a line.
+
+    Notes
+    -----
+    Positions count from the first one. The file has a column of positions and one of values.
+    """
+
+    value_field: ClassVar[str] = ""
+    """Parameter that holds the values, without ``_samples``."""
+    value_si: ClassVar[str] = ""
+    """SI unit of the values."""
+
+    file: Annotated[str, Field(description="csv, npy or nc file with the record")] = ""
+    position_column: Annotated[str | int, Field(description="name or number of the column")] = "position"
+    position_unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
+    position_samples: Annotated[Samples, Field(description="positions [m], in place of a file")] = Samples([])
+
+    @classmethod
+    def file_columns(cls, table: Mapping[str, Any]) -> Mapping[str, FileColumn]:
+        """Return the columns of positions and values, unless the table holds the samples."""
+        if not table.get("file") or "position_samples" in table:
+            return {}
+        found = {}
+        for name in ("position", cls.value_field):
+            column, unit = (
+                table.get(key, cls.model_fields[key].default) for key in (f"{name}_column", f"{name}_unit")
+            )
+            if not isinstance(column, str | int) or not isinstance(unit, str):
+                return {}
+            found[f"{name}_samples"] = FileColumn(column, unit)
+        return found
+
+    @model_validator(mode="after")
+    def _is_a_record(self) -> Self:
+        try:
+            _check(self.position_samples.values, self._values, self.value_field, self.file)
+        except ValueError as error:
+            raise PydanticCustomError("samples", "{why}", {"why": str(error)}) from None
+        return self
+
+    @property
+    def _values(self) -> Real:
+        samples: Samples = getattr(self, f"{self.value_field}_samples")
+        return samples.values
+
+    @functools.cached_property
+    def _places(self) -> Real:
+        """Positions from the first one [m]."""
+        stated = self.position_samples.values
+        return np.asarray(stated - stated[0])
+
+    @property
+    def length(self) -> float:
+        """Extent of the record [m]."""
+        return float(self._places[-1])
+
+    def _faded(self, values: Real) -> tuple[Real, Real]:
+        """Return places and values that fall to 0 within one sample distance beyond either end."""
+        places = self._places
+        first, last = places[0] - (places[1] - places[0]), 2 * places[-1] - places[-2]
+        return np.concatenate([[first], places, [last]]), np.concatenate([[0.0], values, [0.0]])
+
+
+class HeightProfile(MeasuredTexture):
+    """Added friction proportional to the rising slope of a height profile (gradient mapping).
+
+    Notes
+    -----
+    F = gain F_n max(0, h'(s) m), with the load F_n, the slope h' of the profile and the direction of sliding m, which is 1 or
+    -1 from the speed `slow` on and proportional to the speed below it. Downhill the plate's own friction remains, because
+    attraction cannot reduce friction. That friction follows the local slope of the rendered surface is the idea of Kim, Israr
+    and Poupyrev 2013 (of which only the abstract was read); their relation of voltage and friction is not used. The factor is
+    a choice: with gain = 1 the force is that of a frictionless slope, F_n h' for small slopes.
+    Slopes are central differences of the heights, linear between the positions, and fall to 0 within one step beyond the ends.
+    """
+
+    value_field: ClassVar[str] = "height"
+    value_si: ClassVar[str] = "m"
+    example: ClassVar[Mapping[str, Any]] = {
+        "position_samples": [0, 1e-3, 2e-3],
+        "height_samples": [0, 1e-5, 0],
+    }
+
+    height_column: Annotated[str | int, Field(description="name or number of the column")] = "height"
+    height_unit: Annotated[str, column_unit("m"), Field(description="unit of the column")] = "m"
+    height_samples: Annotated[Samples, Field(description="heights [m], in place of a file")] = Samples([])
+    gain: Annotated[Number, Quantity("1", 0, 1e3, "friction force over load and slope", "a choice")] = 1.0
+    slow: Annotated[
+        Number, Quantity("m/s", 1e-6, 1, "speed below which the slope counts in part", "a choice")
+    ] = 1e-3
+
+    @functools.cached_property
+    def _slopes(self) -> tuple[Real, Real]:
+        """Places [m] and slopes [1], which fall to 0 beyond the ends."""
+        heights, places = self._values, self._places
+        slopes = np.gradient(heights, places, edge_order=2 if len(places) > 2 else 1)
+        return self._faded(slopes)
+
+    def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
+        """Return gain F_n max(0, h' m) [N]."""
+        slope = np.interp(self.along(position), *self._slopes)
+        direction = np.maximum(np.minimum(self.along(velocity) / self.slow, 1.0), -1.0)
+        return np.asarray(self.gain * plate.normal_force * np.maximum(slope * direction, 0.0))
+
+
+class FrictionRecord(MeasuredTexture, family=True):
+    """Recorded friction that is replayed above the plate's own friction.
+
+    Notes
+    -----
+    Values are linear between the positions, and the added friction falls to 0 within one step beyond the ends.
+    """
+
+    scale: Annotated[Number, _SCALE] = 1.0
+
+    def _above(self, baseline: float | None) -> tuple[Real, Real]:
+        """Return places and values above the baseline, times the scale."""
+        values = self._values
+        lowest = float(np.min(values)) if baseline is None else baseline
+        return self._faded(self.scale * (values - lowest))
+
+
+class RecordedFrictionForce(FrictionRecord):
+    """Replay of a recorded friction force.
+
+    Notes
+    -----
+    F = scale (F_recorded(s) - baseline). In a published replay of recorded friction the variation had to be scaled about
+    threefold (fine textures) to fivefold (coarse ones) to match the real texture (doi 10.1109/TOH.2021.3130091, abstract only).
+    """
+
+    value_field: ClassVar[str] = "friction_force"
+    value_si: ClassVar[str] = "N"
+    example: ClassVar[Mapping[str, Any]] = {
+        "position_samples": [0, 1e-3, 2e-3],
+        "friction_force_samples": [0.25, 0.26, 0.25],
+    }
+
+    friction_force_column: Annotated[str | int, Field(description="name or number of the column")] = (
+        "friction_force"
+    )
+    friction_force_unit: Annotated[str, column_unit("N"), Field(description="unit of the column")] = "N"
+    friction_force_samples: Annotated[Samples, Field(description="forces [N], in place of a file")] = Samples(
+        []
+    )
+    baseline: Annotated[
+        Number | None,
+        Quantity("N", -1e3, 1e3, "recorded force rendered as the plate's own friction; the lowest if absent"),
+    ] = None
+
+    @functools.cached_property
+    def _added(self) -> tuple[Real, Real]:
+        return self._above(self.baseline)
+
+    def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
+        """Return scale (F_recorded - baseline) [N]."""
+        del velocity, plate
+        return np.asarray(np.interp(self.along(position), *self._added))
+
+
+class RecordedFrictionCoefficient(FrictionRecord):
+    """Replay of a recorded coefficient of friction.
+
+    Notes
+    -----
+    F = scale (mu_recorded(s) - baseline) F_n with the load F_n.
+    """
+
+    value_field: ClassVar[str] = "friction_coefficient"
+    value_si: ClassVar[str] = "1"
+    example: ClassVar[Mapping[str, Any]] = {
+        "position_samples": [0, 1e-3, 2e-3],
+        "friction_coefficient_samples": [0.5, 0.52, 0.5],
+    }
+
+    friction_coefficient_column: Annotated[str | int, Field(description="name or number of the column")] = (
+        "friction_coefficient"
+    )
+    friction_coefficient_unit: Annotated[str, column_unit("1"), Field(description="unit of the column")] = "1"
+    friction_coefficient_samples: Annotated[
+        Samples, Field(description="coefficients [1], in place of a file")
+    ] = Samples([])
+    baseline: Annotated[
+        Number | None,
+        Quantity("1", -100, 100, "coefficient rendered as the plate's own friction; the lowest if absent"),
+    ] = None
+
+    @functools.cached_property
+    def _added(self) -> tuple[Real, Real]:
+        return self._above(self.baseline)
+
+    def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
+        """Return scale (mu_recorded - baseline) F_n [N]."""
+        del velocity
+        return np.asarray(plate.normal_force * np.interp(self.along(position), *self._added))
+
+
+def _check(places: Real, values: Real, what: str, file: str) -> None:
+    """Refuse a record without two finite values at increasing positions."""
+    words = what.replace("_", " ")
+    why = ""
+    if not len(places) and not len(values):
+        why = f"holds no samples: {UNREAD if file else _NAME_ONE}"
+    elif len(places) != len(values):
+        why = f"{len(places)} positions but {len(values)} values of the {words}"
+    elif len(places) < 2:
+        why = f"a record needs at least 2 samples, not {len(places)}"
+    for name, numbers in (("position", places), (words, values)):
+        if not why and not np.all(np.isfinite(numbers)):
+            why = f"the {name} of sample {int(np.argmin(np.isfinite(numbers)))} is not a finite number"
+    if not why and np.min(np.diff(places)) < _SHORTEST:
+        first = int(np.argmax(np.diff(places) < _SHORTEST)) + 1
+        why = (
+            f"positions must increase by at least 1 nm, but sample {first} ({places[first]:.9g} m) follows"
+            f" {places[first - 1]:.9g} m"
+        )
+    if not why and places[-1] - places[0] > _LONGEST:
+        why = f"the record is {places[-1] - places[0]:.4g} m long, and 10 m are allowed; is position_unit right?"
+    if why:
+        raise ValueError(why)

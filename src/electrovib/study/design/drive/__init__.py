@@ -1,0 +1,17 @@
+"""Drives whose predicted electrostatic force is a target, within declared limits."""
+
+from electrovib.study.design.drive.function import METHODS, design_drive
+from electrovib.study.design.drive.held import HeldForce, held_force
+from electrovib.study.design.drive.result import DesignedDrive
+from electrovib.study.design.drive.target import Target, TargetSource, read_target
+
+__all__ = [
+    "METHODS",
+    "DesignedDrive",
+    "HeldForce",
+    "Target",
+    "TargetSource",
+    "design_drive",
+    "held_force",
+    "read_target",
+]

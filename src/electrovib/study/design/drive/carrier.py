@@ -1,0 +1,246 @@
+"""Drives with a carrier whose envelope makes the force averaged over a period of the carrier follow a target."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.study.design.drive.played import Played
+from electrovib.study.design.drive.solution import Solution
+from electrovib.study.design.gain import carrier_gain
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.study.design.drive.limits import Bounds
+    from electrovib.study.design.drive.target import Target
+
+SAMPLES: Final = 64
+"""Samples in a period of the carrier; a choice."""
+FEWEST: Final = 8
+"""Fewest samples in a period of the carrier."""
+SLOWER: Final = 10.0
+"""Carrier over the highest frequency of the target, at least, where the carrier is chosen."""
+LOWEST: Final = 1e3
+"""Lowest carrier that is chosen [Hz]; a choice, well above the vibrations that are felt best."""
+_DECADES: Final = 2
+_PER_DECADE: Final = 24
+_ROUNDS: Final = 30
+_CONVERGED: Final = 1e-6
+"""Largest change of the correction of the envelope at which the iteration ends [1]."""
+_SMALL: Final = 1e-6
+"""Share of the largest wanted force below which the envelope is not corrected."""
+_TRIALS: Final = 8
+_USED: Final = 2e-4
+"""Share of a limit that a drive which is bound by it may leave unused [1]."""
+MOST_SAMPLES: Final = 2_000_000
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Carrier, samples and wanted means.
+
+    Parameters
+    ----------
+    carrier : float
+        Hz.
+    per_period, periods : int
+        Samples in a period, and periods of the carrier.
+    """
+
+    carrier: float
+    per_period: int
+    periods: int
+
+    @property
+    def rate(self) -> float:
+        """Samples per second [Hz]."""
+        return self.carrier * self.per_period
+
+    @property
+    def edges(self) -> Real:
+        """Beginnings of the periods of the carrier, and the end of the last [s]."""
+        return np.asarray(np.arange(self.periods + 1) / self.carrier)
+
+    def times(self) -> Real:
+        """Return the times of the samples [s]."""
+        return np.asarray(np.arange(self.periods * self.per_period + 1) / self.rate)
+
+
+def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
+    """Return the carrier that allows the largest force within the limits; of equal ones the lowest.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a linear stack.
+    target : Target
+        Whose highest frequency is at most a tenth of the carrier.
+    bounds : Bounds
+        Limits of voltage, current and slew rate.
+
+    Returns
+    -------
+    carrier : float
+        Hz, from the larger of 1 kHz and ten times the highest frequency of the target up to a hundred times that.
+    """
+    lowest = max(LOWEST, SLOWER * target.highest_frequency)
+    candidates = lowest * 10.0 ** (np.arange(_DECADES * _PER_DECADE + 1) / _PER_DECADE)
+    gain = carrier_gain(scenario, candidates)
+    peak = gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))
+    peak = np.minimum(peak, bounds.largest_drive(scenario))
+    force = gain.force * np.where(np.isfinite(peak), peak, 1.0) ** 2
+    return float(candidates[int(np.argmax(force > 0.999 * np.max(force)))])
+
+
+def design_carrier(
+    scenario: Scenario,
+    target: Target,
+    bounds: Bounds,
+    *,
+    carrier: float | None,
+    rate: float | None,
+    corrected: bool,
+) -> Solution:
+    """Design a carrier whose envelope makes the force averaged over each of its periods the target.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With a linear stack; its drive counts only as a voltage or a current.
+    target : Target
+        Force over time.
+    bounds : Bounds
+        Limits that the drive holds.
+    carrier : float or None
+        Hz; chosen if None.
+    rate : float or None
+        Samples per second [Hz], a whole multiple of the carrier; 64 in a period if None.
+    corrected : bool
+        Whether the envelope is corrected until the full model predicts the target; else it is the square root of the target
+        over the gain at the carrier.
+
+    Returns
+    -------
+    Solution
+        Samples, wanted and predicted means over each period of the carrier.
+
+    Raises
+    ------
+    InputError
+        If carrier and rate do not fit, or the limits cannot be held.
+
+    Notes
+    -----
+    v = a(t) sin(2 pi f t), a = c(t) sqrt(F*(t)/g(f)) within plus and minus the largest amplitude, with the gain g of the
+    mean force. The correction c, one value for each period with straight lines between their middles, is multiplied by
+    sqrt(F*/F) until it changes by less than 1e-6; it removes the effects of dispersion, leak and sampling. A period whose
+    envelope is at the largest amplitude is not raised.
+    """
+    used = chosen_carrier(scenario, target, bounds) if carrier is None else carrier
+    grid = _grid(target, used, rate)
+    gain = carrier_gain(scenario, [used])
+    played = Played(scenario, grid.rate)
+    largest = float(gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))[0])
+    largest = min(largest, saturated := bounds.largest_drive(scenario))
+    root = target.root(grid.times()) / math.sqrt(float(gain.force[0]))
+    wave = _Wave(grid, root, current=scenario.drive.quantity == "current")
+    wanted = target.means(grid.edges)
+    for _ in range(_TRIALS):
+        values, means = _corrected(played, wave, wanted, largest, rounds=_ROUNDS if corrected else 1)
+        ratios = bounds.overload(played.scenario(values))
+        worst = max((each for each in ratios.values() if not math.isnan(each)), default=0.0)
+        reached = float(np.max(np.abs(values))) * (1 + _USED)
+        bound = largest <= reached
+        if worst <= 1 and (worst >= 1 - _USED or not bound or largest == saturated):
+            break
+        largest = min(min(largest, reached) * (1 - _USED / 2) / worst, saturated)
+    if math.isfinite(saturated):
+        ratios["voltage"] = max(ratios["voltage"], float(np.max(np.abs(values))) / saturated)
+    if worst > 1:
+        over = ", ".join(f"limits.{name}" for name, each in ratios.items() if each > 1)
+        raise InputError(f"no envelope was found that holds {over}; raise the limit or lower the target")
+    return Solution(
+        times=grid.times(),
+        rate=grid.rate,
+        values=values,
+        edges=grid.edges,
+        wanted=wanted,
+        predicted=means,
+        carrier=used,
+        scale=(largest / peak) ** 2 if (peak := float(np.max(np.abs(root)))) > 0 else math.inf,
+        limited=np.abs(wave.envelope(np.ones(grid.periods), np.inf)) > largest * (1 + 1e-6),
+        ratios=ratios,
+    )
+
+
+@dataclass(frozen=True)
+class _Wave:
+    """A carrier and the envelope that gives the target at the gain of the carrier [V or A]."""
+
+    grid: _Grid
+    root: Real
+    current: bool
+
+    def envelope(self, correction: Real, largest: float) -> Real:
+        """Return the envelope with a correction for each period, within a largest amplitude [V or A]."""
+        edges = self.grid.edges
+        factor = np.interp(self.grid.times(), (edges[1:] + edges[:-1]) / 2, correction)
+        return np.clip(self.root * factor, -largest, largest)
+
+    def values(self, envelope: Real) -> Real:
+        """Return the samples of the carrier with an envelope [V or A]; of a current the charge begins and ends at 0."""
+        phase = 2 * np.pi * (np.arange(len(envelope)) % self.grid.per_period) / self.grid.per_period
+        if not self.current:
+            return envelope * np.sin(phase)
+        rate = np.gradient(envelope, 1 / self.grid.rate) / (2 * np.pi * self.grid.carrier)
+        return envelope * np.cos(phase) + rate * np.sin(phase)
+
+
+def _corrected(
+    played: Played, wave: _Wave, wanted: Real, largest: float, *, rounds: int
+) -> tuple[Real, Real]:
+    """Return samples and predicted means, after the envelope was corrected for a number of rounds."""
+    correction = np.ones(len(wanted))
+    width = wave.grid.per_period
+    known = wanted > _SMALL * np.max(wanted)
+    for each in range(rounds):
+        envelope = wave.envelope(correction, largest)
+        values = wave.values(envelope)
+        means = played.means(played.force(values), 0, len(wanted), width)
+        if each == rounds - 1:
+            break
+        held = np.abs(envelope[:-1]).reshape(-1, width).min(axis=1) >= largest * (1 - _SMALL)
+        factor = np.ones(len(wanted))
+        factor[known] = np.clip(np.sqrt(wanted[known] / np.maximum(means[known], 1e-30)), 0.5, 2.0)
+        factor = np.where(held, np.minimum(factor, 1.0), factor)
+        correction = correction * factor
+        if np.max(np.abs(factor - 1)) < _CONVERGED:
+            break
+    return values, means
+
+
+def _grid(target: Target, carrier: float, rate: float | None) -> _Grid:
+    if not (math.isfinite(carrier) and carrier > 0):
+        raise InputError("must be a frequency above 0 Hz", path="carrier", value=f"{carrier:g}")
+    per_period = SAMPLES if rate is None else rate / carrier
+    whole = round(per_period)
+    if whole < FEWEST or abs(per_period - whole) > 1e-6 * whole:
+        near = max(FEWEST, whole)
+        why = (
+            f"has to be a whole multiple, {FEWEST} or more, of the carrier of {carrier:g} Hz: {near * carrier:g} Hz,"
+            f" or take the carrier {rate / near if rate else carrier:g} Hz"
+        )
+        raise InputError(why, path="rate", value=f"{rate:g}" if rate else "")
+    periods = max(1, math.ceil(target.duration * carrier * (1 - 1e-9)))
+    if periods * whole > MOST_SAMPLES:
+        why = (
+            f"{periods * whole} samples for {target.duration:g} s are more than {MOST_SAMPLES}; shorten the target, lower the"
+            " carrier, or set a lower rate"
+        )
+        raise InputError(why, path="carrier", value=f"{carrier:g}")
+    return _Grid(carrier, whole, periods)

@@ -1,0 +1,114 @@
+"""Samples of a drive in a scenario, and the force that the full model predicts for them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.model import read_model
+from electrovib.core.samples import Samples
+from electrovib.physics.drive.current import CurrentAmplifier
+from electrovib.physics.drive.sampled import Sampled
+from electrovib.scenario import TimeGrid
+from electrovib.solve.expanded import FORCE, Expanded
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.physics.drive.base import Drive
+    from electrovib.scenario import Scenario
+
+SENSE: Final = 1e3
+"""Command voltage over current of a designed current drive [ohm]."""
+_SIMPSON: Final = np.array([1.0, 4.0, 1.0]) / 6
+
+
+class Played:
+    """A scenario under a drive of straight lines between evenly spaced samples, from rest.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment; its drive counts only as a voltage or a current.
+    rate : float
+        Samples per second [Hz].
+    """
+
+    def __init__(self, scenario: Scenario, rate: float) -> None:
+        self.base = scenario
+        self.rate = rate
+        self._last: Expanded | None = None
+
+    def times(self, count: int) -> Real:
+        """Return the times of a number of samples [s]."""
+        return np.asarray(np.arange(count) / self.rate)
+
+    def scenario(self, values: Real) -> Scenario:
+        """Return the scenario with samples as its drive.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n,)
+            Samples [V, or A of a current drive].
+
+        Returns
+        -------
+        Scenario
+            From rest, over the duration of the samples.
+        """
+        return self.base.model_copy(update={"drive": self._drive(values), "time": TimeGrid()})
+
+    def _drive(self, values: Real) -> Drive:
+        current = self.base.drive.quantity == "current"
+        volts = values * SENSE if current else values
+        table = {"time_samples": Samples(self.times(len(values))), "voltage_samples": Samples(volts)}
+        drive = read_model(Sampled, table)
+        if not current:
+            return drive
+        return read_model(CurrentAmplifier, {"command": drive, "sense_resistance": SENSE})
+
+    def expanded(self, values: Real) -> Expanded:
+        """Return the scenario under these samples [V or A], prepared for evaluation at any times."""
+        self._last = Expanded(self.scenario(values), before=self._last, mechanics=False)
+        return self._last
+
+    def halves(self, count: int) -> Real:
+        """Return the times of a number of samples and the middles between them [s]."""
+        return np.asarray(np.arange(2 * count - 1) / (2 * self.rate))
+
+    def force(self, values: Real) -> Real:
+        """Return the predicted force at the samples and in the middles between them.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n,)
+            Samples [V or A].
+
+        Returns
+        -------
+        force : ndarray, shape (2 n - 1,)
+            Electrostatic force [N].
+        """
+        record = self.expanded(values).at(self.halves(len(values)), wanted=FORCE)
+        return np.asarray(record.solution.attraction)
+
+    def means(self, force: Real, first: int, count: int, width: int) -> Real:
+        """Return the mean force over successive groups of intervals, by Simpson's rule.
+
+        Parameters
+        ----------
+        force : ndarray, shape (2 n - 1,)
+            From `force` [N].
+        first : int
+            Index of the sample at which the first group begins.
+        count, width : int
+            Number of groups, and intervals in each.
+
+        Returns
+        -------
+        force : ndarray, shape (count,)
+            Mean over each group [N].
+        """
+        inside = force[2 * first : 2 * (first + count * width) + 1]
+        intervals = _SIMPSON[0] * inside[:-2:2] + _SIMPSON[1] * inside[1:-1:2] + _SIMPSON[2] * inside[2::2]
+        return np.asarray(np.mean(intervals.reshape(count, width), axis=1))

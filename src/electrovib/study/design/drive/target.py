@@ -1,0 +1,296 @@
+"""Target of a drive: the electrostatic force over time, from a text, a file or arrays."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+
+from electrovib.core.errors import DataFileError, InputError
+from electrovib.core.files import note_input
+from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.data.columns import read_columns
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from electrovib.core.arrays import Real
+
+TargetSource: TypeAlias = "str | Path | Target | tuple[ArrayLike, ArrayLike]"
+"""A text, a file with columns of time and force, a pair of times [s] and forces [N], or a Target."""
+HEADINGS: Final = ("force", "electrostatic_force")
+"""Headings of the force that are tried in a file, in this order."""
+TEXTS: Final = "'sine 50 Hz 30 mN', 'sine 50 Hz 10 mN to 30 mN for 0.2 s', 'constant 5 mN for 1 s'"
+PERIODS: Final = 5
+"""Periods of a sine whose duration is not given."""
+HOLD: Final = 1.0
+"""Duration of a constant target that is not given [s]."""
+_VARIANCE: Final = 0.999
+"""Share of the variance of a sampled target below its highest frequency [1]; a choice."""
+_RESAMPLED: Final = 4096
+_QUANTITY: Final = r"([-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[^\s\d]+)"
+_SINE: Final = re.compile(
+    rf"sine\s+{_QUANTITY}\s+{_QUANTITY}(?:\s+to\s+{_QUANTITY})?(?:\s+for\s+{_QUANTITY})?"
+)
+_CONSTANT: Final = re.compile(rf"constant\s+{_QUANTITY}(?:\s+for\s+{_QUANTITY})?")
+
+
+class Target(ABC):
+    """A force over time that a drive is to cause; it is never negative."""
+
+    duration: float
+    """From its beginning to its end [s]."""
+    highest_frequency: float
+    """Highest frequency that it contains [Hz]; 0 for a constant."""
+    text: str
+    """What it is, in words."""
+    frequency: float | None
+    """Fundamental frequency [Hz] of a periodic target; else None."""
+
+    @abstractmethod
+    def force(self, time: Real) -> Real:
+        """Return the force [N] at times [s] from its beginning on; outside it the nearest value."""
+
+    @abstractmethod
+    def integral(self, time: Real) -> Real:
+        """Return the integral of the force from its beginning to these times [N s]."""
+
+    def root(self, time: Real) -> Real:
+        """Return a square root of the force at times [s], of either sign [N^(1/2)]."""
+        return np.sqrt(self.force(time))
+
+    def means(self, edges: Real) -> Real:
+        """Return the mean force between successive times.
+
+        Parameters
+        ----------
+        edges : ndarray, shape (n + 1,)
+            Increasing times [s].
+
+        Returns
+        -------
+        force : ndarray, shape (n,)
+            Mean over each interval [N].
+        """
+        return np.asarray(np.diff(self.integral(edges)) / np.diff(edges))
+
+
+@dataclass(frozen=True)
+class SineTarget(Target):
+    """A force that swings sinusoidally between two values, and begins at the lower one.
+
+    Parameters
+    ----------
+    frequency : float
+        Hz.
+    low, high : float
+        Smallest and largest force [N].
+    duration : float
+        s.
+    """
+
+    frequency: float
+    low: float
+    high: float
+    duration: float
+
+    @property
+    def highest_frequency(self) -> float:  # type: ignore[override]
+        """Its frequency [Hz]."""
+        return self.frequency
+
+    @property
+    def text(self) -> str:  # type: ignore[override]
+        """What it is, in words."""
+        low, high, often, long = (
+            format_quantity(value, unit, digits=6)
+            for value, unit in (
+                (self.low, "N"),
+                (self.high, "N"),
+                (self.frequency, "Hz"),
+                (self.duration, "s"),
+            )
+        )
+        return f"a force between {low} and {high} at {often} for {long}, which begins at {low}"
+
+    def force(self, time: Real) -> Real:
+        """Return the force [N] at times [s]."""
+        inside = np.clip(time, 0.0, self.duration)
+        half = (self.high - self.low) / 2
+        return np.asarray(self.low + half * (1 - np.cos(2 * np.pi * self.frequency * inside)))
+
+    def integral(self, time: Real) -> Real:
+        """Return the integral of the force from its beginning to these times [N s]."""
+        inside, turn = np.clip(time, 0.0, self.duration), 2 * np.pi * self.frequency
+        half = (self.high - self.low) / 2
+        within = (self.low + half) * inside - half * np.sin(turn * inside) / turn
+        return np.asarray(within + (time - inside) * self.force(time))
+
+    def root(self, time: Real) -> Real:
+        """Return a square root of the force [N^(1/2)]; from 0 N it is the smooth one, whose sign alternates."""
+        if self.low:
+            return super().root(time)
+        inside = np.clip(time, 0.0, self.duration)
+        return np.asarray(np.sqrt(self.high) * np.sin(np.pi * self.frequency * inside))
+
+
+@dataclass(frozen=True, eq=False)
+class SampledTarget(Target):
+    """A force of straight lines between samples.
+
+    Parameters
+    ----------
+    times, forces : ndarray, shape (n,)
+        Increasing times from 0 [s], and forces [N].
+    text : str
+        What it is, in words.
+    highest_frequency : float
+        Hz.
+    """
+
+    times: Real
+    forces: Real
+    text: str
+    highest_frequency: float
+    frequency: None = None
+
+    @property
+    def duration(self) -> float:  # type: ignore[override]
+        """Time of the last sample [s]."""
+        return float(self.times[-1])
+
+    def force(self, time: Real) -> Real:
+        """Return the force [N] at times [s]."""
+        return np.asarray(np.interp(time, self.times, self.forces))
+
+    def integral(self, time: Real) -> Real:
+        """Return the integral of the force from its beginning to these times [N s]."""
+        steps = np.diff(self.times)
+        done = np.append(0.0, np.cumsum(steps * (self.forces[1:] + self.forces[:-1]) / 2))
+        inside = np.clip(time, 0.0, self.duration)
+        place = np.clip(np.searchsorted(self.times, inside, side="right") - 1, 0, len(steps) - 1)
+        since = inside - self.times[place]
+        within = done[place] + since * (self.forces[place] + self.force(inside)) / 2
+        return np.asarray(within + (time - inside) * self.force(time))
+
+
+def read_target(source: TargetSource) -> Target:
+    """Read a target from a text, a file or arrays.
+
+    Parameters
+    ----------
+    source : str, Path, Target or pair of array_like
+        ``"sine 50 Hz 30 mN"`` swings between 0 and 30 mN, ``"sine 50 Hz 10 mN to 30 mN for 0.2 s"`` between 10 and 30 mN,
+        ``"constant 5 mN for 1 s"`` is held; a file has columns of time [s] and force [N]; a pair is times and forces.
+
+    Returns
+    -------
+    Target
+        Force over time.
+
+    Raises
+    ------
+    InputError
+        If the source is none of these, or a force is negative.
+    """
+    if isinstance(source, Target):
+        return source
+    if isinstance(source, str) and (words := source.split()) and words[0].lower() in {"sine", "constant"}:
+        return _of_text(" ".join(words))
+    if isinstance(source, str | Path):
+        return _of_file(Path(source))
+    if isinstance(source, Sequence) and len(source) == 2:
+        return _of_samples(
+            np.asarray(source[0], dtype=float), np.asarray(source[1], dtype=float), "the given force"
+        )
+    raise InputError(
+        f"expected {TEXTS}, a file with the columns time and force, or times and forces", path="target"
+    )
+
+
+def _of_text(text: str) -> Target:
+    kind, _, rest = text.partition(" ")
+    lowered = kind.lower()
+    found = (_SINE if lowered == "sine" else _CONSTANT).fullmatch(f"{lowered} {rest}")
+    if found is None:
+        raise InputError(f"expected {TEXTS}", path="target", value=text)
+    if lowered == "constant":
+        force, duration = found.groups()
+        level, end = _read(force, "N"), HOLD if duration is None else _read(duration, "s")
+        _refuse(text, level >= 0, "a force of 0 N or more")
+        _refuse(text, end > 0, "a duration above 0 s")
+        words = f"a constant force of {format_quantity(level, 'N', digits=6)} for {format_quantity(end, 's', digits=6)}"
+        return SampledTarget(np.array([0.0, end]), np.array([level, level]), words, 0.0)
+    often, first, second, duration = found.groups()
+    frequency = _read(often, "Hz")
+    _refuse(text, frequency > 0, "a frequency above 0 Hz")
+    values = [_read(each, "N") for each in (first, second) if each is not None]
+    low, high = values if len(values) == 2 else (0.0, values[0])
+    _refuse(text, 0 <= low < high, "forces of 0 N or more, the lower one first")
+    end = PERIODS / frequency if duration is None else _read(duration, "s")
+    _refuse(text, end > 0, "a duration above 0 s")
+    return SineTarget(frequency, low, high, end)
+
+
+def _read(text: str, unit: str) -> float:
+    try:
+        return parse_quantity(text, unit)
+    except ValueError as error:
+        raise InputError(str(error), path="target", value=text) from None
+
+
+def _refuse(text: str, good: bool, wanted: str) -> None:
+    if not good:
+        raise InputError(f"expected {wanted}", path="target", value=text)
+
+
+def _of_file(path: Path) -> Target:
+    note_input(path)
+    fault: DataFileError | None = None
+    for name in HEADINGS:
+        try:
+            found = read_columns(path, {"time": ("time", "s"), "force": (name, "N")})
+        except DataFileError as error:
+            if "has no headings" in str(error):
+                found = read_columns(path, {"time": (0, "s"), "force": (1, "N")})
+                break
+            fault = fault or error
+        else:
+            break
+    else:
+        assert fault is not None
+        raise fault
+    return _of_samples(found["time"], found["force"], f"the force of {path.name}")
+
+
+def _of_samples(times: Real, forces: Real, text: str) -> Target:
+    if times.ndim != 1 or times.shape != forces.shape or len(times) < 2:
+        raise InputError("times and forces are two arrays of the same length, 2 or more", path="target")
+    if not (np.all(np.isfinite(times)) and np.all(np.isfinite(forces)) and np.all(np.diff(times) > 0)):
+        raise InputError("times have to increase, and times and forces to be finite", path="target")
+    if np.any(forces < 0):
+        first = int(np.argmax(forces < 0))
+        raise InputError(
+            f"the force of sample {first} is {forces[first]:.6g} N: an electrostatic attraction is never negative; add an offset",
+            path="target",
+        )
+    shifted = times - times[0]
+    long = format_quantity(float(shifted[-1]), "s", digits=6)
+    return SampledTarget(shifted, forces, f"{text}, {long}", _highest_frequency(shifted, forces))
+
+
+def _highest_frequency(times: Real, forces: Real) -> float:
+    """Return the frequency below which nearly all of the variance lies, the line between the ends removed [Hz]."""
+    even = np.linspace(0.0, times[-1], _RESAMPLED)
+    values = np.interp(even, times, forces)
+    values = values - np.interp(even, [0.0, times[-1]], values[[0, -1]])
+    power = np.abs(np.fft.rfft(values))[1:] ** 2
+    total = np.cumsum(power)
+    if total[-1] <= (1e-9 * max(float(np.max(forces)), 1e-300)) ** 2:
+        return 0.0
+    return float((1 + np.searchsorted(total, _VARIANCE * total[-1])) / times[-1])

@@ -1,0 +1,119 @@
+"""The forms in which a design is asked for. A form is added by one function here and one row of `FORMS`."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from electrovib.core.errors import InputError
+
+_ALWAYS: Final = ("scenario", "progress")
+
+
+@dataclass(frozen=True)
+class Form:
+    """One form of the question.
+
+    Parameters
+    ----------
+    name : str
+        What is sought, as it is named in messages.
+    needs : tuple of str
+        Arguments that have to be given; the first decides that this form is meant.
+    example : str
+        Arguments as typed in Python.
+    load : callable
+        Returns the function of the form, which takes the scenario and keyword arguments, and returns a `Designed`.
+    """
+
+    name: str
+    needs: tuple[str, ...]
+    example: str
+    load: Callable[[], Callable[..., Any]]
+
+    @property
+    def accepts(self) -> tuple[str, ...]:
+        """Names of the arguments of the form, the scenario and the report of progress omitted."""
+        return tuple(name for name in inspect.signature(self.load()).parameters if name not in _ALWAYS)
+
+
+def _parameter() -> Callable[..., Any]:
+    from electrovib.study.design.parameter import design_parameter
+
+    return design_parameter
+
+
+def _drive() -> Callable[..., Any]:
+    from electrovib.study.design.drive import design_drive
+
+    return design_drive
+
+
+def _share() -> Callable[..., Any]:
+    from electrovib.study.design.robust import design_for_share
+
+    return design_for_share
+
+
+FORMS: Final = (
+    Form(
+        "a parameter",
+        ("want", "free"),
+        'want="mean electrostatic_force = 50 mN", free="drive.amplitude"',
+        _parameter,
+    ),
+    Form(
+        "a drive",
+        ("target", "method"),
+        'target="sine 50 Hz 30 mN", method="carrier"',
+        _drive,
+    ),
+    Form(
+        "a parameter for a share of a population",
+        ("share", "want", "free", "space", "seed"),
+        'want="mean electrostatic_force = 50 mN", free="drive.amplitude", space="fingers", share=0.9, seed=1',
+        _share,
+    ),
+)
+"""The last form whose deciding argument is given is the one that is meant."""
+
+
+def form_of(given: Mapping[str, Any]) -> Form:
+    """Return the form that is meant by the given arguments.
+
+    Parameters
+    ----------
+    given : mapping of str to object
+        Arguments of `electrovib.design` that are not None.
+
+    Returns
+    -------
+    form : Form
+        The form; all that it needs is given, and nothing else.
+
+    Raises
+    ------
+    InputError
+        If no form is meant, an argument is missing, or one belongs to another form.
+    """
+    form = next((each for each in reversed(FORMS) if each.needs[0] in given), None)
+    if form is None:
+        form = next((each for each in FORMS if set(each.needs) & given.keys()), None)
+    if form is None:
+        ways = "; or ".join(f"{each.name} by {each.example}" for each in FORMS)
+        raise InputError(f"design: state what is wanted: {ways}")
+    missing = [name for name in form.needs if name not in given]
+    if missing:
+        raise InputError(
+            f"{missing[0]}: not given, but the design of {form.name} needs it, for instance {form.example}"
+        )
+    accepted = form.accepts
+    foreign = [name for name in given if name not in accepted]
+    if foreign:
+        raise InputError(
+            f"{name}: does not belong to the design of {form.name}, which takes {', '.join(accepted)}; omit it"
+            for name in foreign
+        )
+    return form

@@ -1,0 +1,109 @@
+"""The public function of all designs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from electrovib.scenario import Source, read_scenario
+from electrovib.study.design.forms import form_of
+
+if TYPE_CHECKING:
+    from electrovib.scenario.space import SpaceSource
+    from electrovib.study.check import LimitsSource
+    from electrovib.study.design.drive import TargetSource
+    from electrovib.study.design.result import Designed
+
+
+def design(
+    scenario: Source,
+    *,
+    want: str | None = None,
+    free: str | None = None,
+    between: str | None = None,
+    target: TargetSource | None = None,
+    method: str | None = None,
+    carrier: float | str | None = None,
+    rate: float | str | None = None,
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    space: SpaceSource | None = None,
+    n: int | None = None,
+    seed: int | None = None,
+    linear: bool | None = None,
+    share: float | None = None,
+    band: str | Sequence[str | float] | None = None,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    progress: Callable[[int, int], None] | None = None,
+) -> Designed:
+    """Find the value of a parameter that gives a wanted quantity, or the drive that gives a wanted force.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    want : str, optional
+        Quantity and value, ``"mean electrostatic_force = 50 mN"``; the quantity is named as for `electrovib.sweep`.
+    free : str, optional
+        Dotted path of the parameter that is sought, ``"drive.amplitude"``.
+    between : str, optional
+        Ends of the range in which it is sought, ``"10 V:400 V"``; by default the range of the parameter.
+    target : str, Path, Target or pair of array_like, optional
+        Force over time, which is never negative: ``"sine 50 Hz 30 mN"`` (between 0 and 30 mN), ``"sine 50 Hz 10 mN to 30 mN
+        for 0.2 s"``, ``"constant 5 mN for 1 s"``, a file with the columns time and force, or times [s] and forces [N].
+    method : str, optional
+        Method of the drive: ``"dc"``, ``"carrier"``, ``"sqrt-am"`` or ``"current"``.
+    carrier : float or str, optional
+        Frequency of the carrier [Hz]; chosen if absent.
+    rate : float or str, optional
+        Samples of the drive per second [Hz]; chosen if absent.
+    limits : str, Path, mapping, Limits, or a list of them, optional
+        Further limits beside those of the scenario; the strictest counts.
+    space : str, Path, mapping or Space, optional
+        Distributions of uncertain parameters, as for `electrovib.read_space`: ``"fingers"``.
+    n : int, optional
+        Number of draws from the space, 200 by default.
+    seed : int, optional
+        Seed of the draws, 1 by default.
+    linear : bool, optional
+        Whether the distribution of the result is computed by linear propagation instead of one solution for each draw.
+    share : float, optional
+        Share of the fingers of `space` [1] for which the quantity has to be at least the wanted value; needs `seed`.
+    band : str or sequence of two, optional
+        With `share`: the band in which the quantity has to lie, ``"20 mN:60 mN"``; `want` then names the quantity alone.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
+    progress : callable, optional
+        Function of the number of evaluations done and of all evaluations.
+
+    Returns
+    -------
+    Designed
+        The result: its sentences (`lines`), the scenario with the result in it (`scenario`), and all numbers.
+
+    Raises
+    ------
+    InputError
+        For every mistake in the arguments.
+    BudgetError
+        If the computation would take more time or memory than is allowed.
+    """
+    arguments = {
+        "want": want,
+        "free": free,
+        "between": between,
+        "target": target,
+        "method": method,
+        "carrier": carrier,
+        "rate": rate,
+        "limits": limits,
+        "space": space,
+        "n": n,
+        "seed": seed,
+        "linear": linear,
+        "share": share,
+        "band": band,
+    }
+    given = {name: value for name, value in arguments.items() if value is not None}
+    form = form_of(given)
+    found: Designed = form.load()(read_scenario(scenario, changes=set), progress=progress, **given)
+    return found

@@ -1,0 +1,73 @@
+"""The values at which a parameter is tried first, in its natural scale."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+
+PER_DECADE: Final = 4
+"""Values in a decade of a range that spans decades."""
+EVEN: Final = 25
+"""Values of a range that does not."""
+_DECADES: Final = 10.0
+"""Ratio of the ends of a range from which on it counts as spanning decades."""
+_BELOW: Final = 1e-4
+"""Smallest value beside zero over the value in the scenario."""
+_SMALLEST: Final = 1e-9
+"""Smallest value beside zero over the largest value."""
+
+
+def first_values(low: float, high: float, begin: float, *, sparse: bool = False) -> Real:
+    """Return the values of a parameter at which a quantity is computed first.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends of the range, in any unit.
+    begin : float
+        Value in the scenario, in the same unit.
+    sparse : bool
+        Whether half as many values are enough, for a quantity that takes long.
+
+    Returns
+    -------
+    values : ndarray, shape (n,)
+        Increasing, from `low` to `high` with `begin` if it lies between them: evenly spaced in the logarithm where the range
+        spans a decade, else evenly spaced. A range with zero inside or at an end has the value zero and both scales on
+        either side of it, down to 1e-4 of the value in the scenario, or 1e-9 of the larger end where that is greater.
+    """
+    if low >= 0:
+        found = _side(low, high, begin, sparse)
+    elif high <= 0:
+        found = -_side(-high, -low, -begin, sparse)[::-1]
+    else:
+        found = np.concatenate([-_side(0.0, -low, -begin, sparse)[::-1], _side(0.0, high, begin, sparse)])
+    inside = [begin] if low < begin < high else []
+    values = np.unique(np.concatenate([found, inside]))
+    values[0], values[-1] = low, high
+    return np.asarray(values)
+
+
+def _side(low: float, high: float, begin: float, sparse: bool) -> Real:
+    """Return values from `low` >= 0 to `high` > 0."""
+    each = 2 if sparse else 1
+    even = np.linspace(low, high, 1 + (EVEN - 1) // each)
+    if low > 0 and high / low < _DECADES:
+        return even
+    start = low
+    if low == 0:
+        size = abs(begin)
+        start = max(_SMALLEST * high, _BELOW * size) if 0 < size < high else 1e-6 * high
+    count = max(len(even), 1 + math.ceil(PER_DECADE / each * math.log10(high / start)))
+    spread = np.geomspace(start, high, count)
+    return spread if low > 0 else np.concatenate([[0.0], spread])
+
+
+def coordinate(first: float, second: float) -> bool:
+    """Return whether the logarithm is the natural coordinate between two values: both have the same sign, and none is zero."""
+    return first * second > 0

@@ -1,0 +1,174 @@
+"""Result of a design for a share of a population."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from electrovib.study.design.robust.words import lines_of
+
+if TYPE_CHECKING:
+    from electrovib.scenario import Scenario
+    from electrovib.scenario.space import Space
+    from electrovib.study.check import CheckResult, CheckRow, LimitsSource
+    from electrovib.study.design.parameter.wanted import Wanted
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShareAt:
+    """Share of the fingers that have the wanted quantity at one value of the free parameter.
+
+    Parameters
+    ----------
+    value : float
+        Of the free parameter, in its SI unit.
+    share : float
+        Of the draws from which the value was found [1].
+    fresh_share : float
+        Of as many further draws [1]; unlike `share` it is no estimate at a value chosen with the same draws.
+    interval : tuple of float
+        95 % confidence interval of the share of the population [1], from the further draws (Clopper and Pearson).
+    """
+
+    value: float
+    share: float
+    fresh_share: float
+    interval: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DesignedForShare:
+    """Value of one parameter at which a quantity is as wanted for a share of a population.
+
+    Parameters
+    ----------
+    base : Scenario
+        Scenario with the values that all fingers share.
+    wanted : Wanted
+        Quantity, its smallest value, and the free parameter with its range.
+    band : tuple of float
+        Smallest and largest wanted value in the unit of the quantity; the largest may be infinite.
+    space : Space
+        Distributions of what differs between fingers.
+    share : float
+        Wanted share [1].
+    n, seed : int
+        Number of draws, and their seed.
+    found : ShareAt or None
+        The value; None if the share is not reached anywhere in the range.
+    value_interval : tuple of float
+        95 % confidence interval of the value, for the finite number of draws, in the SI unit of the parameter; NaN without a
+        value, infinite where the sample is too small for an end.
+    ranges : tuple of tuple of float
+        Where the wanted share of the draws is reached, in the SI unit of the parameter.
+    top : ShareAt or None
+        That value; where the share is not reached, the value with the largest one; None if no draw has the wanted quantity.
+    check : CheckResult or None
+        Of the draw that comes nearest to a limit, or exceeds it most, at the value or else at that of the largest share.
+    checked : int
+        Number of draws that were compared with the limits.
+    within : ShareAt or None
+        Largest share within the limits, where the value exceeds one.
+    method : str
+        How the quantity of each finger was computed.
+    limits : tuple of LimitsSource
+        Further limits that were given.
+    """
+
+    base: Scenario
+    wanted: Wanted
+    band: tuple[float, float]
+    space: Space
+    share: float
+    n: int
+    seed: int
+    found: ShareAt | None
+    value_interval: tuple[float, float]
+    ranges: tuple[tuple[float, float], ...]
+    top: ShareAt | None
+    check: CheckResult | None
+    checked: int
+    within: ShareAt | None
+    method: str
+    limits: tuple[LimitsSource, ...]
+
+    @property
+    def value(self) -> float:
+        """Value of the free parameter within the limits, in its SI unit; NaN if there is none."""
+        return self.found.value if self.found is not None and self.is_achieved else math.nan
+
+    @property
+    def failed(self) -> tuple[CheckRow, ...]:
+        """Limits that are exceeded at the value."""
+        return () if self.check is None else self.check.failed
+
+    @property
+    def is_achieved(self) -> bool:
+        """Whether the share is reached and no limit is exceeded."""
+        return self.found is not None and not self.failed
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """Scenario with the value; None if the share is not reached within the limits."""
+        return self.base.replace({self.wanted.free: self.value}) if self.is_achieved else None
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Sentences and numbers for people, the answer first."""
+        return lines_of(self)
+
+    def __str__(self) -> str:
+        """Return the sentences, a line each."""
+        return "\n".join(self.lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as nested tables with numbers in SI; what is not known or infinite is None."""
+        wanted = self.wanted
+        return {
+            "form": "parameter for a share of a population",
+            "quantity": {
+                "name": wanted.name,
+                "unit": wanted.unit,
+                "low": self.band[0],
+                "high": _plain(self.band[1]),
+            },
+            "free": {
+                "path": wanted.free,
+                "unit": wanted.declared.unit,
+                "in_the_scenario": wanted.begin,
+                "low": wanted.low,
+                "high": wanted.high,
+            },
+            "share": self.share,
+            "space": self.space.as_table(),
+            "n": self.n,
+            "seed": self.seed,
+            "value": _plain(self.value),
+            "found": _table(self.found),
+            "value_interval": [_plain(each) for each in self.value_interval],
+            "ranges": [list(each) for each in self.ranges],
+            "largest_share": None if self.found is not None else _table(self.top),
+            "largest_share_within_limits": _table(self.within),
+            "is_achieved": self.is_achieved,
+            "limits": None if self.check is None else self.check.to_dict()["limits"],
+            "draws_compared_with_limits": self.checked,
+            "method": self.method,
+            "scenario": None if self.scenario is None else self.scenario.to_dict(),
+            "text": list(self.lines),
+        }
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _table(each: ShareAt | None) -> dict[str, Any] | None:
+    if each is None:
+        return None
+    return {
+        "value": each.value,
+        "share": each.share,
+        "fresh_share": each.fresh_share,
+        "interval": list(each.interval),
+    }

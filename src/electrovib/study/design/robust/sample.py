@@ -1,0 +1,196 @@
+"""The wanted quantity of many fingers as a function of the free parameter, each finger one draw from a space."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.physics.drive.sines import Sine
+from electrovib.scenario import PeriodicState
+from electrovib.solve.population import population
+from electrovib.solve.quantities.resolve import times_of_window
+from electrovib.study.design.parameter.evaluation import Evaluation
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.study.design.parameter.wanted import Wanted
+
+MEAN_FORCE: Final = "mean electrostatic_force"
+_CHUNK: Final = 256
+"""Fingers of one call of the arrays."""
+_ALIKE: Final = 1e-9
+"""Largest relative difference between the arrays and the general solution of single fingers."""
+_QUADRATIC: Final = 1e-7
+"""Largest relative deviation from the square of the free parameter, at any of the values at which it is compared."""
+_FEW: Final = 3
+"""Fingers with which a shortcut is compared with the general solution."""
+
+
+@dataclass(frozen=True)
+class Fingers:
+    """Draws from a space, and the quantity of each of them.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        With the values that all fingers share.
+    wanted : Wanted
+        Quantity and free parameter.
+    draws : mapping of str to ndarray, shape (fingers,)
+        Dotted path to values in SI.
+    """
+
+    scenario: Scenario
+    wanted: Wanted
+    draws: Mapping[str, Real]
+
+    @property
+    def count(self) -> int:
+        """Number of fingers."""
+        return len(next(iter(self.draws.values())))
+
+    def draw(self, finger: int) -> dict[str, float]:
+        """Return the values of one finger, in SI."""
+        return {path: float(values[finger]) for path, values in self.draws.items()}
+
+    def member(self, finger: int, at: float) -> Scenario:
+        """Return the scenario of a finger with a value of the free parameter."""
+        return self.scenario.replace({**self.draw(finger), self.wanted.free: at})
+
+    def evaluation(self) -> Evaluation:
+        """Return the quantity as a function of the parameters that vary."""
+        return Evaluation(self.scenario, self.wanted, (*self.draws, self.wanted.free))
+
+    def each_at(
+        self,
+        at: float,
+        *,
+        evaluation: Evaluation | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> Real:
+        """Compute the quantity of every finger at one value of the free parameter.
+
+        Parameters
+        ----------
+        at : float
+            Value in its SI unit.
+        evaluation : Evaluation, optional
+            One to use again.
+        progress : callable, optional
+            Function of the number of fingers that are solved and of all.
+
+        Returns
+        -------
+        quantity : ndarray, shape (fingers,)
+            In its unit.
+
+        Raises
+        ------
+        InputError
+            If the quantity of a finger cannot be computed or is not known.
+        """
+        together = self._together(at)
+        if together is not None:
+            return together
+        own = evaluation or self.evaluation()
+        found = np.empty(self.count)
+        for finger in range(self.count):
+            if progress is not None:
+                progress(finger, self.count)
+            found[finger] = self.one_at(own, finger, at)
+        return found
+
+    def one_at(self, evaluation: Evaluation, finger: int, at: float) -> float:
+        """Compute the quantity of one finger by the general solution, in its unit; refuse one that is not known."""
+        try:
+            value = evaluation({**self.draw(finger), self.wanted.free: at})
+        except ElectrovibError as error:
+            raise InputError(
+                f"draw {finger}, {self.wanted.free} = {self.wanted.parameter(at)}: {error.problems[0]}"
+            ) from error
+        if math.isnan(value):
+            raise InputError(
+                f"draw {finger}, {self.wanted.free} = {self.wanted.parameter(at)}: {self.wanted.name} is not known"
+            )
+        return value
+
+    def _together(self, at: float) -> Real | None:
+        """Return the mean force in arrays over fingers; None where it is not that of a sine, or differs from the general one.
+
+        The force of a sine has harmonics 0 to 2, whose mean the samples of a period give exactly.
+        """
+        held = self.scenario.replace({self.wanted.free: at})
+        if (
+            self.wanted.name != MEAN_FORCE
+            or not isinstance(held.drive, Sine)
+            or not isinstance(held.time.initial_state, PeriodicState)
+            or any(path.partition(".")[0] == "drive" for path in self.draws)
+        ):
+            return None
+        found = population(held, tuple(self.draws), time=times_of_window(held))
+        if found.method.startswith("one by one"):
+            return None
+        rows = []
+        for start in range(0, self.count, _CHUNK):
+            some = {path: values[start : start + _CHUNK] for path, values in self.draws.items()}
+            rows.append(found.signals(some)["electrostatic_force"][:, :-1].mean(axis=1))
+        values = np.concatenate(rows)
+        evaluation = self.evaluation()
+        for finger in self.some():
+            exact = self.one_at(evaluation, finger, at)
+            if not abs(values[finger] - exact) <= _ALIKE * abs(exact):
+                return None
+        return np.asarray(values)
+
+    def some(self) -> list[int]:
+        """Return the indices of a few fingers: the first, the middle and the last one."""
+        return [int(each) for each in np.unique(np.linspace(0, self.count - 1, _FEW).astype(int))]
+
+    def is_quadratic(self) -> bool:
+        """Return whether the quantity of a few fingers is proportional to the square of the free parameter over its range.
+
+        Returns
+        -------
+        bool
+            Compared at the present value, half and twice of it, and at the ends of the range, as far as these are above 0.
+        """
+        wanted, evaluation = self.wanted, self.evaluation()
+        begin = reference(wanted)
+        others = {begin / 2, 2 * begin, wanted.low, wanted.high} - {begin}
+        others = {each for each in others if each > 0 and wanted.low <= each <= wanted.high}
+        for finger in self.some():
+            try:
+                first = self.one_at(evaluation, finger, begin)
+                for at in others:
+                    expected = first * (at / begin) ** 2
+                    if not abs(self.one_at(evaluation, finger, at) - expected) <= _QUADRATIC * abs(expected):
+                        return False
+            except ElectrovibError:
+                return False
+            if not first > 0:
+                return False
+        return bool(others)
+
+
+def reference(wanted: Wanted) -> float:
+    """Return the value of the free parameter at which gains are computed: the present one, or the middle of the range.
+
+    Parameters
+    ----------
+    wanted : Wanted
+        With the free parameter.
+
+    Returns
+    -------
+    value : float
+        In its SI unit.
+    """
+    if wanted.low <= wanted.begin <= wanted.high and wanted.begin > 0:
+        return wanted.begin
+    return math.sqrt(wanted.low * wanted.high) if wanted.low > 0 else (wanted.low + wanted.high) / 2

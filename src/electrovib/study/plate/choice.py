@@ -1,0 +1,152 @@
+"""The best candidate, the limit that binds there, and what a less strict limit would gain."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.study.plate.pareto import pareto_set
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from electrovib.study.plate.candidates import PlateCandidate
+    from electrovib.study.plate.objectives import Objective
+
+RELAXED: Final = 1.1
+"""Factor by which the binding limit is relaxed, to state what that gains; a choice."""
+SAME: Final = 1e-9
+"""Relative difference up to which two values count as equal: rounding."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gain:
+    """What is reached with one limit relaxed and all others kept.
+
+    Parameters
+    ----------
+    limits : tuple of str
+        Quantities whose limits are relaxed; one, unless no single one gains anything.
+    relaxed : PlateCandidate or None
+        Best candidate with the limit `RELAXED` times as large; None if no candidate is better than the best one, or
+        if there are several limits.
+    without : PlateCandidate
+        Best candidate without the limit.
+    """
+
+    limits: tuple[str, ...]
+    relaxed: PlateCandidate | None
+    without: PlateCandidate
+
+
+def best_of(
+    candidates: Sequence[PlateCandidate],
+    objectives: Sequence[Objective],
+    *,
+    relaxed: Collection[str] = (),
+    factor: float = math.inf,
+) -> PlateCandidate | None:
+    """Find the candidate that is best in the first objective; of equal ones, in the next.
+
+    Parameters
+    ----------
+    candidates : sequence of PlateCandidate
+        All candidates.
+    objectives : sequence of Objective
+        In the order in which they decide.
+    relaxed : collection of str
+        Quantities whose limits are relaxed; by default none.
+    factor : float
+        By which they are multiplied [1]; by default they are omitted.
+
+    Returns
+    -------
+    PlateCandidate or None
+        Best one that exceeds no limit; None if there is none whose first objective is known.
+    """
+    name = objectives[0].name
+    left = [
+        each
+        for each in candidates
+        if not math.isnan(each.values[name]) and each.is_allowed_with(relaxed, factor)
+    ]
+    for objective in objectives:
+        costs = [objective.sign * each.values[objective.name] for each in left]
+        known = [cost for cost in costs if not math.isnan(cost)]
+        if not known:
+            continue
+        bound = min(known) + SAME * abs(min(known))
+        left = [each for each, cost in zip(left, costs, strict=True) if cost <= bound]
+    return left[0] if left else None
+
+
+def is_better(one: PlateCandidate, other: PlateCandidate, objective: Objective) -> bool:
+    """Return whether a candidate is better than another in an objective by more than rounding."""
+    first, second = (objective.sign * each.values[objective.name] for each in (one, other))
+    return first < second - SAME * abs(second)
+
+
+def gains_of(
+    best: PlateCandidate, candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]
+) -> list[Gain]:
+    """Find the limits that bind: those without which a candidate would be better than the best one.
+
+    Parameters
+    ----------
+    best : PlateCandidate
+        Best within all limits.
+    candidates : sequence of PlateCandidate
+        All candidates.
+    objectives : sequence of Objective
+        The first one decides.
+
+    Returns
+    -------
+    list of Gain
+        From the largest to the smallest gain. Where no single limit gains anything, the limits that the best of all
+        candidates exceeds together; empty if no candidate is better.
+    """
+    found = []
+    singles = {each.forbidden_by[0]: None for each in candidates if len(each.forbidden_by) == 1}
+    for name in singles:
+        without = best_of(candidates, objectives, relaxed=[name])
+        if without is None or not is_better(without, best, objectives[0]):
+            continue
+        relaxed = best_of(candidates, objectives, relaxed=[name], factor=RELAXED)
+        better = relaxed is not None and is_better(relaxed, best, objectives[0])
+        found.append(Gain(limits=(name,), relaxed=relaxed if better else None, without=without))
+    first = objectives[0]
+    found.sort(key=lambda gain: first.sign * gain.without.values[first.name])
+    if not found:
+        every = {name for each in candidates for name in each.forbidden_by}
+        top = best_of(candidates, objectives, relaxed=every)
+        if top is not None and is_better(top, best, first):
+            found.append(Gain(limits=top.forbidden_by, relaxed=None, without=top))
+    return found
+
+
+def efficient(candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]) -> list[PlateCandidate]:
+    """Return the Pareto set of the candidates within all limits, in the order of the first objective.
+
+    Parameters
+    ----------
+    candidates : sequence of PlateCandidate
+        All candidates.
+    objectives : sequence of Objective
+        Of the trade-off.
+
+    Returns
+    -------
+    list of PlateCandidate
+        From the best to the worst in the first objective.
+    """
+    allowed = [each for each in candidates if each.is_allowed]
+    if not allowed:
+        return []
+    costs = np.array([[one.sign * each.values[one.name] for one in objectives] for each in allowed])
+    kept = [each for each, is_kept in zip(allowed, pareto_set(costs).tolist(), strict=True) if is_kept]
+    first = objectives[0]
+    return sorted(kept, key=lambda each: first.sign * each.values[first.name])

@@ -1,0 +1,87 @@
+"""Result of the design of a plate: all candidates, the Pareto set, the best one and what binds there."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from electrovib.core.arrays import Real
+from electrovib.study.plate.choice import Gain, best_of, efficient, gains_of
+
+if TYPE_CHECKING:
+    from electrovib.scenario import Scenario
+    from electrovib.study.check import CheckResult
+    from electrovib.study.plate.candidates import PlateCandidate
+    from electrovib.study.plate.objectives import Objective
+    from electrovib.study.reproduction import Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlateDesign:
+    """Candidates of a plate, compared with every limit.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        As it was given.
+    layer : str
+        Layer whose material is varied; empty where the material is kept.
+    axes : mapping of str to ndarray
+        Dotted path to the values that were asked for, in SI.
+    units : mapping of str to str
+        Unit of each path.
+    objectives : tuple of Objective
+        The first one decides which candidate is the best.
+    candidates : tuple of PlateCandidate
+        All of them.
+    check : CheckResult or None
+        `electrovib.check` of the best candidate; None if there is none.
+    notes : tuple of str
+        What was assumed, and what was not compared.
+    """
+
+    scenario: Scenario
+    layer: str
+    axes: Mapping[str, Real]
+    units: Mapping[str, str]
+    objectives: tuple[Objective, ...]
+    candidates: tuple[PlateCandidate, ...]
+    check: CheckResult | None
+    notes: tuple[str, ...]
+
+    @functools.cached_property
+    def allowed(self) -> tuple[PlateCandidate, ...]:
+        """Candidates that exceed no limit."""
+        return tuple(each for each in self.candidates if each.is_allowed)
+
+    @functools.cached_property
+    def best(self) -> PlateCandidate | None:
+        """Best candidate within all limits; None if there is none."""
+        return best_of(self.candidates, self.objectives)
+
+    @functools.cached_property
+    def pareto(self) -> tuple[PlateCandidate, ...]:
+        """Candidates within all limits of which no other one is better in one objective and no worse in the others."""
+        return tuple(efficient(self.candidates, self.objectives))
+
+    @functools.cached_property
+    def gains(self) -> tuple[Gain, ...]:
+        """Limits that bind at the best candidate, and what is reached with one of them relaxed."""
+        best = self.best
+        return () if best is None else tuple(gains_of(best, self.candidates, self.objectives))
+
+    @property
+    def answer(self) -> str:
+        """Which candidate is the best, what binds there, and what a less strict limit would gain."""
+        from electrovib.study.plate.words import answer
+
+        return answer(self)
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """Limits at the best candidate, the Pareto set, and how many candidates each limit forbids."""
+        from electrovib.study.plate.words import tables
+
+        return tables(self)

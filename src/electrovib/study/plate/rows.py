@@ -1,0 +1,196 @@
+"""Comparison of one candidate with every limit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.quantity import quantity_of
+from electrovib.core.status import UNVERIFIED
+from electrovib.core.units import format_quantity
+from electrovib.physics.limits import SWITCH_ON, WORDS, Limits
+from electrovib.study.check import CheckRow, checked
+from electrovib.study.check.declared import unlimited_words
+from electrovib.study.check.result import FAIL, PASS, UNKNOWN
+from electrovib.study.percept import verdict
+from electrovib.study.plate.objectives import limited_quantity
+
+if TYPE_CHECKING:
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.physics.perception import Perception
+    from electrovib.scenario import Scenario
+    from electrovib.study.check import DeclaredLimit
+
+FILM: Final = "film strength"
+"""Beginning of the name of the diagnostic of a layer's breakdown."""
+AIR: Final = ("Paschen", "field emission")
+FELT: Final = "detection level"
+PERCEIVED: Final = "threshold over felt amplitude"
+"""Quantity of the row of perception: 1 at the threshold."""
+_FELT_STATES: Final = {"detectable": PASS, "not detectable": FAIL}
+
+
+def judged_everything(declared: Mapping[str, DeclaredLimit]) -> Limits:
+    """Return limits with which a run judges every quantity that may be limited.
+
+    Parameters
+    ----------
+    declared : mapping of str to DeclaredLimit
+        Declared limits.
+
+    Returns
+    -------
+    Limits
+        The declared ones, and for each other quantity the largest value that a limit may have.
+    """
+    values = {}
+    for name in WORDS:
+        quantity = quantity_of(Limits, name)
+        assert quantity is not None
+        values[name] = declared[name].value if name in declared else quantity.high
+    return Limits(**values)
+
+
+def rows_of(
+    scenario: Callable[[], Scenario],
+    person: Perception | None,
+    diagnostics: Sequence[Diagnostic],
+    declared: Mapping[str, DeclaredLimit],
+    *,
+    level: float | None = None,
+) -> tuple[CheckRow, ...]:
+    """Compare a candidate with declared limits, breakdown and perception.
+
+    Parameters
+    ----------
+    scenario : callable
+        Returns the scenario of the candidate, which is needed for limits that a run does not judge.
+    person : Perception or None
+        Of the scenario.
+    diagnostics : sequence of Diagnostic
+        Of its run with the limits of `judged_everything`.
+    declared : mapping of str to DeclaredLimit
+        Declared limits.
+    level : float, optional
+        Level above the detection threshold [dB]; absent without a calibrated threshold.
+
+    Returns
+    -------
+    rows : tuple of CheckRow
+        Every limit of `Limits`, breakdown of each layer and of air, perception. A row in the state ``"fail"`` forbids the
+        candidate.
+    """
+    largest = _largest(diagnostics)
+    rest = {name for name in declared if name not in largest}
+    elsewhere = {}
+    if rest:  # limits that a run does not judge
+        names = {limited_quantity(name) for name in rest}
+        result = checked(scenario(), limits=[_limits(declared)])
+        elsewhere = {row.quantity: row for row in result.rows if row.quantity in names}
+    rows = [elsewhere.get(limited_quantity(name)) or _limit_row(name, largest, declared) for name in WORDS]
+    rows += [_film_row(each) for each in diagnostics if each.name.startswith(FILM)]
+    rows += [_air_row(each) for each in diagnostics if each.name in AIR]
+    if level is not None:
+        assert person is not None
+        rows.append(_felt_row(level, person.threshold_uncertainty))
+    return tuple(rows)
+
+
+def _limits(declared: Mapping[str, DeclaredLimit]) -> Limits:
+    return Limits(**{name: each.value for name, each in declared.items()})
+
+
+def _largest(diagnostics: Sequence[Diagnostic]) -> dict[str, float | None]:
+    """Return the largest value of each limited quantity that was judged; infinite without a bound, None if unknown."""
+    by_title = {name.replace("_", " "): name for name in WORDS}
+    found: dict[str, float | None] = {}
+    for each in diagnostics:
+        name = by_title.get(each.name.removesuffix(SWITCH_ON))
+        if name is None:
+            continue
+        value = each.value
+        if value is None and each.state == "warning":
+            value = math.inf
+        held = found.get(name)
+        if name not in found or held is None or (value is not None and value > held):
+            found[name] = value
+    return found
+
+
+def _limit_row(
+    name: str, largest: Mapping[str, float | None], declared: Mapping[str, DeclaredLimit]
+) -> CheckRow:
+    quantity = quantity_of(Limits, name)
+    assert quantity is not None
+    value, limit = largest.get(name), declared.get(name)
+    if value is None:
+        reached = "is not known"
+    elif math.isinf(value):
+        reached = "has no bound (a discontinuity without a series resistance)"
+    else:
+        reached = f"reaches {format_quantity(value, quantity.unit, digits=4)}"
+    if limit is None:
+        state, text = UNKNOWN, f"{WORDS[name]} {reached}; limits.{name} is not declared"
+    else:
+        state = UNKNOWN if value is None else PASS if value <= limit.value else FAIL
+        word = {UNKNOWN: "not compared with", PASS: "within", FAIL: "above"}[state]
+        bound = format_quantity(limit.value, quantity.unit, digits=4)
+        text = f"{WORDS[name]} {reached}, {word} {bound}: {limit.source}"
+    return CheckRow(
+        quantity=limited_quantity(name),
+        value=value,
+        limit=None if limit is None else limit.value,
+        unit=quantity.unit,
+        source=unlimited_words(name) if limit is None else limit.source,
+        state=state,
+        text=text,
+    )
+
+
+def _film_row(found: Diagnostic) -> CheckRow:
+    """Return the row of a layer's strength; an unverified strength forbids too, and the row states its status."""
+    state = {"ok": PASS, "warning": FAIL, "unknown": UNKNOWN}[found.state]
+    return _of_diagnostic(found, state)
+
+
+def _air_row(found: Diagnostic) -> CheckRow:
+    """Return the row of Paschen's law or of field emission, as `electrovib.check` judges them.
+
+    Field emission has a limit cited from memory, which decides nothing. That of Paschen's law depends on such a value only
+    through the logarithm of a logarithm: above it the candidate is forbidden, within it is not known to pass.
+    """
+    forbidden = found.name == "Paschen" and found.state == "warning"
+    return _of_diagnostic(found, FAIL if forbidden else UNKNOWN)
+
+
+def _of_diagnostic(found: Diagnostic, state: str) -> CheckRow:
+    return CheckRow(
+        quantity=found.name,
+        value=found.value,
+        limit=found.limit,
+        unit=found.unit,
+        source=found.text.partition(": ")[2] or found.text,
+        state=state,
+        text=found.text,
+    )
+
+
+def _felt_row(level: float, uncertainty: float | None) -> CheckRow:
+    """Return the row of perception: a change of friction below the detection threshold forbids the candidate."""
+    found = verdict(sensation=None if math.isnan(level) else level, uncertainty=uncertainty)
+    value = None if math.isnan(level) else float(10 ** (-level / 20))
+    return CheckRow(
+        quantity=PERCEIVED,
+        value=value,
+        limit=1.0,
+        unit="1",
+        source="perception.threshold of the scenario",
+        state=_FELT_STATES.get(found, UNKNOWN),
+        text=f"the change of friction is {level:.3g} dB above the detection threshold: {found}",
+    )
+
+
+def is_doubtful(row: CheckRow) -> bool:
+    """Return whether a candidate within a limit of breakdown rests on a strength that is unverified or may not apply."""
+    return row.quantity.startswith(FILM) and (row.state == UNKNOWN or UNVERIFIED in row.text)

@@ -1,0 +1,72 @@
+"""Quantities that are requested of every case of a sweep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from electrovib.core.errors import InputError, gathered
+from electrovib.solve.quantities import Named, read_name
+from electrovib.study.sweep.felt import FELT
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Quantities of each case.
+
+    Parameters
+    ----------
+    solved : tuple of Named
+        Quantities of the solution.
+    felt : tuple of str
+        Quantities of perception.
+    units : dict of str to (str, str)
+        Unit and meaning of every quantity, in the given order.
+    """
+
+    solved: tuple[Named, ...]
+    felt: tuple[str, ...]
+    units: dict[str, tuple[str, str]]
+
+
+def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
+    """Read the names of quantities.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Scenario whose layers may be named.
+    names : sequence of str
+        Names, as for `sweep`.
+
+    Returns
+    -------
+    quantities : Asked
+        Each quantity once.
+
+    Raises
+    ------
+    InputError
+        For every unknown name, with the nearest one.
+    """
+    solved: list[Named] = []
+    units: dict[str, tuple[str, str]] = {}
+    problems: list[str] = []
+    layers = tuple(scenario.stack.layers)
+    for text in [names] if isinstance(names, str) else names:
+        plain = " ".join(text.split())
+        if plain in FELT:
+            units[plain] = FELT[plain]
+            continue
+        with gathered(problems):
+            named = read_name(plain, layers, others=FELT)
+            units[named.name] = named.unit, named.meaning
+            solved.append(named)
+    if problems:
+        raise InputError(problems)
+    return Asked(tuple(dict.fromkeys(solved)), tuple(each for each in units if each in FELT), units)

@@ -1,0 +1,109 @@
+"""Textures and paths as a user gives them, and a sentence for each mistake."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from electrovib.core.errors import InputError
+from electrovib.physics.texture.picture import GreyscalePicture
+from electrovib.study.texture import read_path, read_texture
+
+INLINE = '{ model = "Grating", period = "2 mm", amplitude = "1 mN" }'
+GRATING = read_texture(INLINE)
+PICTURE = {"model": "GreyscalePicture", "width": 3, "value_samples": [0] * 12, "pixels_per_millimetre": 1}
+
+
+def test_a_texture_is_read_from_text_a_file_a_table_or_itself(tmp_path):
+    file = tmp_path / "grating.toml"
+    file.write_text(f"texture = {INLINE}\n", encoding="utf-8")
+    table = {"model": "Grating", "period": 2e-3, "amplitude": "1 mN"}
+    assert [read_texture(each) for each in (file, str(file), table, GRATING)] == [GRATING] * 4
+    assert (GRATING.period, GRATING.amplitude) == (2e-3, 1e-3)
+
+
+def test_a_picture_beside_its_table_is_read(tmp_path):
+    grey = np.arange(12, dtype=np.uint8).reshape(4, 3)
+    Image.fromarray(grey).save(tmp_path / "grey.png")
+    (tmp_path / "t.toml").write_text(
+        'model = "GreyscalePicture"\nfile = "grey.png"\npixels_per_millimetre = 2\n', encoding="utf-8"
+    )
+    found = read_texture(tmp_path / "t.toml")
+    assert isinstance(found, GreyscalePicture)
+    assert found.width == 3
+    np.testing.assert_array_equal(found.value_samples.values, np.arange(12))
+
+
+def test_a_speed_is_one_stroke_over_the_texture_along_its_middle():
+    found = read_path("30 mm/s", read_texture(PICTURE))
+    assert (found.speed, found.stroke, found.across) == (0.03, 3e-3, 2e-3)
+    assert read_path("3 cm/s", GRATING).stroke == 20e-3
+
+
+@pytest.mark.parametrize(
+    ("lines", "last"),
+    [
+        ("time [ms],x [mm],y [mm]\n0,0,1\n10,2,3", (2e-3, 3e-3)),
+        ("time [ms],x [mm]\n0,0\n10,2", (2e-3, 2e-3)),
+        ("time,position\n0,0\n0.01,0.002", (2e-3, 2e-3)),
+        ("0,0\n0.01,0.002", (2e-3, 2e-3)),
+    ],
+)
+def test_a_recorded_path_is_read_with_or_without_headings(lines, last, tmp_path):
+    (tmp_path / "path.csv").write_text(lines, encoding="utf-8")
+    found = read_path(tmp_path / "path.csv", read_texture(PICTURE))
+    assert found.duration == pytest.approx(0.01)
+    np.testing.assert_allclose(found.positions(np.array([0.01]))[0], last, rtol=1e-12)
+
+
+def test_a_path_is_read_as_a_table():
+    table = '{ model = "ConstantSpeed", speed = "1 cm/s", stroke = "1 mm" }'
+    found = read_path(table, GRATING)
+    assert read_path({"model": "ConstantSpeed", "speed": 0.01, "stroke": 1e-3}, GRATING) == found
+    assert read_path(found, GRATING) is found
+
+
+WRONG = {
+    "no file": ("none.toml", "none.toml: No such file or directory. Give a TOML file or a table such as"),
+    "not TOML": ("{ model = ", "texture: not valid TOML"),
+    "no model": ({"period": 1}, r"texture = .*needs a name, for instance model = .*Grating"),
+    "another model": ({"model": "Grate"}, "texture = .*Did you mean 'Grating'"),
+    "a wrong value": (INLINE.replace("2 mm", "2 V"), "texture.period = '2 V': expected a length"),
+    "two mistakes": ({"model": "Grating", "period": "2 V"}, "texture.amplitude: missing"),
+    "no picture": ({**PICTURE, "file": "none.png", "value_samples": []}, "holds no pixels"),
+    "a missing picture": ({"model": "GreyscalePicture", "file": "none.png", "pixels_per_millimetre": 1}, "none.png: there is no such file"),
+    "no resolution": ({"model": "GreyscalePicture", "width": 1, "value_samples": [0]}, "texture.pixels_per_millimetre: missing"),
+    "a bad file": ({"model": "HeightProfile", "file": "bad.csv"}, "bad.csv: line 3, column 'height'"),
+    "another column": ({"model": "HeightProfile", "file": "bad.csv", "height_column": "hight"}, "there is no column 'hight'. Did you mean 'height'"),
+    "not text": ("binary.toml", "not a text in UTF-8"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_texture_is_refused_in_a_sentence(case, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.csv").write_text("position,height\n0,1\n1,here\n", encoding="utf-8")
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    source, words = WRONG[case]
+    with pytest.raises(InputError, match=words):
+        read_texture(source)
+
+
+WRONG_PATHS = {
+    "another column": ("time,z\n0,1\n1,2\n", "there is no column 'x' or 'position'"),
+    "not numbers": ("time,x\n0,1\n1,here\n", "path.csv: line 3, column 'x'"),
+    "back in time": ("time,x\n0,1\n0,2\n", "path.csv: time must increase"),
+    "another unit": ("time [s],x [V]\n0,1\n1,2\n", "is in 'V', but a length is needed"),
+    "empty": ("", "path.csv: .*empty"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_PATHS)
+def test_a_wrong_path_is_refused_in_a_sentence(case, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lines, words = WRONG_PATHS[case]
+    (tmp_path / "path.csv").write_text(lines, encoding="utf-8")
+    with pytest.raises(InputError, match=words) as caught:
+        read_path("path.csv", GRATING)
+    assert len(caught.value.problems) == 1
