@@ -60,10 +60,15 @@ def shell_lines(block):
 
 
 FILES = {name: block["text"] for text in TEXTS.values() for block in blocks(text) if (name := file_of(block))}
+OTHERS = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for path in (ROOT / "docs").rglob("*.md")
+}
 SNIPPETS = {
     page: [block["text"] for block in blocks(text) if block["language"] == "python" and not file_of(block)]
-    for page, text in TEXTS.items()
+    for page, text in (OTHERS | TEXTS).items()
 }
+"""Of every page of the documentation, those included whose commands are not run here."""
 FRAGMENTS = [
     block["text"]
     for text in TEXTS.values()
@@ -144,7 +149,7 @@ def test_a_command_with_a_placeholder_is_not_run():
     assert commands("<!-- install -->\n```sh\nelectrovib run b\n```") == []
 
 
-@pytest.mark.parametrize("page", [page for page, found in SNIPPETS.items() if found])
+@pytest.mark.parametrize("page", sorted(page for page, found in SNIPPETS.items() if found))
 def test_the_python_blocks_run(page, tmp_path, monkeypatch, capsys):
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)

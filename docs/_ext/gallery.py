@@ -12,10 +12,12 @@ QUESTIONS: Final = {
     "How does the attraction depend on voltage, time and layers?": ("step_by_hand", "insulator_sweep"),
     "Is a stack of layers in series a good description of a finger?": ("field_solution",),
     "What happens while the finger slides, or before it touches?": ("stick_slip", "pull_in"),
+    "Which drive gives a wanted force or texture?": ("constant_force", "picture_texture"),
+    "What would a published experiment have recorded?": ("whole_experiment",),
     "How is a recording evaluated?": ("measured_drive", "measured_swipe", "clutch_release"),
 }
 OTHERS: Final = "Further examples"
-ARGUMENTS: Final = {"field_solution": ["field_solution.png"]}
+ARGUMENTS: Final = {name: [f"{name}.png"] for name in ("constant_force", "field_solution")}
 """What a script is started with, where it draws only on demand."""
 
 
