@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import shutil
@@ -14,7 +15,7 @@ import pytest
 import sympy
 
 import electrovib as ev
-from electrovib.study.catalogue.items import everything, paper_items
+from electrovib.study.catalogue.items import everything, paper_items, scenario_items
 
 ROOT = Path(__file__).parent.parent
 NOT_RUN = "whole_experiment"
@@ -162,17 +163,78 @@ def test_every_text_and_every_example_is_a_page(site):
 
 
 @pytest.fixture
-def models(monkeypatch):
-    """Return the part of the build that writes the pages of models."""
+def part(monkeypatch):
+    """Return a function that imports a part of the build."""
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-    import models
+    return importlib.import_module
 
-    return models
+
+@pytest.fixture
+def models(part):
+    """Return the part of the build that writes the pages of models."""
+    return part("models")
+
+
+def test_the_pages_of_papers_have_what_the_papers_declare(part):
+    pages = part("papers_pages").pages()
+    plain = part("rst").plain
+    for item in paper_items(own=True):
+        page = pages[f"papers/{item.record.name}.rst"]
+        assert f":doc:`papers/{item.record.name}`" in pages["bibliography.rst"]
+        assert f"{{{item.record.name},\n" in pages["electrovib.bib"]
+        for citation in item.thing.CITATIONS:
+            assert plain(str(citation)) in pages["bibliography.rst"]
+            assert plain(str(citation)) in page
+        assert page.count("\n- ") >= len(getattr(item.thing, "CHECKS", ()))
+    for item in scenario_items():
+        assert f"``{item.record.name}``" in pages["scenarios.rst"]
+    assert ":doc:`../models/force_law/Vezzoli2014Causal`" in pages["papers/vezzoli_2014.rst"]
+
+
+def test_the_page_of_commands_has_every_option(part):
+    (text,) = part("commands").pages().values()
+    for shown in ("electrovib bench run\n", "``SCENARIO``", "``--series-resistor``", "``--output, -o``"):
+        assert shown in text
+
+
+def test_a_text_is_shown_as_it_is(part):
+    plain = part("rst").plain
+    assert plain("E. Vezzoli, |u|*2 and rms_") == r"\E. Vezzoli, \|u\|\*2 and rms\_"
+    assert plain("use `a_b*c`") == "use `a_b*c`"
+
+
+def test_every_example_is_in_the_gallery_under_its_question(part, tmp_path):
+    gallery = part("gallery")
+    gallery.collect(ROOT / "examples", tmp_path / "gallery")
+    found = {path.stem: path for path in (tmp_path / "gallery").rglob("*.py")}
+    assert set(found) == {path.stem for path in (ROOT / "examples").glob("*.py")}
+    for names in gallery.QUESTIONS.values():
+        assert len({found[name].parent for name in names}) == 1
+    text = found["stick_slip"].read_text(encoding="utf-8")
+    title = text.splitlines()[1]
+    assert title.startswith("Stick-slip of a slowly sliding fingertip")
+    assert text.splitlines()[2] == "=" * len(title)
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / "another.py").write_text('"""Another example."""\n\nprint(1)\n', encoding="utf-8")
+    gallery.collect(tmp_path / "new", tmp_path / "gallery")
+    (other,) = (tmp_path / "gallery").rglob("*.py")
+    assert other.parent.name.endswith("further_examples")
+    assert "print(1)" in other.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow  # needs Sphinx, as the site does
+def test_an_equation_is_a_picture_that_stands_on_the_line_of_the_text(part):
+    drawn = part("equations").drawn
+    picture, width, height, depth = drawn(r"\frac{V}{K + g}")
+    assert picture.startswith(b"<?xml")
+    assert 0 < depth < height < width + height
+    assert drawn("V")[3] == pytest.approx(0, abs=0.1)
 
 
 def test_an_equation_is_shown_in_the_order_in_which_it_is_declared(models):
     assert models.formula("1/stiffness") == r"\frac{1}{\mathrm{stiffness}}"
     assert models.formula("eps0*E**2/2") == r"\frac{\varepsilon_0\,E^{2}}{2}"
+    assert models.formula("a*(c - b)") == r"a\,\left(c - b\right)"
     assert models.formula("1 - free_gap") == r"1 - \mathrm{free\_gap}"
 
 

@@ -82,6 +82,6 @@ def show_block(translator: Any, node: nodes.math_block) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register the pictures as the way in which HTML shows equations."""
+    """Register the pictures as the form in which HTML shows equations."""
     app.add_html_math_renderer("svg", (show_inline, None), (show_block, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}
