@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -16,6 +16,7 @@ from electrovib.apps.cli.design_options import (
     Limits,
     LinearOnly,
     Method,
+    Output,
     Rate,
     Seed,
     Share,
@@ -51,14 +52,7 @@ def command(
     linear: LinearOnly = False,
     share: Share = None,
     band: Band = None,
-    output: Annotated[
-        str | None,
-        typer.Option(
-            "--output",
-            "-o",
-            help="Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...).",
-        ),
-    ] = None,
+    output: Output = None,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
@@ -66,36 +60,39 @@ def command(
     """Find the parameter or the drive that gives a wanted quantity or force; exit code 1 if none does within the limits."""
     del models  # imported by now
     from electrovib.apps.changes import read_changes
+
+    asked = {
+        "want": want,
+        "free": free,
+        "between": between,
+        "target": target,
+        "method": method,
+        "carrier": carrier,
+        "rate": rate,
+        "limits": limits or None,
+        "space": space,
+        "n": n,
+        "seed": seed,
+        "linear": linear or None,
+        "share": share,
+        "band": band,
+    }
+    _answer(scenario, output, asked | {"set": read_changes(changes or [])}, force=force)
+
+
+def _answer(scenario: str, output: str | None, asked: dict[str, Any], *, force: bool) -> None:
+    """Print and write the result of a design."""
     from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.export.design import check_design_file, write_design
     from electrovib.study.design import design
 
-    wanted = read_changes(changes or [])
     with inputs_noted() as inputs:
         if output:
             check_design_file(output, force=force)
         with tracked("solving") as progress:
-            found = design(
-                scenario,
-                want=want,
-                free=free,
-                between=between,
-                target=target,
-                method=method,
-                carrier=carrier,
-                rate=rate,
-                limits=limits or None,
-                space=space,
-                n=n,
-                seed=seed,
-                linear=linear or None,
-                share=share,
-                band=band,
-                set=wanted,
-                progress=progress,
-            )
+            found = design(scenario, **asked, progress=progress)
         if output:
             check_design_file(output, inputs=inputs, force=force)
     say(*found.lines)

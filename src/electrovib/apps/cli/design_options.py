@@ -41,6 +41,14 @@ Limits: TypeAlias = Annotated[
         help="Further limits beside those of the scenario; the strictest counts. Repeatable.",
     ),
 ]
+Output: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...).",
+    ),
+]
 Target: TypeAlias = Annotated[
     str | None,
     typer.Option(

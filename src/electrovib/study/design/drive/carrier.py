@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.study.design.drive.found import FoundDrive
 from electrovib.study.design.drive.played import Played
-from electrovib.study.design.drive.solution import Solution
 from electrovib.study.design.gain import carrier_gain
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def design_carrier(
     carrier: float | None,
     rate: float | None,
     corrected: bool,
-) -> Solution:
+) -> FoundDrive:
     """Design a carrier whose envelope makes the force averaged over each of its periods the target.
 
     Parameters
@@ -126,7 +126,7 @@ def design_carrier(
 
     Returns
     -------
-    Solution
+    FoundDrive
         Samples, wanted and predicted means over each period of the carrier.
 
     Raises
@@ -164,7 +164,7 @@ def design_carrier(
     if worst > 1:
         over = ", ".join(f"limits.{name}" for name, each in ratios.items() if each > 1)
         raise InputError(f"no envelope was found that holds {over}; raise the limit or lower the target")
-    return Solution(
+    return FoundDrive(
         times=grid.times(),
         rate=grid.rate,
         values=values,

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, toeplitz
 
 from electrovib.core.errors import InputError
-from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.study.check.series import plate_capacitance
+from electrovib.study.design.drive.found import FoundDrive
 from electrovib.study.design.drive.played import Played
-from electrovib.study.design.drive.solution import Solution
+from electrovib.study.design.drive.response import inverse_of, sample_response
 from electrovib.study.design.drive.trade import Trade, best_factor
 from electrovib.study.design.gain import carrier_gain, refuse_nonlinear
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.study.design.drive.limits import Bounds
+    from electrovib.study.design.drive.response import SampleResponse
     from electrovib.study.design.drive.target import Target
 
 INTERVALS: Final = 40
@@ -31,10 +29,6 @@ MOST: Final = 1500
 """Fewest and most intervals that are chosen for a target."""
 MOST_GIVEN: Final = 4000
 """Most intervals at a given rate: the inverse is a matrix of that size."""
-_SMOOTH: Final = 1e-7
-"""Weight of the second differences of the voltage over that of the amplitude of the force; a choice."""
-_BESIDE: Final = 1e-3
-"""Distance from a kink at which the current on either side of it is evaluated, over the interval."""
 _LEAD_SHARE: Final = 0.5
 """Share of the limits of current and slew rate that the ramps at both ends may take."""
 _ROUNDED: Final = 1e-3
@@ -44,36 +38,7 @@ _TRIALS: Final = 4
 _MARGIN: Final = 1e-6
 
 
-@dataclass(frozen=True, kw_only=True)
-class Response:
-    """Linear response to the samples of a drive in the window of the target, its ramps at both ends included.
-
-    Parameters
-    ----------
-    lead : int
-        Intervals of the ramps before and after the window.
-    spread : ndarray, shape (samples, unknowns)
-        All samples from those in the window.
-    knots, middles : ndarray, shape (intervals + 1, unknowns) and (intervals, unknowns)
-        Amplitude of the force law at the samples of the window, and between them, in its unit per volt.
-    currents : ndarray, shape (rows, unknowns)
-        Current of the amplifier on both sides of all samples [A/V].
-    body_currents : ndarray, shape (rows, unknowns)
-        The same through the finger [A/V].
-    per_square : float
-        Force over the squared amplitude, in N over the square of its unit.
-    """
-
-    lead: int
-    spread: Real
-    knots: Real
-    middles: Real
-    currents: Real
-    body_currents: Real
-    per_square: float
-
-
-def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: float | None) -> Solution:
+def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: float | None) -> FoundDrive:
     """Design a slow voltage whose predicted force is the target.
 
     Parameters
@@ -89,7 +54,7 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
 
     Returns
     -------
-    Solution
+    FoundDrive
         Samples from 0 V to 0 V, with ramps before and after the target.
 
     Raises
@@ -113,13 +78,13 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
     step = 1 / played.rate
     edges = played.times(count + 1)
     wanted = target.means(edges)
-    response = _response(played, count, 1)
+    response = sample_response(played, count, 1)
     root = np.sqrt(target.force(edges) / response.per_square)
-    inverse = _inverse(response)
+    inverse = inverse_of(response)
     lead = _lead(scenario, bounds, step, volts=float(np.max(np.abs((inverse @ root)[[0, -1]]))))
     if lead > 1:
-        response = _response(played, count, lead)
-        inverse = _inverse(response)
+        response = sample_response(played, count, lead)
+        inverse = inverse_of(response)
     shrink = 1 - _MARGIN
     for _ in range(_TRIALS):
         trade = _trade(response, inverse * root, wanted, bounds, scenario, step, shrink)
@@ -141,7 +106,7 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
             ratios["voltage"], abs(amplifier.gain) * float(np.max(np.abs(values))) / limit
         )
     force = played.force(values)
-    return Solution(
+    return FoundDrive(
         times=played.times(len(values)),
         rate=played.rate,
         values=values,
@@ -204,99 +169,8 @@ def _lead(scenario: Scenario, bounds: Bounds, step: float, *, volts: float) -> i
     return math.ceil(max(times) / step * (1 - 1e-9))
 
 
-def _response(played: Played, count: int, lead: int) -> Response:
-    """Return the linear response to the samples in a window, from the response to one hat."""
-    total = count + 2 * lead
-    hat = np.zeros(total + 1)
-    hat[1] = 1.0
-    beside = _BESIDE / played.rate
-    times = np.unique(
-        np.concatenate(
-            [played.halves(total + 1), (times := played.times(total + 1))[1:] - beside, times[:-1] + beside]
-        )
-    )
-    record = played.expanded(hat).at(times)
-    amplitudes = {key: row for key, row in record.solution.found.items() if isinstance(key, AmplitudeOf)}
-    if len(amplitudes) != 1:
-        law = type(played.base.force).__name__
-        raise InputError(
-            f"{law} has {len(amplitudes)} amplitudes, and method 'dc' inverts one; use a law with the field in the gap, or"
-            " method 'carrier'"
-        )
-    (key, row), found = next(iter(amplitudes.items())), record.solution.found
-    per_square = float(attraction(played.base, total_pull(played.base, {key.name: np.array([1.0])}))[0])
-    spread = _spread(count, lead)
-    at = np.searchsorted(times, played.halves(total + 1) - 1e-9 / played.rate)
-    knots = _shifted(row[at[::2]], total) @ spread
-    middles = _shifted(row[at[1::2]], total)[:total] @ spread
-    window = slice(lead, lead + count + 1)
-    amplified = found.get("amplifier_current", found["current"])
-    return Response(
-        lead=lead,
-        spread=spread,
-        knots=knots[window],
-        middles=middles[lead : lead + count],
-        currents=_on_both_sides(amplified, at, total) @ spread,
-        body_currents=_on_both_sides(found["current"], at, total) @ spread,
-        per_square=per_square,
-    )
-
-
-def _on_both_sides(row: Real, at: Indices, total: int) -> Real:
-    """Return the matrix from all samples to a current before and after each sample."""
-    before = np.append(0.0, row[at[2::2] - 1])
-    after = np.append(row[at[:-1:2] + 1], 0.0)
-    return np.concatenate([_shifted(before, total), _shifted(after, total)[:-1]])
-
-
-def _shifted(row: Real, total: int) -> Real:
-    """Return the matrix from samples to a response, whose column i is the response to a hat at sample i.
-
-    Parameters
-    ----------
-    row : ndarray, shape (n,)
-        Response to the hat at sample 1, in any unit.
-    total : int
-        Number of intervals.
-
-    Returns
-    -------
-    matrix : ndarray, shape (n, total + 1)
-        In the same unit per volt; the column of sample 0, which is 0 V, is 0.
-    """
-    first = np.zeros(total + 1)
-    first[0] = row[0]
-    matrix = np.zeros((len(row), total + 1))
-    matrix[:, 1:] = toeplitz(row, first)[:, :total]
-    return matrix
-
-
-def _spread(count: int, lead: int) -> Real:
-    """Return the matrix from the samples of the window to all samples, with straight ramps from and to 0 V."""
-    spread = np.zeros((count + 2 * lead + 1, count + 1))
-    ramp = np.arange(lead + 1) / lead
-    spread[lead : lead + count + 1] = np.eye(count + 1)
-    spread[: lead + 1, 0] = ramp
-    spread[lead + count :, -1] = ramp[::-1]
-    return spread
-
-
-def _inverse(response: Response) -> Real:
-    """Return the regularised inverse of a response, from the amplitude at the samples to their voltages.
-
-    The amplitude between two samples is to be the mean of both, so that no oscillation between samples is free.
-    """
-    size = response.knots.shape[1]
-    matrix = np.concatenate([response.knots, response.middles])
-    halves = (np.eye(size)[:-1] + np.eye(size)[1:]) / 2
-    weight = (_SMOOTH * float(np.max(np.abs(matrix)))) ** 2
-    second = np.diff(np.eye(size), n=2, axis=0) if size > 2 else np.zeros((1, size))
-    factor = cho_factor(matrix.T @ matrix + weight * (second.T @ second))
-    return np.asarray(cho_solve(factor, matrix.T @ np.concatenate([np.eye(size), halves])))
-
-
 def _trade(
-    response: Response,
+    response: SampleResponse,
     exact: Real,
     wanted: Real,
     bounds: Bounds,

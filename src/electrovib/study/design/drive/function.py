@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
     from electrovib.study.check import LimitsSource
-    from electrovib.study.design.drive.solution import Solution
+    from electrovib.study.design.drive.found import FoundDrive
 
 METHODS: Final = {
     "dc": "a slow voltage without a carrier, by the inverse of root, leak and dispersion",
@@ -111,7 +111,7 @@ def design_drive(
     )
 
 
-def _predicted(played: Played, found: Solution) -> Real:
+def _predicted(played: Played, found: FoundDrive) -> Real:
     """Return the mean forces of the full model with the limits of the amplifier [N]."""
     edges = found.edges
     width = round(float(edges[1] - edges[0]) * played.rate)

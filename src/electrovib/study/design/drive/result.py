@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult, DeclaredLimit, LimitsSource
-    from electrovib.study.design.drive.solution import Solution
+    from electrovib.study.design.drive.found import FoundDrive
     from electrovib.study.design.drive.target import Target
 
 TRACKED: Final = 0.01
@@ -41,7 +41,7 @@ class DesignedDrive:
         Force that was asked for.
     method : str
         Method of the design.
-    solution : Solution
+    solution : FoundDrive
         Samples of the drive, and what limits it.
     predicted : ndarray, shape (n,)
         Force by the full model, averaged over each interval [N].
@@ -56,7 +56,7 @@ class DesignedDrive:
     scenario: Scenario
     target: Target
     method: str
-    solution: Solution
+    solution: FoundDrive
     predicted: Real
     bounds: dict[str, DeclaredLimit]
     limits: tuple[LimitsSource, ...]
@@ -210,7 +210,7 @@ class DesignedDrive:
         if not self.binding:
             if math.isfinite(self.scale):
                 return [f"no limit binds: up to {self.scale:.4g} times the target is within the limits"]
-            return ["no limit was declared that the design has to hold"]
+            return ["no limit binds" if self.bounds else "no limit was declared that the design has to hold"]
         which = "; ".join(f"limits.{name} ({self.bounds[name].source})" for name in self.binding)
         return [
             f"the target is not within the limits: {which} prevents it in {100 * self.limited_share:.3g} % of the time. This"

@@ -63,7 +63,18 @@ class Trade:
         return np.asarray(2 * ((ends * at) @ self.knots + (4 * off * between) @ self.middles))
 
     def reduced(self, spread: Real) -> Trade:
-        """Return the same for fewer unknowns, of which the factors are linear functions."""
+        """Return the same for fewer unknowns, of which the factors are linear functions.
+
+        Parameters
+        ----------
+        spread : ndarray, shape (samples, unknowns)
+            Matrix from the unknowns to the factors [1].
+
+        Returns
+        -------
+        Trade
+            Of the unknowns.
+        """
         return Trade(
             knots=self.knots @ spread,
             middles=self.middles @ spread,

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Solution:
+class FoundDrive:
     """Samples of a drive and the mean forces over successive intervals.
 
     Parameters
