@@ -30,6 +30,7 @@ def settings(docs: Path) -> dict[str, Any]:
         Folder of the documentation.
     """
     collect(docs.parent / "examples", docs / "_gallery")
+    remove_old(docs / "gallery", docs / "_gallery")
     return {
         "examples_dirs": "_gallery",
         "gallery_dirs": "gallery",
@@ -71,6 +72,17 @@ def collect(examples: Path, target: Path) -> None:
         for name in present:
             text = scripts[name].read_text(encoding="utf-8")
             (folder / f"{name}.py").write_text(with_title(text), encoding="utf-8")
+
+
+def remove_old(built: Path, scripts: Path) -> None:
+    """Remove the pages of an earlier build whose script or question is no longer there."""
+    for folder in [path for path in built.glob("*") if path.is_dir()]:
+        if not (scripts / folder.name).is_dir():
+            shutil.rmtree(folder)
+            continue
+        for page in folder.glob("*.rst"):
+            if page.stem != "index" and not (scripts / folder.name / f"{page.stem}.py").exists():
+                page.unlink()
 
 
 def with_title(script: str) -> str:
