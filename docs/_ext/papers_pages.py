@@ -113,12 +113,12 @@ def scenarios() -> str:
 
 def bibliography(found: list[Item]) -> str:
     """Write the list of all publications that the papers of the toolkit declare."""
-    lines = sorted((text, item.record.name) for item in found for text in citations(item.thing))
+    lines = sorted((item.record.name, text) for item in found for text in citations(item.thing))
     text = (
         "The publications behind the models and scenarios, with the page of each;"
         " :download:`all as BibTeX <electrovib.bib>`. Values of materials and of populations have further sources,"
         " named beside each value on the pages of :doc:`materials </materials>` and :doc:`populations </populations>`."
     )
     return joined(
-        [title("Bibliography"), text, items(f"{line} (:doc:`papers/{name}`)" for line, name in lines)]
+        [title("Bibliography"), text, items(f"{line} (:doc:`papers/{name}`)" for name, line in lines)]
     )
