@@ -1,6 +1,6 @@
 """Run every benchmark: ``python -m benchmarks``."""
 
-from benchmarks import door, fit, full_chain, one_finger, population, start_up
+from benchmarks import door, fit, full_chain, one_finger, population, start_up, texture_stream
 
 if __name__ == "__main__":
     one_finger.main()
@@ -9,3 +9,4 @@ if __name__ == "__main__":
     door.main()
     fit.main()
     population.main()
+    texture_stream.main()

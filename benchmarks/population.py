@@ -9,7 +9,7 @@ import tracemalloc
 from collections.abc import Callable
 from contextlib import contextmanager
 from statistics import median
-from time import perf_counter, process_time
+from time import perf_counter, process_time, sleep
 from typing import NamedTuple
 
 import numpy as np
@@ -44,17 +44,20 @@ class Measured(NamedTuple):
     result: object
 
 
-def measure(name: str, work: Callable[[], object], repeats: int) -> Measured:
-    """Run some work once unmeasured and then several times."""
+def measure(name: str, work: Callable[[], object], repeats: int, pause: float = 0.0) -> Measured:
+    """Run some work once unmeasured and then several times, one after the other or after pauses [s]."""
     result = work()
     wall, processor = [], []
+    gc.collect()
+    gc.disable()
     for _ in range(repeats):
         result = None
-        gc.collect()
+        sleep(pause)
         begin, used = perf_counter(), process_time()
         result = work()
         wall.append(perf_counter() - begin)
         processor.append(process_time() - used)
+    gc.enable()
     return Measured(name, median(wall), median(processor), repeats, result)
 
 
@@ -261,7 +264,8 @@ def long_record() -> list[list[object]]:
         return run
 
     found = [
-        measure("electrovib, numba", work(drive, 0), 25),
+        measure("electrovib, numba", work(drive, 0), 101),
+        measure("the same, each time after a pause of 30 ms", work(drive, 0), 25, 0.03),
         measure("electrovib, numpy", work(drive, 10**12), 9),
         measure("sosfilt, 6 biquads", one_finger._biquads(drive), 9),  # noqa: SLF001
         measure("scipy.signal.lsim", one_finger._lsim(drive), 2),  # noqa: SLF001
@@ -285,7 +289,8 @@ def main() -> None:
     tables = [*stepping(), poles(), sweeps(), *long_record()]
     notes = [
         f"Kernel: {kernel_name()}. {surroundings(['numpy', 'scipy', 'numba', 'jax'])}",
-        f"Medians after one unmeasured run. Load average of the machine {before:.1f} at the beginning and "
+        "Medians of repeats one after the other, after an unmeasured one; garbage is not collected meanwhile.",
+        f"Load average of the machine {before:.1f} at the beginning and "
         f"{os.getloadavg()[0]:.1f} at the end: on a busy machine wall times of kernels with two threads suffer most, and "
         "processor times are the more reliable ones. Rows are comparable only within a table.",
     ]

@@ -63,7 +63,7 @@ USES = {
     "compare": lambda scenario: [e.static for e in ev.compare(scenario, models=FORCE_LAWS).entries],
     "compare_materials": lambda scenario: [each.force for each in ev.compare_materials(scenario, materials=["silica"]).entries],
     "design_plate": lambda scenario: [
-        each.values[MEAN] for each in ev.design_plate(scenario, {"drive.amplitude": [50.0, 100.0]}).candidates
+        each.values[MEAN] for each in ev.design_plate(scenario, {"drive.amplitude": [50.0, 100.0]}, refine=0).candidates
     ],
     "design": lambda scenario: ev.design(scenario, want=f"{MEAN} = 1 mN", free="drive.amplitude", between="1 V:10 kV").values,
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,

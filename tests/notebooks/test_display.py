@@ -272,3 +272,13 @@ print(json.dumps([sorted(set(sys.modules) - before), names]))
         "electrovib.view.notebook.hooks",
     }
     assert {"Scenario", "Dataset"} <= set(names)
+
+
+def test_a_designed_parameter_shows_its_answer_and_tables(formatter):
+    found = ev.design("bau_2010/sine", want="mean electrostatic_force = 50 mN", free="drive.amplitude")
+    given = formatter.format(found)[0]
+    assert given["text/plain"] == "\n".join(found.lines)
+    text = words(given["text/html"])
+    assert text.startswith("drive.amplitude = 50.8183 V gives mean electrostatic_force = 50 mN.")
+    assert given["text/html"].count("<table") == 2
+    assert "contact.area 1 cm2 -0.5" in text

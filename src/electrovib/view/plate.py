@@ -12,7 +12,7 @@ from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, writing
 from electrovib.data.marks import Form, unsigned
-from electrovib.study.plate import MAXIMISED, MINIMISED, PlateDesign, find_plate
+from electrovib.study.plate import MAXIMISED, MINIMISED, ROUNDS, PlateDesign, find_plate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,7 +35,7 @@ def design_plate(
     minimise: Sequence[str] = MINIMISED,
     limits: LimitsSource | Sequence[LimitsSource] = None,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
-    refine: int = 0,
+    refine: int = ROUNDS,
     output: str | Path | None = None,
     force: bool = False,
     progress: Callable[[int, int], None] | None = None,
@@ -64,7 +64,8 @@ def design_plate(
     set : mapping of str to value, optional
         Dotted path to value, put into the scenario.
     refine : int
-        Rounds in which candidates are added around the best one; each halves the distance of the values there.
+        Rounds in which candidates are added around the best one, and around the best one with the binding limit relaxed by
+        10 %; each halves the distance of the values there. 0 keeps to the given values.
     output : str or Path, optional
         ``.csv`` with every candidate and every limit, ``.html`` with figure and tables, ``.png`` or ``.svg``, the figure.
     force : bool

@@ -223,6 +223,12 @@ def test_a_voltage_that_would_exceed_its_limit_at_full_scale_is_refused_before_t
     assert at_zero(twin)
 
 
+def test_a_voltage_above_its_limit_by_the_resolution_of_the_low_voltage_burst_alone_is_played(stopped):
+    error, twin, _, _ = stopped("records", "exception", spoil=multiplied(1.01, "low-voltage burst"))
+    assert "stopped in the step 'records'" in str(error)
+    assert twin.generator.received.count("*TRG") == 2
+
+
 @pytest.mark.parametrize("query", ["VOLTage", "OUTPut:LOAD", "FREQuency", "BM:STATe"])
 def test_a_setting_changed_by_hand_is_found_before_the_trigger(stopped, query):
     def spoil(twin, injector):

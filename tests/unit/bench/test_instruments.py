@@ -110,6 +110,7 @@ def test_waveforms_that_do_not_fit_or_do_not_rest_at_0_are_refused(generator):
         ([0] * 7, "7 points"),
         ([0] * 7 + [1], "begins and ends at 0 V"),
         ([0, 3000, *[0] * 6], "3000"),
+        ([0, -32768, *[0] * 6], "32768"),
     ):
         with pytest.raises(BenchError, match=words):
             driver.download(np.array(codes, np.int16), 0.8, 10.0)
@@ -262,6 +263,29 @@ def test_the_trace_states_instruments_settings_limits_and_the_current_limiter():
     assert trace.lateral_force.attrs["calibration"] == "0.1 N/V, zero 0 V"
     assert float(abs(trace.plate_voltage - trace.drive_voltage).max()) < 15
     assert trace.time.values[0] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_burst_of_microseconds_and_a_finger_in_a_periodic_state_are_recorded():
+    """The simulated finger is at rest before the burst; its times are resolved far below a microsecond."""
+    short = {
+        "drive.rise": 1e-6,
+        "drive.hold": 1e-6,
+        "drive.fall": 1e-6,
+        "drive.high": 1.0,
+        "time.duration": 3e-6,
+    }
+    bench = read_settings().replace(
+        {"limits.voltage": 1.0, "amplifier.gain": 1.0, "oscilloscope.voltage.ratio": 1.0}
+    )
+    scenario = ev.load(SCENARIO, changes=short)
+    sine = {
+        "drive": {"model": "Sine", "amplitude": 1.0, "frequency": 100.0},
+        "time.initial_state": {"model": "PeriodicState"},
+    }
+    trace = ev.run_bench(scenario, bench=bench, simulate=True, finger=ev.load(SCENARIO, changes=sine))
+    assert float(trace.time[-1]) == pytest.approx(3.6e-6, rel=0.01)
+    # readings of 20 mV
+    assert float(trace.plate_voltage.sel(time=slice(1e-6, 2e-6)).mean()) == pytest.approx(1.0, abs=0.02)
 
 
 def test_drivers_are_known_by_name():

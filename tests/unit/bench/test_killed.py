@@ -85,7 +85,7 @@ def playing(file, tmp_path):
         yield run
 
 
-def wait_for(condition, limit=10.0):
+def wait_for(condition, limit=30.0):
     end = time.monotonic() + limit
     while time.monotonic() < end:
         if condition():

@@ -61,15 +61,24 @@ def colour(file):
 
 
 REFUSED = {
-    "too many pixels": (lambda file: file.write_bytes(png(30_000, 30_000)), "30000 x 30000 pixels, and 1000000 are allowed|declares more than"),
-    "a bomb within Pillow's own limit": (lambda file: file.write_bytes(png(9_000, 9_000)), "has 9000 x 9000 pixels"),
+    "too many pixels": (
+        lambda file: file.write_bytes(png(30_000, 30_000)),
+        "30000 x 30000 pixels, and 1000000 are allowed|declares more than",
+    ),
+    "a bomb within Pillow's own limit": (
+        lambda file: file.write_bytes(png(9_000, 9_000)),
+        "has 9000 x 9000 pixels",
+    ),
     "colours": (colour, "is a colour picture. Save it as 8-bit greyscale PNG"),
     "alpha": (saved("LA"), "alpha channel"),
     "16 bits": (lambda file: Image.fromarray(GREY.astype(np.uint16)).save(file), "8-bit grey is needed"),
     "no picture": (lambda file: file.write_bytes(b"no picture"), "is damaged or not a PNG picture"),
-    "another format": (lambda file: Image.fromarray(GREY).save(file, format="GIF"), "is damaged or not a PNG picture"),
+    "another format": (
+        lambda file: Image.fromarray(GREY).save(file, format="GIF"),
+        "is damaged or not a PNG picture",
+    ),
     "an empty file": (lambda file: file.write_bytes(b""), "is damaged or not|is empty"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -100,5 +109,5 @@ def test_rows_that_a_picture_declares_and_does_not_hold_are_black(file):
 def test_a_large_file_is_refused_before_it_is_read(file, monkeypatch):
     monkeypatch.setattr(module, "MOST_BYTES", 100)
     file.write_bytes(b"0" * 101)
-    with pytest.raises(DataFileError, match="has 0.000101 MB, and a picture may have 0.0001 MB"):
+    with pytest.raises(DataFileError, match=r"has 0\.000101 MB, and a picture may have 0\.0001 MB"):
         read_picture(file, most_pixels=1)

@@ -56,22 +56,55 @@ def test_slow_modes_keep_their_digits(compiled):
     assert np.max(np.abs(state - expected[:, -1])) < 5e-14
 
 
+@pytest.mark.parametrize("modes", [1, 12, 19])
+def test_a_second_thread_changes_no_bit(compiled, monkeypatch, modes):
+    """It begins with the state that the first thread computes too, at the same place of the record."""
+    random = np.random.default_rng(modes)
+    drive, rates = np.cumsum(random.normal(size=300_005)), 10.0 ** random.uniform(-6, 0, modes)
+    gains, direct, state = random.normal(size=(2, modes)), random.normal(size=2), random.normal(size=modes)
+    found, begun = [], []
+
+    class Counted(long_records.ThreadPoolExecutor):
+        def submit(self, *given):
+            begun.append(given)
+            return super().submit(*given)
+
+    monkeypatch.setattr(long_records, "ThreadPoolExecutor", Counted)
+    for threads in (1, 2):
+        monkeypatch.setattr(long_records, "_THREADS", threads)
+        assert not begun
+        found.append(march(-rates, gains, direct, drive[:-1], drive[1:], 1.0, state))
+    assert len(begun) == 1
+    assert np.array_equal(found[0][0], found[1][0])
+    assert np.array_equal(found[0][1], found[1][1])
+    expected, _ = march_loop(-rates, gains, direct, drive[:3000], drive[1:3001], 1.0, state)
+    assert np.max(np.abs(found[1][0][:, :3001] - expected)) <= SAME * np.max(np.abs(expected)) * modes
+
+
+def test_two_threads_share_the_work_at_whole_groups_of_blocks():
+    cut = long_records._cut(10**6, 144, 160, 512)
+    assert cut % 512 == 0
+    first, second = cut * (144 + 160), cut * 144 + (10**6 - cut) * (144 + 160)
+    assert abs(first / second - 1) < 0.01
+    assert long_records._cut(512 * long_records._LEAST - 1, 144, 160, 512) == 0
+
+
 def test_what_goes_through_it(compiled, monkeypatch):
     """Real modes, every sample, a continuous drive, and enough of it."""
     drive, z = np.zeros(1000), -np.ones(3)
     straight = of_values(StraightDrive(drive[:-1], drive[1:], np.asarray(1.0)), z)
     jumping = of_values(StraightDrive(drive[:-1], drive[1:] + 1.0, np.asarray(1.0)), z)
     gains = np.ones((2, 3))
-    assert long_records.long_block(gains, straight, 1) > 1
-    assert not long_records.long_block(gains, straight, 2)
-    assert not long_records.long_block(gains, jumping, 1)
-    assert not long_records.long_block(gains.astype(complex), straight, 1)
+    assert long_records.is_long(gains, straight, 1)
+    assert not long_records.is_long(gains, straight, 2)
+    assert not long_records.is_long(gains, jumping, 1)
+    assert not long_records.is_long(gains.astype(complex), straight, 1)
     monkeypatch.setattr(long_records, "_WORTH", 2 * 999 + 1)
-    assert not long_records.long_block(gains, straight, 1)
+    assert not long_records.is_long(gains, straight, 1)
     monkeypatch.setattr(long_records, "_WORTH", 2 * 999)
-    assert long_records.long_block(gains, straight, 1)
+    assert long_records.is_long(gains, straight, 1)
     monkeypatch.setattr(long_records, "_kernel", lambda: None)
-    assert not long_records.long_block(gains, straight, 1)
+    assert not long_records.is_long(gains, straight, 1)
 
 
 def test_without_numba_the_response_is_the_same(monkeypatch):

@@ -16,7 +16,6 @@ from electrovib.apps.cli.design_options import (
     Limits,
     LinearOnly,
     Method,
-    Output,
     Rate,
     Seed,
     Share,
@@ -52,47 +51,45 @@ def command(
     linear: LinearOnly = False,
     share: Share = None,
     band: Band = None,
-    output: Output = None,
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help="Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...).",
+        ),
+    ] = None,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
 ) -> None:
     """Find the parameter or the drive that gives a wanted quantity or force; exit code 1 if none does within the limits."""
     del models  # imported by now
+    given = {
+        "want": want, "free": free, "between": between, "space": space, "n": n, "seed": seed, "linear": linear or None,
+        "target": target, "method": method, "carrier": carrier, "rate": rate,
+        "share": share, "band": band, "limits": limits or None,
+    }  # fmt: skip
+    _design(scenario, given, changes=changes or [], output=output, force=force)
+
+
+def _design(
+    scenario: str, given: dict[str, Any], *, changes: list[str], output: str | None, force: bool
+) -> None:
+    """Print the result of a design, and write it."""
     from electrovib.apps.changes import read_changes
-
-    asked = {
-        "want": want,
-        "free": free,
-        "between": between,
-        "target": target,
-        "method": method,
-        "carrier": carrier,
-        "rate": rate,
-        "limits": limits or None,
-        "space": space,
-        "n": n,
-        "seed": seed,
-        "linear": linear or None,
-        "share": share,
-        "band": band,
-    }
-    _answer(scenario, output, asked | {"set": read_changes(changes or [])}, force=force)
-
-
-def _answer(scenario: str, output: str | None, asked: dict[str, Any], *, force: bool) -> None:
-    """Print and write the result of a design."""
     from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.export.design import check_design_file, write_design
     from electrovib.study.design import design
 
+    wanted = read_changes(changes)
     with inputs_noted() as inputs:
         if output:
             check_design_file(output, force=force)
         with tracked("solving") as progress:
-            found = design(scenario, **asked, progress=progress)
+            found = design(scenario, **given, set=wanted, progress=progress)
         if output:
             check_design_file(output, inputs=inputs, force=force)
     say(*found.lines)

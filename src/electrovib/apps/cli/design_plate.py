@@ -37,7 +37,7 @@ def command(
     maximise: Maximise = None,
     minimise: Minimise = None,
     limits: Limits = None,
-    refine: Refine = 0,
+    refine: Refine = None,
     output: Output = None,
     changes: Changes = None,
     models: Models = None,
@@ -48,7 +48,7 @@ def command(
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text
     from electrovib.apps.progress import tracked
-    from electrovib.study.plate import MAXIMISED, MINIMISED
+    from electrovib.study.plate import MAXIMISED, MINIMISED, ROUNDS
     from electrovib.view.plate import design_plate
 
     with tracked("evaluating candidates") as progress:
@@ -61,7 +61,7 @@ def command(
             minimise=minimise or MINIMISED,
             limits=list(limits or []),
             set=read_changes(changes or []),
-            refine=refine,
+            refine=ROUNDS if refine is None else refine,
             output=output,
             force=force,
             progress=progress,

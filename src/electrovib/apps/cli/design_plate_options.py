@@ -34,9 +34,11 @@ Minimise: TypeAlias = Annotated[
     ),
 ]
 Refine: TypeAlias = Annotated[
-    int,
+    int | None,
     typer.Option(
-        metavar="ROUNDS", help="Add candidates around the best one; each round halves the distance."
+        metavar="ROUNDS",
+        help="Rounds of candidates added around the best one, each at half the distance; 3 by default, 0 for none.",
+        show_default=False,
     ),
 ]
 Output: TypeAlias = Annotated[

@@ -39,15 +39,7 @@ import numpy as np
 
 from electrovib.bench.drivers.identity import identify
 from electrovib.bench.faults import BenchError
-from electrovib.export.waveform.hp_33120a import (
-    FEWEST_POINTS,
-    LARGEST_CODE,
-    LARGEST_VOLTAGE,
-    MOST_POINTS,
-    SMALLEST_AMPLITUDE,
-    codes_of,
-    voltages_of,
-)
+from electrovib.export.waveform import hp_33120a as waveforms
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -57,7 +49,7 @@ if TYPE_CHECKING:
     from electrovib.bench.link import Link
 
 HIGH_IMPEDANCE: Final = 9.9e37
-LARGEST_AMPLITUDE: Final = 2 * LARGEST_VOLTAGE
+LARGEST_AMPLITUDE: Final = 2 * waveforms.LARGEST_VOLTAGE
 """Largest peak-to-peak voltage into a high impedance [V]; unverified."""
 _SETTINGS_CONFLICT: Final = "-221"
 _MOST_ERRORS: Final = 20
@@ -75,12 +67,12 @@ class Hp33120a:
     """
 
     models: Final = ("33120A",)
-    largest_code: Final = LARGEST_CODE
-    codes_of = staticmethod(codes_of)
-    voltages_of = staticmethod(voltages_of)
-    most_points: Final = MOST_POINTS
-    fewest_points: Final = FEWEST_POINTS
-    amplitudes: Final = (SMALLEST_AMPLITUDE, LARGEST_AMPLITUDE)
+    largest_code: Final = waveforms.LARGEST_CODE
+    codes_of = staticmethod(waveforms.codes_of)
+    voltages_of = staticmethod(waveforms.voltages_of)
+    most_points: Final = waveforms.MOST_POINTS
+    fewest_points: Final = waveforms.FEWEST_POINTS
+    amplitudes: Final = (waveforms.SMALLEST_AMPLITUDE, LARGEST_AMPLITUDE)
 
     def __init__(self, link: Link, *, also: str = "") -> None:
         self.link = link
@@ -154,10 +146,11 @@ class Hp33120a:
         amplitude : float
             Voltage between the points -2047 and 2047 into a high impedance [V].
         """
-        if not FEWEST_POINTS <= codes.size <= MOST_POINTS or np.abs(codes).max() > LARGEST_CODE:
+        fewest, most, largest = self.fewest_points, self.most_points, max(int(codes.max()), -int(codes.min()))
+        if not fewest <= codes.size <= most or largest > self.largest_code:
             raise BenchError(
-                f"a waveform of {codes.size} points up to {np.abs(codes).max()} does not fit the generator: {FEWEST_POINTS}"
-                f" to {MOST_POINTS} points of up to {LARGEST_CODE}"
+                f"a waveform of {codes.size} points up to {largest} does not fit the generator: {fewest} to {most} points of up"
+                f" to {self.largest_code}"
             )
         if codes[0] or codes[-1]:
             raise BenchError("a waveform for the bench begins and ends at 0 V")

@@ -9,6 +9,7 @@ import numpy as np
 
 from electrovib.bench.settings import ForceInput
 from electrovib.scenario import Scenario
+from electrovib.scenario.grids import AtRest
 from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
@@ -93,14 +94,14 @@ class TwinPlant:
         name, role = found[channel]
         voltage = self.plate_voltage(times)
         if isinstance(role, ForceInput):
-            force = _response(self._finger, _key(times - trigger), _key(voltage))[name]
+            force = _response(self._finger, _key(times - trigger, 14), _key(voltage, 9))[name]
             noisy = force + role.noise * self._random.standard_normal(times.size)
             return noisy / role.sensitivity + role.zero
         if name == "voltage":
             largest = self._settings.limits.voltage or 0.0
             noise = 1e-3 * _NOISE * largest * self._random.standard_normal(times.size)
             return (voltage + noise) / self._settings.oscilloscope.voltage.ratio
-        current = _response(self._finger, _key(times - trigger), _key(voltage))["current"]
+        current = _response(self._finger, _key(times - trigger, 14), _key(voltage, 9))["current"]
         noise = (
             1e-3 * _NOISE * (self._settings.limits.current or 0.0) * self._random.standard_normal(times.size)
         )
@@ -109,8 +110,9 @@ class TwinPlant:
         return (current + noise) * monitor.resistance
 
 
-def _key(values: NDArray[np.float64]) -> bytes:
-    return np.round(values, 9).tobytes()
+def _key(values: NDArray[np.float64], digits: int) -> bytes:
+    """Return values without their rounding errors, so that equal bursts share a response."""
+    return np.round(values, digits).tobytes()
 
 
 @functools.lru_cache(maxsize=16)
@@ -124,7 +126,8 @@ def _response(finger: Scenario, times: bytes, voltages: bytes) -> dict[str, NDAr
         "time_samples": since.tolist(),
         "voltage_samples": (voltage / (1.0 if own is None else own.gain)).tolist(),
     }
-    trace = simulate(finger.replace({"drive": drive, "time.duration": float(since[-1])}), time=since)
+    time_grid = {"initial_state": {"model": AtRest.__name__}, "duration": float(since[-1])}
+    trace = simulate(finger.replace({"drive": drive, "time": time_grid}), time=since)
     found = {}
     for name, signal in (("lateral", "lateral_force"), ("normal", "normal_force")):
         measured = f"{signal}_measured"

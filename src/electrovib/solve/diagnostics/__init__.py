@@ -16,12 +16,13 @@ from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.evaluation_times import evaluation_times, shows_every_sample
 from electrovib.solve.diagnostics.judge import (
     circuit_diagnostics,
-    discontinuities,
     return_path_diagnostics,
     stack_diagnostics,
 )
-from electrovib.solve.diagnostics.peaks import PeakRecord, refined
+from electrovib.solve.diagnostics.peaks import PeakRecord
+from electrovib.solve.diagnostics.refinement import refined
 from electrovib.solve.diagnostics.settled import settled_charge
+from electrovib.solve.diagnostics.steepness import discontinuities
 from electrovib.solve.diagnostics.touch import contact_diagnostics
 from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
 from electrovib.solve.electrics.linear.current import caveat

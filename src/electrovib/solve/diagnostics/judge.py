@@ -9,7 +9,6 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.slew import slew_of
 from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
 from electrovib.physics.safety import (
     emission_diagnostic,
@@ -18,7 +17,7 @@ from electrovib.physics.safety import (
     skin_diagnostic,
     sweat_diagnostic,
 )
-from electrovib.scenario import PeriodicState
+from electrovib.solve.diagnostics.steepness import ROUNDED, discontinuities, slew_rate
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
@@ -27,9 +26,6 @@ if TYPE_CHECKING:
     from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
 from electrovib.solve.diagnostics.peaks import PeakRecord
-
-_ROUNDED = 1e-9
-"""Height of a discontinuity over the largest value of the drive, below which it is rounding."""
 
 
 def stack_diagnostics(scenario: Scenario, record: PeakRecord) -> list[Diagnostic]:
@@ -175,61 +171,9 @@ def largest_values(
         endless = dict.fromkeys(("current", "body_current"), math.inf)
         reached |= endless if later else {f"{name}{SWITCH_ON}": math.inf for name in endless}
     elif first and running is not None:
-        switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + _ROUNDED)}
+        switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + ROUNDED)}
         reached |= {**running, **{f"{name}{SWITCH_ON}": value for name, value in switched.items()}}
     return reached
-
-
-def slew_rate(scenario: Scenario, end: float) -> float:
-    """Return the largest rate of change of the drive times the gain, from time 0 to an end.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive, amplifier and initial state.
-    end : float
-        Last time [s].
-
-    Returns
-    -------
-    slew : float
-        V/s; infinite at a discontinuity, NaN for a current drive.
-    """
-    drive, amplifier = scenario.drive, scenario.circuit.amplifier
-    if drive.quantity == "current":
-        return math.nan
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
-    until = max(end, drive.period or 0.0) if settled else end
-    return abs(1.0 if amplifier is None else amplifier.gain) * slew_of(drive, until, from_rest=not settled)
-
-
-def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
-    """Return the heights of the discontinuities of the voltage that reach the stack.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive, amplifier and initial state.
-    end : float
-        Last time [s].
-
-    Returns
-    -------
-    first, later : float
-        Height at time 0 and largest height after it [V]; 0 without one, behind an amplifier with a bandwidth or a limit,
-        and for a current drive.
-    """
-    drive, amplifier = scenario.drive, scenario.circuit.amplifier
-    if drive.quantity == "current" or (
-        amplifier is not None and (amplifier.bandwidth is not None or amplifier.is_limited)
-    ):
-        return 0.0, 0.0
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
-    smallest = _ROUNDED * sum(part.bound() for part in drive.parts())
-    until = max(end, drive.period or 0.0) if settled else end
-    later = float(np.max(np.abs(drive.corners(until)[1]), initial=0.0))
-    first = 0.0 if settled else abs(float(drive.voltage(0.0)))
-    return first * (first > smallest), later * (later > smallest)
 
 
 def _discontinuity(

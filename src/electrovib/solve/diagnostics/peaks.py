@@ -13,8 +13,6 @@ from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.keys import Key
@@ -237,26 +235,3 @@ def _largest(row: Real) -> int:
         return second if abs(row[second]) > abs(row[first]) else first
     size = np.abs(row)
     return int(np.argmax(np.where(np.isfinite(size), size, -1.0)))
-
-
-def refined(record: PeakRecord, look: Callable[[Real], PeakRecord]) -> PeakRecord:
-    """Add evaluation times around each largest value that its neighbours do not resolve.
-
-    Parameters
-    ----------
-    record : PeakRecord
-        Of a solver in closed form.
-    look : callable
-        Returns the record of the same solution at other times [s].
-
-    Returns
-    -------
-    PeakRecord
-        With the times added.
-    """
-    for _ in range(REFINEMENTS):
-        wanted = np.setdiff1d(record.unclear(), record.times)
-        if not len(wanted):
-            break
-        record = record.joined(look(wanted))
-    return record

@@ -177,10 +177,8 @@ def _diagnostics(
     judged = layer_diagnostics(
         scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=max(left)
     )
-    reached = {
-        "voltage": abs(held), "charge": max(charges), "stored_energy": max(energies), "rms_voltage": abs(held),
-    }  # fmt: skip
-    return (*judged, *limit_diagnostics(reached, scenario.limits))
+    reached = {"voltage": abs(held), "charge": max(charges), "stored_energy": max(energies)}
+    return (*judged, *limit_diagnostics(reached | {"rms_voltage": abs(held)}, scenario.limits))
 
 
 def _surface(scenario: Scenario) -> Surface:

@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.population.kernels.time_steps import TimeSteps
     from electrovib.solve.population.together.forces import Squares
 
 TOGETHER: Final = (
@@ -197,6 +198,12 @@ class Population:
             and found.has_squares
             and found.has_few_poles
         )
+
+    @property
+    def grid(self) -> tuple[Real, TimeSteps, Indices]:
+        """Drive [V] and steps of the grid of `squares`, and the index of each output time in it, where `is_streamed`."""
+        assert isinstance(self._together, OverTime)
+        return self._together.grid
 
     def squares(
         self,

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.solve.choice import chosen
+from electrovib.solve.quantities.doubts import doubts
 from electrovib.solve.quantities.names import Named
 from electrovib.solve.quantities.pieces import of_extremes, taken_from
 from electrovib.solve.quantities.resolve import Resolved, resolve, values_of, window
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.expanded import Expanded
 
@@ -29,8 +30,6 @@ MEAN_SQUARED: Final = ("voltage", "current", "body_current")
 """Quantities of a `PeakRecord` whose root mean square is computed."""
 _MANY: Final = 2_000
 """Samples of a measured drive above which root-mean-square values are those of straight lines, as with time stepping."""
-UNRESOLVED: Final = 1e-6
-"""Error of the mean over the signal's largest value [1] above which a warning is returned."""
 
 
 @dataclass(frozen=True)
@@ -219,39 +218,3 @@ def declared_mean_squares(expanded: Expanded, peaks: PeakRecord) -> dict[str, fl
 def _absent(expanded: Expanded, signal: str) -> str:
     have = expanded.at(np.zeros(1)).signals
     return f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
-
-
-def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Diagnostic]:
-    """Return which quantities are unknown, and which signals were not resolved.
-
-    Parameters
-    ----------
-    values, errors : dict of str to float
-        Those of an `Answer`.
-
-    Returns
-    -------
-    list of Diagnostic
-        Empty where all are known and resolved.
-    """
-    return [*_unknown(values), *_unresolved(errors)]
-
-
-def _unknown(values: dict[str, float]) -> list[Diagnostic]:
-    """Return which quantities are unknown because their signal is."""
-    lost = [name for name, value in values.items() if math.isnan(value)]
-    text = f"{', '.join(lost)}: not known, because the signal is not known during part of the time"
-    return [Diagnostic("quantities", "unknown", text)] if lost else []
-
-
-def _unresolved(errors: dict[str, float]) -> list[Diagnostic]:
-    """Return a warning where a signal varies faster than it could be resolved."""
-    missed = {name: error for name, error in errors.items() if error > UNRESOLVED}
-    if not missed:
-        return []
-    worst = max(missed, key=lambda name: missed[name])
-    text = (
-        f"{', '.join(missed)}: the signal varies too often to be resolved; the error of its mean may be about"
-        f" {missed[worst]:.1g} of its largest value. A shorter time.duration resolves it better"
-    )
-    return [Diagnostic("resolution", "warning", text, missed[worst], UNRESOLVED, "1")]

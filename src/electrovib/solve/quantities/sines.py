@@ -27,7 +27,8 @@ from electrovib.solve.electrics.solution import Solution
 from electrovib.solve.electrics.wanted import fields, linear_quantities, name_interface
 from electrovib.solve.expanded import LATER_PERIODS
 from electrovib.solve.mechanics.mechanical import mechanical, slowest_rates
-from electrovib.solve.quantities.answer import Answer, doubts
+from electrovib.solve.quantities.answer import Answer
+from electrovib.solve.quantities.doubts import doubts
 from electrovib.solve.quantities.pieces import tails, taken_of_many
 from electrovib.solve.quantities.resolve import TOLERANCE, first_mesh, missed
 from electrovib.solve.quantities.waves import Sines, rows_of

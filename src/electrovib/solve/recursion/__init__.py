@@ -10,6 +10,7 @@ from electrovib.solve.recursion.blocks import even_states, march_even
 from electrovib.solve.recursion.fused import march_chain
 from electrovib.solve.recursion.hold import hold_weights, hold_weights_complex
 from electrovib.solve.recursion.jittered import jittered_states, march_jittered
+from electrovib.solve.recursion.long_records import aligned
 from electrovib.solve.recursion.loop import march_loop, march_pairs_loop
 from electrovib.solve.recursion.record import gather
 
@@ -95,7 +96,8 @@ def march(
            CMU-CS-90-190, 1990.
     """
     modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, keep=keep, lag=lag)
-    output = np.empty((modes.direct.size, drive.starts.size // keep + 1))
+    points = drive.starts.size // keep + 1
+    output = aligned(modes.direct.size * points).reshape(-1, points)
     return output, (march_jittered if drive.steps.ndim else march_even)(
         modes, drive, state, keep, list(output)
     )

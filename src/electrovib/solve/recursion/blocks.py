@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from electrovib.solve.recursion.inputs import of_rises, of_values
-from electrovib.solve.recursion.long_records import follow_long, long_block
+from electrovib.solve.recursion.long_records import follow_long, is_long
 from electrovib.solve.recursion.scan import fold_length, states_before
 
 if TYPE_CHECKING:
@@ -104,17 +104,18 @@ def _put_out(
     """Write some of the outputs, and return the states at the last point, the share of the drive included."""
     gains, direct = modes.gains[chosen], np.where(modes.lag, 0.0, modes.direct)[chosen]
     places = np.flatnonzero(chosen).tolist()
-    compiled = long_block(gains, inputs, keep)
-    block = compiled or keep * max(1, _BLOCK // keep)
+    begins = state - inputs.shift * drive.starts[0]
+    if is_long(gains, inputs, keep):
+        last = follow_long(gains, direct, inputs, z, begins, [output[place] for place in places])
+        return np.asarray(last + inputs.shift * drive.ends[-1])
+    block = keep * max(1, _BLOCK // keep)
     weights = block_weights(gains, direct, inputs, z, block, keep)
     blocks, rest = divmod(drive.starts.size, block)
     whole = [signal[: blocks * block].reshape(blocks, block) for signal in inputs.signals]
     kept, used = block // keep, block - keep + 1
     records = [output[place][: blocks * kept].reshape(blocks, kept) for place in places]
-    begins, length = state - inputs.shift * drive.starts[0], max(1, _HELD // max(1, z.size))
-    if compiled:
-        begins = follow_long(whole[0].reshape(-1), records, weights, z, begins)
-    for first in range(0, 0 if compiled else blocks, length):
+    length = max(1, _HELD // max(1, z.size))
+    for first in range(0, blocks, length):
         part = slice(first, min(first + length, blocks))
         seen = [signal[part] for signal in whole]
         states = block_states(seen, weights.onto_state, z, begins)

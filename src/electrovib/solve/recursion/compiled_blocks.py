@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final
 
 from electrovib.solve.recursion.vectors.jit import inlined, inner, outer
@@ -15,6 +16,52 @@ COMPENSATED: Final = 512
 
 
 @outer
+def write_weights(
+    z: Any, gains: Any, level: Any, later: Any, onto_output: Any, onto_state: Any, decays: Any
+) -> Any:
+    """Write the weights of samples and state of a block in its outputs and in the next state, as `block_weights`.
+
+    The second row of `decays` is the correction of the first, the decay in a block, for `COMPENSATED` blocks: 1 - decay is
+    exact, so that its difference from -expm1 is the error of the decay as rounded.
+    """
+    size = decays.shape[1]
+    for mode in range(len(z)):
+        for since in range(WIDTH):
+            power = math.exp(since * z[mode])
+            onto_state[(WIDTH - 1 - since) * size + mode] = later[mode] * power
+            for output in range(len(gains)):
+                onto_output[output, (WIDTH + mode) * WIDTH + since] = gains[output, mode] * power
+        whole = WIDTH * z[mode]
+        decay = math.exp(whole)
+        error = (math.expm1(whole) + (1.0 - decay)) / decay if decay > 0.5 else 0.0
+        decays[0, mode], decays[1, mode] = decay, 1.0 + COMPENSATED * error
+    for output in range(len(gains)):
+        for since in range(WIDTH):
+            response = level[output] if since == 0 else 0.0
+            for mode in range(len(z) if since > 0 else 0):
+                response += gains[output, mode] * onto_state[(WIDTH - since) * size + mode]
+            for sample in range(WIDTH - since):
+                onto_output[output, sample * WIDTH + sample + since] = response
+
+
+@outer
+def write_end(
+    signal: Any, z: Any, gains: Any, level: Any, later: Any, at_end: Any, state: Any, ends: Any
+) -> Any:
+    """Write the outputs at the last few samples and at the last point, and advance the state to it."""
+    for sample in range(len(signal) + 1):
+        value = signal[sample] if sample < len(signal) else at_end
+        for output in range(len(gains)):
+            total = level[output] * value
+            for mode in range(len(z)):
+                total += gains[output, mode] * state[mode]
+            ends[output, sample] = total
+        if sample < len(signal):
+            for mode in range(len(z)):
+                state[mode] = math.exp(z[mode]) * state[mode] + later[mode] * value
+
+
+@outer
 def follow_blocks(
     signal: Any,
     addresses: Any,
@@ -24,15 +71,18 @@ def follow_blocks(
     correction: Any,
     state: Any,
     states: Any,
+    from_block: Any,
+    blocks: Any,
 ) -> Any:
-    """Write the outputs of all whole blocks, and advance the states to the end of the last one.
+    """Advance the states to the end of some blocks, and write the outputs from one of these blocks on.
 
     The outputs of a block are ``T v + P z`` and the next state is ``decay z + G v``, with the samples v and the state z
     before the block. Rows of `onto_output`, (outputs, (samples + modes) * samples), are columns of T and P; rows of
     `onto_state`, samples times modes, columns of G. Modes are filled up to whole vectors. `states` is for the states
-    before `BLOCKS` blocks, and `addresses` are those of the outputs.
+    before `BLOCKS` blocks, and `addresses` are those of the outputs. `from_block` is a
+    multiple of `BLOCKS`.
     """
-    modes, blocks = len(state), len(signal) // WIDTH
+    modes = len(state)
     for first in range(0, blocks, BLOCKS):
         count = min(BLOCKS, blocks - first)
         paired = modes // (2 * WIDTH) * 2 * WIDTH
@@ -43,8 +93,9 @@ def follow_blocks(
         if (first + count) % COMPENSATED == 0:
             for mode in range(0, modes, WIDTH):
                 store(state, mode, load(state, mode) * load(correction, mode))
-        for output in range(len(addresses)):
-            _put_out(signal, first * WIDTH, count, onto_output[output], modes, states, addresses[output])
+        if first >= from_block:
+            for output in range(len(addresses)):
+                _put_out(signal, first * WIDTH, count, onto_output[output], modes, states, addresses[output])
 
 
 @inner

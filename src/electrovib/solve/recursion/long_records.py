@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import os
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,16 +13,17 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Numbers, Real
-    from electrovib.solve.recursion.blocks import BlockWeights
     from electrovib.solve.recursion.inputs import Inputs
 
 _WORTH: Final = 100_000_000
 """Samples times outputs from which loading the compiled code costs less time than it saves."""
 _ALIGNED: Final = 8  # numbers in a line of the cache
+_LEAST: Final = 32  # groups of blocks from which a second thread is faster
+_THREADS: Final = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def long_block(gains: Numbers, inputs: Inputs, keep: int) -> int:
-    """Return the samples in a block of the compiled recursion, where it is faster.
+def is_long(gains: Numbers, inputs: Inputs, keep: int) -> bool:
+    """Return whether a record goes through the compiled recursion.
 
     Parameters
     ----------
@@ -33,8 +36,8 @@ def long_block(gains: Numbers, inputs: Inputs, keep: int) -> int:
 
     Returns
     -------
-    block : int
-        Number of samples; 0 where the recursion by matrix products is to be used.
+    bool
+        False where the recursion by matrix products is to be used, also without numba.
 
     Notes
     -----
@@ -42,62 +45,108 @@ def long_block(gains: Numbers, inputs: Inputs, keep: int) -> int:
     """
     many = inputs.signals[0].size * len(gains) >= _WORTH
     if not many or keep > 1 or len(inputs.signals) > 1 or np.iscomplexobj(gains) or not gains.size:
-        return 0
-    kernel = _kernel()
-    return 0 if kernel is None else int(kernel.WIDTH)
+        return False
+    return _kernel() is not None
 
 
-def follow_long(signal: Real, records: Sequence[Real], weights: BlockWeights, z: Real, state: Real) -> Real:
-    """Write the outputs of all whole blocks, and return the state after the last one.
+def follow_long(
+    gains: Real, direct: Real, inputs: Inputs, z: Real, state: Real, records: Sequence[Real]
+) -> Real:
+    """Write the outputs at all points, and return the state of the recursion at the last one.
 
     Parameters
     ----------
-    signal : ndarray, (blocks * block,)
-        Samples.
-    records : sequence of ndarray, (blocks, block)
-        One contiguous array for each output, which is written into it.
-    weights : BlockWeights
-        For blocks of as many samples as `long_block` returns.
+    gains : ndarray, (outputs, poles)
+        Share of every mode in every output [-].
+    direct : ndarray, (outputs,)
+        Share of the signal itself in every output [-].
+    inputs : Inputs
+        One signal, and its weights.
     z : ndarray, (poles,)
         Poles times step [-].
     state : ndarray, (poles,)
-        State of the recursion before the first block.
+        State of the recursion at the first point.
+    records : sequence of ndarray, (pieces + 1,)
+        One contiguous array for each output, which is written into it.
 
     Returns
     -------
     state : ndarray, (poles,)
-        State of the recursion after the last block.
+        State of the recursion at the last point, in the unit of the drive.
 
     Notes
     -----
     With vectors of as many samples as a block has, the outputs of a block are y = T v + P z and the next state is
     a^block z + G v: each column of T and P is a vector of outputs, each column of G vectors of modes. The rounding of
     a^block, of which the state takes a high power, is compensated after each 512 blocks.
+
+    A second thread computes the end of the record. It obtains the state there by the same operations as the first
+    thread, without the outputs before it, so that the result does not depend on the number of threads.
     """
     kernel = _kernel()
     assert kernel is not None
     block, modes = int(kernel.WIDTH), z.size
     size = modes + -modes % block
-    onto_output = _aligned(len(records) * (block + modes) * block).reshape(len(records), -1)
-    onto_output[:] = weights.onto_output.reshape(len(records), -1)
-    onto_state, own = _aligned(block * size).reshape(block, size), _aligned(3 * size).reshape(3, size)
-    onto_state[:, :modes] = weights.onto_state[0]
-    decay = np.exp(block * z)
-    own[0, :modes], own[2, :modes] = decay, state
-    # 1 - decay is exact: the difference from -expm1 is the error of the decay as rounded
-    error = np.where(decay > 0.5, (np.expm1(block * z) + (1.0 - decay)) / np.maximum(decay, 0.5), 0.0)
-    own[1, :modes] = 1.0 + kernel.COMPENSATED * error
+    onto_output = aligned(len(gains) * (block + modes) * block).reshape(len(gains), -1)
+    onto_output[:] = 0.0
+    both = aligned((block + 2) * size)
+    both[:] = 0.0
+    onto_state, decays = both[: block * size], both[block * size :].reshape(2, size)
+    level = direct + gains @ inputs.shift
+    kernel.write_weights(z, gains, level, inputs.later[0], onto_output, onto_state, decays)
+    signal, blocks = inputs.signals[0], inputs.signals[0].size // block
     addresses = np.array([record.ctypes.data for record in records], np.int64)
-    states = _aligned(kernel.BLOCKS * size)
-    kernel.follow_blocks(
-        signal, addresses, onto_output, onto_state.reshape(-1), own[0], own[1], own[2], states
-    )
-    return np.array(own[2, :modes])
+    weights = signal, addresses, onto_output, onto_state, *decays
+
+    def follow(first: int, last: int) -> Real:
+        """Return the state after `last` blocks; outputs are written from the block `first` on."""
+        memory = aligned((kernel.BLOCKS + 1) * size)
+        memory[:size] = 0.0
+        memory[:modes] = state
+        kernel.follow_blocks(*weights, memory[:size], memory[size:], first, last)
+        return memory[:modes]
+
+    cut = _cut(blocks, size * (block + 1), len(gains) * block * (block + modes), int(kernel.COMPENSATED))
+    if cut and _THREADS > 1:
+        with ThreadPoolExecutor(1) as pool:
+            other = pool.submit(follow, 0, cut)
+            found = follow(cut, blocks)
+            other.result()
+    else:
+        found = follow(0, blocks)
+    rest = signal.size - blocks * block
+    ends = np.empty((len(gains), rest + 1))
+    at_end = signal[blocks * block :], z, gains, level, inputs.later[0], float(inputs.at_end[0])
+    kernel.write_end(*at_end, found, ends)
+    for record, end in zip(records, ends, strict=True):
+        record[blocks * block :] = end
+    return found
 
 
-def _aligned(size: int) -> Real:
-    """Return zeros that begin at a line of the cache."""
-    whole = np.zeros(size + _ALIGNED)
+def _cut(blocks: int, states: int, outputs: int, whole: int) -> int:
+    """Return the blocks that the first of two threads follows, so that both take the same time; 0 for few blocks.
+
+    `states` and `outputs` are the products of a block that give its state and its outputs; the second thread needs the
+    states of all blocks.
+    """
+    share = (states + outputs) / (states + 2 * outputs)
+    return int(blocks * share) // whole * whole if blocks >= _LEAST * whole else 0
+
+
+def aligned(size: int) -> Real:
+    """Return memory that begins at a line of the cache.
+
+    Parameters
+    ----------
+    size : int
+        Number of numbers.
+
+    Returns
+    -------
+    memory : ndarray, (size,)
+        Not initialised.
+    """
+    whole = np.empty(size + _ALIGNED)
     begin = -(whole.ctypes.data // whole.itemsize) % _ALIGNED
     return whole[begin : begin + size]
 

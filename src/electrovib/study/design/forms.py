@@ -2,41 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, Final
 
 from electrovib.core.errors import InputError
-
-_ALWAYS: Final = ("scenario", "progress")
-
-
-@dataclass(frozen=True)
-class Form:
-    """One form of the question.
-
-    Parameters
-    ----------
-    name : str
-        What is sought, as it is named in messages.
-    needs : tuple of str
-        Arguments that have to be given; the first decides that this form is meant.
-    example : str
-        Arguments as typed in Python.
-    load : callable
-        Returns the function of the form, which takes the scenario and keyword arguments, and returns a `Designed`.
-    """
-
-    name: str
-    needs: tuple[str, ...]
-    example: str
-    load: Callable[[], Callable[..., Any]]
-
-    @property
-    def accepts(self) -> tuple[str, ...]:
-        """Names of the arguments of the form, the scenario and the report of progress omitted."""
-        return tuple(name for name in inspect.signature(self.load()).parameters if name not in _ALWAYS)
+from electrovib.study.design.form import DesignForm as Form
 
 
 def _parameter() -> Callable[..., Any]:
@@ -102,8 +72,8 @@ def form_of(given: Mapping[str, Any]) -> Form:
     if form is None:
         form = next((each for each in FORMS if set(each.needs) & given.keys()), None)
     if form is None:
-        ways = "; or ".join(f"{each.name} by {each.example}" for each in FORMS)
-        raise InputError(f"design: state what is wanted: {ways}")
+        examples = "; or ".join(f"{each.name} by {each.example}" for each in FORMS)
+        raise InputError(f"design: state what is wanted: {examples}")
     missing = [name for name in form.needs if name not in given]
     if missing:
         raise InputError(

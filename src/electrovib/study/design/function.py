@@ -12,15 +12,16 @@ if TYPE_CHECKING:
     from electrovib.scenario.space import SpaceSource
     from electrovib.study.check import LimitsSource
     from electrovib.study.design.drive import TargetSource
+    from electrovib.study.design.parameter.wanted import BetweenSource, WantSource
     from electrovib.study.design.result import Designed
 
 
 def design(
     scenario: Source,
     *,
-    want: str | None = None,
+    want: WantSource | None = None,
     free: str | None = None,
-    between: str | None = None,
+    between: BetweenSource | None = None,
     target: TargetSource | None = None,
     method: str | None = None,
     carrier: float | str | None = None,
@@ -41,11 +42,12 @@ def design(
     ----------
     scenario : str, Path, mapping, Scenario or xarray.Dataset
         As for `electrovib.load`.
-    want : str, optional
-        Quantity and value, ``"mean electrostatic_force = 50 mN"``; the quantity is named as for `electrovib.sweep`.
+    want : str or mapping, optional
+        Quantity and value, ``"mean electrostatic_force = 50 mN"`` or ``{"mean electrostatic_force": 0.05}``; the quantity is
+        named as for `electrovib.sweep`, or is a signal at one time, ``"electrostatic_force at 20 ms = 1 mN"``.
     free : str, optional
         Dotted path of the parameter that is sought, ``"drive.amplitude"``.
-    between : str, optional
+    between : str or sequence of two, optional
         Ends of the range in which it is sought, ``"10 V:400 V"``; by default the range of the parameter.
     target : str, Path, Target or pair of array_like, optional
         Force over time, which is never negative: ``"sine 50 Hz 30 mN"`` (between 0 and 30 mN), ``"sine 50 Hz 10 mN to 30 mN

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.study.check.result import FAIL
 from electrovib.study.plate.objectives import LARGEST, LIMITED, PARAMETER, Objective
-from electrovib.study.plate.rows import FELT, is_doubtful, judged_everything, rows_of
+from electrovib.study.plate.rows import FELT, is_doubtful, judged_limits, rows_of
 from electrovib.study.sweep import sweep_cases
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ class Plates:
                     progress(before * of + done, len(materials) * of)
 
             member = self.members[material]
-            judged = member.model_copy(update={"limits": judged_everything(self.declared)})
+            judged = member.model_copy(update={"limits": judged_limits(self.declared, self.objectives)})
             cases = sweep_cases(judged, over, quantities=names, progress=counted).cases
             found += [self._candidate(material, case, refined=refined) for case in cases]
         return found

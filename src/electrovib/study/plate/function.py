@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 POINTS: Final = 5
 """Values of a parameter in a round of refinement, between the neighbours of the best one."""
+ROUNDS: Final = 3
+"""Rounds of refinement by default."""
 MOST_ROUNDS: Final = 20
 MAXIMISED: Final = ("mean electrostatic_force",)
 MINIMISED: Final = ("peak voltage",)
@@ -43,7 +45,7 @@ def find_plate(
     minimise: Sequence[str] = MINIMISED,
     limits: LimitsSource | Sequence[LimitsSource] = None,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
-    refine: int = 0,
+    refine: int = ROUNDS,
     progress: Callable[[int, int], None] | None = None,
 ) -> PlateDesign:
     """Compare every combination of materials and parameters with all limits, and find the Pareto set.
@@ -140,6 +142,10 @@ def _notes(
             "The perception of the scenario has no calibrated threshold (perception.threshold, with perception.compliance or"
             " a finger), so it is not judged whether the finger feels the change of friction."
         )
+    notes.append(
+        "The best plate, and what a less strict limit admits, are those of these candidates; more rounds of refine add candidates"
+        " between them."
+    )
     notes.append(
         "A field above an unverified breakdown strength forbids a candidate here, and the row states the status; the field of"
         " field emission is cited from memory and forbids nothing."

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError, Problem
 from electrovib.core.paths import quantity_at
-from electrovib.core.quantity import quantity_of
-from electrovib.physics.limits import WORDS, Limits
+from electrovib.physics.limits import PEAKS, WORDS, unit_of_limit
 from electrovib.study.sweep import read_quantities
 
 if TYPE_CHECKING:
@@ -16,8 +15,6 @@ if TYPE_CHECKING:
 
     from electrovib.scenario import Scenario
 
-PEAKS: Final = ("voltage", "current", "body_current")
-"""Limits whose quantity is named as the peak of it."""
 QUANTITY, LARGEST, PARAMETER = "quantity", "largest value", "parameter"
 
 
@@ -114,9 +111,7 @@ def read_objectives(
 
 def _objective(scenario: Scenario, paths: Sequence[str], name: str, sign: int) -> Objective:
     if name in LIMITED:
-        quantity = quantity_of(Limits, LIMITED[name])
-        assert quantity is not None
-        return Objective(name=name, unit=quantity.unit, sign=sign, kind=LARGEST)
+        return Objective(name=name, unit=unit_of_limit(LIMITED[name]), sign=sign, kind=LARGEST)
     if name in paths:
         return Objective(name=name, unit=quantity_at(scenario, name).unit, sign=sign, kind=PARAMETER)
     if "." in name:

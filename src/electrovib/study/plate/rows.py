@@ -9,19 +9,22 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.quantity import quantity_of
 from electrovib.core.status import UNVERIFIED
 from electrovib.core.units import format_quantity
-from electrovib.physics.limits import SWITCH_ON, WORDS, Limits
+from electrovib.physics.limits import MEAN_SQUARES, SWITCH_ON, WORDS, Limits, unit_of_limit
 from electrovib.study.check import CheckRow, checked
 from electrovib.study.check.declared import unlimited_words
 from electrovib.study.check.result import FAIL, PASS, UNKNOWN
 from electrovib.study.percept import verdict
-from electrovib.study.plate.objectives import limited_quantity
+from electrovib.study.plate.objectives import LARGEST, LIMITED, limited_quantity
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.perception import Perception
     from electrovib.scenario import Scenario
     from electrovib.study.check import DeclaredLimit
+    from electrovib.study.plate.objectives import Objective
 
+ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")
+"""Limits whose quantity is not shown unless they are declared."""
 FILM: Final = "film strength"
 """Beginning of the name of the diagnostic of a layer's breakdown."""
 AIR: Final = ("Paschen", "field emission")
@@ -31,24 +34,31 @@ PERCEIVED: Final = "threshold over felt amplitude"
 _FELT_STATES: Final = {"detectable": PASS, "not detectable": FAIL}
 
 
-def judged_everything(declared: Mapping[str, DeclaredLimit]) -> Limits:
-    """Return limits with which a run judges every quantity that may be limited.
+def judged_limits(declared: Mapping[str, DeclaredLimit], objectives: Sequence[Objective]) -> Limits:
+    """Return limits with which a run judges every quantity that a row shows.
 
     Parameters
     ----------
     declared : mapping of str to DeclaredLimit
         Declared limits.
+    objectives : sequence of Objective
+        Objectives; a value with which a limit is compared may be one.
 
     Returns
     -------
     Limits
-        The declared ones, and for each other quantity the largest value that a limit may have.
+        The declared ones; for each other quantity that is shown the largest value that a limit may have. Root mean squares
+        and the rate of change take a run of their own, and are shown where they are declared or an objective.
     """
+    asked = {LIMITED[each.name] for each in objectives if each.kind == LARGEST}
     values = {}
     for name in WORDS:
         quantity = quantity_of(Limits, name)
         assert quantity is not None
-        values[name] = declared[name].value if name in declared else quantity.high
+        if name in declared:
+            values[name] = declared[name].value
+        elif name in asked or name not in ONLY_DECLARED:
+            values[name] = quantity.high
     return Limits(**values)
 
 
@@ -69,7 +79,7 @@ def rows_of(
     person : Perception or None
         Of the scenario.
     diagnostics : sequence of Diagnostic
-        Of its run with the limits of `judged_everything`.
+        Of its run with the limits of `judged_limits`.
     declared : mapping of str to DeclaredLimit
         Declared limits.
     level : float, optional
@@ -82,13 +92,14 @@ def rows_of(
         candidate.
     """
     largest = _largest(diagnostics)
+    names = [name for name in WORDS if name in largest or name in declared or name not in ONLY_DECLARED]
     rest = {name for name in declared if name not in largest}
     elsewhere = {}
     if rest:  # limits that a run does not judge
-        names = {limited_quantity(name) for name in rest}
+        wanted = {limited_quantity(name) for name in rest}
         result = checked(scenario(), limits=[_limits(declared)])
-        elsewhere = {row.quantity: row for row in result.rows if row.quantity in names}
-    rows = [elsewhere.get(limited_quantity(name)) or _limit_row(name, largest, declared) for name in WORDS]
+        elsewhere = {row.quantity: row for row in result.rows if row.quantity in wanted}
+    rows = [elsewhere.get(limited_quantity(name)) or _limit_row(name, largest, declared) for name in names]
     rows += [_film_row(each) for each in diagnostics if each.name.startswith(FILM)]
     rows += [_air_row(each) for each in diagnostics if each.name in AIR]
     if level is not None:
@@ -115,33 +126,36 @@ def _largest(diagnostics: Sequence[Diagnostic]) -> dict[str, float | None]:
         held = found.get(name)
         if name not in found or held is None or (value is not None and value > held):
             found[name] = value
+    for name in MEAN_SQUARES:  # that of a current without a bound is not known
+        if name in found and found.get(name.removeprefix("rms_")) == math.inf:
+            found[name] = None
     return found
 
 
 def _limit_row(
     name: str, largest: Mapping[str, float | None], declared: Mapping[str, DeclaredLimit]
 ) -> CheckRow:
-    quantity = quantity_of(Limits, name)
-    assert quantity is not None
+    unit = unit_of_limit(name)
     value, limit = largest.get(name), declared.get(name)
     if value is None:
         reached = "is not known"
     elif math.isinf(value):
-        reached = "has no bound (a discontinuity without a series resistance)"
+        where = "a discontinuity" if name == "slew_rate" else "a discontinuity without a series resistance"
+        reached = f"has no bound ({where})"
     else:
-        reached = f"reaches {format_quantity(value, quantity.unit, digits=4)}"
+        reached = f"reaches {format_quantity(value, unit, digits=4)}"
     if limit is None:
         state, text = UNKNOWN, f"{WORDS[name]} {reached}; limits.{name} is not declared"
     else:
         state = UNKNOWN if value is None else PASS if value <= limit.value else FAIL
         word = {UNKNOWN: "not compared with", PASS: "within", FAIL: "above"}[state]
-        bound = format_quantity(limit.value, quantity.unit, digits=4)
+        bound = format_quantity(limit.value, unit, digits=4)
         text = f"{WORDS[name]} {reached}, {word} {bound}: {limit.source}"
     return CheckRow(
         quantity=limited_quantity(name),
         value=value,
         limit=None if limit is None else limit.value,
-        unit=quantity.unit,
+        unit=unit,
         source=unlimited_words(name) if limit is None else limit.source,
         state=state,
         text=text,

@@ -128,9 +128,7 @@ def _binding(design: PlateDesign, best: PlateCandidate) -> str:
 def _slightly(design: PlateDesign, gain: Gain, best: PlateCandidate, first: Objective) -> str:
     percent = f"{100 * (RELAXED - 1):.0f} %"
     if gain.relaxed is None:
-        return (
-            f"relaxing this limit by {percent} admits no better candidate of this grid (refine resolves it)"
-        )
+        return f"relaxing this limit by {percent} admits no better one of these candidates"
     return f"relaxed by {percent} it admits {_reached(design, gain.relaxed, best, first)}"
 
 

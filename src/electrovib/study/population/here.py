@@ -8,6 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Final
 
 from electrovib.solve.population.kernels.threads import thread_count
+from electrovib.study.population.declared import BLOCK
 from electrovib.study.population.tile import Evaluator
 from electrovib.study.population.tiles import TileSizes, largest_tile
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 _SECONDS: Final = 0.25
 """Computing time of a tile, about [s]."""
+_COUNTED: Final = 16 * BLOCK
+"""Fingers of a tile whose signals are computed again for the histogram, at most."""
 
 
 def tiles_of_process(
@@ -48,9 +51,10 @@ def tiles_of_process(
     evaluated by one thread, because Python runs one at a time.
     """
     declared = evaluator.declared
-    sizes = TileSizes(
-        declared.fingers, largest_tile(evaluator.numbers), seconds=_SECONDS, in_arrays=evaluator.in_arrays
-    )
+    most = largest_tile(evaluator.numbers)
+    if evaluator.counted:
+        most = max(most, _COUNTED)
+    sizes = TileSizes(declared.fingers, most, seconds=_SECONDS, in_arrays=evaluator.in_arrays)
     threads = thread_count(evaluator.threads) if evaluator.in_arrays else 1
     if threads == 1 or declared.fingers - start <= sizes.most:
         while start < declared.fingers:

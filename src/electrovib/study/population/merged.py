@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.solve.population.kernels import Histogram, Moments
-    from electrovib.study.population.reduced import ReducedSignal, TileResult
+    from electrovib.study.population.reduced import Form, ReducedSignal, TileResult
     from electrovib.study.population.tile import Evaluator
 
 
@@ -39,6 +39,8 @@ class MergedSignal:
         Signals of all fingers, where percentiles are exact.
     block : list of ndarray, shape (fingers, n)
         Signals of the fingers of the block that is not complete.
+    forms : list of SquareForm or ndarray of float32, shape (fingers, n)
+        Signals of each complete block, where they are computed again for the percentiles.
     """
 
     moments: Moments | None
@@ -46,6 +48,7 @@ class MergedSignal:
     histogram: Histogram | None
     values: NDArray[np.float32] | None
     block: list[Real]
+    forms: list[Form]
 
 
 class MergedFingers:
@@ -69,7 +72,7 @@ class MergedFingers:
 
         self.fingers, self.evaluator, self.declared = 0, evaluator, evaluator.declared
         samples, declared = evaluator.samples, evaluator.declared
-        held = hold or (bool(declared.percentiles) and evaluator.exact)
+        held = hold or (evaluator.kept and evaluator.exact and bool(declared.percentiles))
         self.signals = {
             name: MergedSignal(
                 moments=None,
@@ -77,6 +80,7 @@ class MergedFingers:
                 histogram=Histogram(samples) if evaluator.binned else None,
                 values=_new_memory(declared.fingers, samples) if held else None,
                 block=[],
+                forms=[],
             )
             for name in declared.signals
         }
@@ -134,8 +138,12 @@ class MergedFingers:
 
         into.moments = merged([*([into.moments] if into.moments is not None else []), *found.blocks])
         into.counts.merge(found.counts)
+        if self.evaluator.recomputed:
+            into.forms.extend(found.forms)
         if into.histogram is not None and found.histogram is not None:
-            into.histogram = into.histogram + found.histogram
+            into.histogram.merge(found.histogram)
+        elif into.histogram is not None and self.evaluator.counted:
+            self.evaluator.histogram_of(found.forms, into.histogram)
         elif into.histogram is not None:
             count_in(into.histogram, found, self.evaluator.threads)
         if into.values is not None and found.values is not None and found.values.base is not into.values:
@@ -186,6 +194,8 @@ class MergedFingers:
                 each.histogram.counts = state[f"bins_{place}"]
                 each.histogram.used = len(each.histogram.counts)
                 each.histogram.count = self.blocks
+            if self.evaluator.recomputed:
+                each.forms = self.evaluator.forms(0, self.blocks)
 
 
 def _new_memory(fingers: int, samples: int) -> NDArray[np.float32]:

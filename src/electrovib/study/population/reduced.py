@@ -3,16 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
     from electrovib.solve.population.kernels import Histogram, Moments
     from electrovib.study.population.counts import FingerCounts
+
+
+class SquareForm(NamedTuple):
+    """Signals of a block of fingers in the form from which `square_quantiles` computes them again.
+
+    Parameters
+    ----------
+    rates, residues, direct, state : ndarray, shape (fingers, modes) but for direct, (fingers,)
+        As for `square_quantiles`.
+    factor : ndarray, shape (fingers,)
+        Signal over the square of the response.
+    """
+
+    rates: Real
+    residues: Real
+    direct: Real
+    state: Real
+    factor: Real
+
+
+Form: TypeAlias = "SquareForm | NDArray[np.float32]"
+"""Signals of a block of fingers: the form from which they are computed again, or as they are, shape (fingers, n)."""
 
 
 @dataclass
@@ -29,12 +53,15 @@ class ReducedSignal:
         Signals of the fingers, where they are needed.
     histogram : Histogram or None
         Of the signals, in place of them where it is smaller.
+    forms : list of SquareForm or ndarray of float32, shape (fingers, n)
+        Signals of each block, where they are computed again for percentiles or histogram.
     """
 
     blocks: list[Moments]
     counts: FingerCounts
     values: NDArray[np.float32] | None
     histogram: Histogram | None
+    forms: list[Form] = field(default_factory=list)
 
 
 @dataclass
@@ -64,6 +91,38 @@ class TileResult:
     raw: dict[str, Real] = field(default_factory=dict)
     reduced: dict[str, ReducedSignal] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
+
+
+def of_blocks(forms: Sequence[Form]) -> tuple[SquareForm | None, dict[int, NDArray[np.float32]]]:
+    """Return the form of the fingers of all blocks, and the signals of those that have none.
+
+    Parameters
+    ----------
+    forms : sequence of SquareForm or ndarray of float32, shape (fingers, n)
+        Of each block.
+
+    Returns
+    -------
+    form : SquareForm or None
+        Of all fingers, with zeros for those that have none; None where no finger has one.
+    known : dict of int to ndarray of float32, shape (fingers, n)
+        First finger to the signals of blocks without a form.
+    """
+    first = next((each for each in forms if isinstance(each, SquareForm)), None)
+    known: dict[int, NDArray[np.float32]] = {}
+    count, blocks = 0, list[SquareForm]()
+    for each in forms:
+        if isinstance(each, SquareForm):
+            blocks.append(each)
+            count += len(each.factor)
+            continue
+        known[count] = each
+        count += len(each)
+        if first is not None:
+            blocks.append(SquareForm(*(np.zeros((len(each), *part.shape[1:])) for part in first)))
+    if first is None:
+        return None, known
+    return SquareForm(*(np.concatenate(parts) for parts in zip(*blocks, strict=True))), known
 
 
 def count_in(histogram: Histogram, part: ReducedSignal, threads: int | None) -> None:
@@ -98,7 +157,7 @@ def binned(part: ReducedSignal, threads: int | None) -> None:
 def joined(one: ReducedSignal, other: ReducedSignal) -> ReducedSignal:
     """Return the statistics of fingers that follow each other."""
     one.counts.merge(other.counts)
-    found = ReducedSignal([*one.blocks, *other.blocks], one.counts, None, None)
+    found = ReducedSignal([*one.blocks, *other.blocks], one.counts, None, None, [*one.forms, *other.forms])
     if one.values is not None and other.values is not None:
         found.values = np.concatenate([one.values, other.values])
     if one.histogram is not None and other.histogram is not None:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from electrovib.core.signals import SIGNALS
+from electrovib.study.population.reduced import of_blocks
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     import xarray
     from numpy.typing import NDArray
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.study.population.declared import DeclaredStudy
     from electrovib.study.population.merged import MergedFingers, MergedSignal
+    from electrovib.study.population.reduced import Form
     from electrovib.study.population.tile import Evaluator
 
 EXACT: Final = "exact order statistics of float32 values, interpolated linearly"
@@ -77,7 +79,7 @@ def _of_signal(name: str, declared: DeclaredStudy, merged: MergedFingers) -> dic
     put("mean", (axis,), moments.mean, unit, f"mean of the {words} over the fingers")
     put("variance", (axis,), moments.variance(), _squared(unit), f"variance of the {words} over the fingers")
     if declared.percentiles:
-        bands = _quantiles(each, declared, merged.evaluator.threads)
+        bands = _quantiles(each, merged.evaluator)
         put("percentile", ("percentile", axis), bands, unit, f"percentiles of the {words} over the fingers")
     if each.counts.unknown.any():
         put("unknown", (axis,), each.counts.unknown, "1", f"number of fingers whose {words} is not known")
@@ -102,17 +104,40 @@ def _squared(unit: str) -> str:
     return f"{unit}^2" if unit.isalpha() else f"({unit})^2"
 
 
-def _quantiles(each: MergedSignal, declared: DeclaredStudy, threads: int | None) -> Real:
+def _quantiles(each: MergedSignal, evaluator: Evaluator) -> Real:
     """Return the percentiles; NaN where the signal of a finger is not known."""
     from electrovib.solve.population.kernels import quantiles
 
-    shares = tuple(percentile / 100 for percentile in declared.percentiles)
+    shares = tuple(percentile / 100 for percentile in evaluator.declared.percentiles)
     if each.values is not None:
-        found = quantiles(each.values, shares, threads=threads)
+        found = quantiles(each.values, shares, threads=evaluator.threads)
+    elif each.forms:
+        found = _of_forms(each.forms, evaluator, shares)
     else:
         assert each.histogram is not None
         found = each.histogram.quantiles(shares)
     return np.where(each.counts.unknown > 0, np.nan, found)
+
+
+def _of_forms(forms: Sequence[Form], evaluator: Evaluator, shares: tuple[float, ...]) -> Real:
+    """Return the quantiles of signals that are computed again."""
+    from electrovib.solve.population.kernels import quantiles, square_quantiles
+
+    whole, known = of_blocks(forms)
+    if whole is None:
+        return quantiles(np.concatenate(list(known.values())), shares, threads=evaluator.threads)
+    voltage, steps, places = evaluator.population.grid
+    numbers = whole.rates, whole.residues, whole.direct, whole.state
+    return square_quantiles(
+        *numbers,
+        voltage,
+        steps,
+        factor=whole.factor,
+        outputs=places,
+        probabilities=shares,
+        known=known,
+        threads=evaluator.threads,
+    )
 
 
 def _parameters(declared: DeclaredStudy) -> dict[str, StoredArray]:

@@ -3,22 +3,40 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.study.population.counts import FingerCounts
 from electrovib.study.population.declared import BLOCK
-from electrovib.study.population.reduced import ReducedSignal, TileResult, binned, joined
+from electrovib.study.population.reduced import (
+    ReducedSignal,
+    SquareForm,
+    TileResult,
+    binned,
+    joined,
+    of_blocks,
+)
 from electrovib.study.population.tiles import largest_tile
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
+    from electrovib.solve.population.kernels import Histogram
+    from electrovib.solve.population.together.forces import Squares
     from electrovib.study.population.declared import DeclaredStudy
+    from electrovib.study.population.reduced import Form
+
+
+_FEWEST_SAMPLES: Final = 128
+"""Samples from which the signals of a finger take more memory than the form from which they are computed again."""
+
+
+_COUNTED: Final = 8
+"""Blocks whose signals are computed again for a histogram together."""
 
 
 class Evaluator:
@@ -30,6 +48,13 @@ class Evaluator:
         The study.
     threads : int, optional
         Threads of the kernels; by default one for each available processor.
+
+    Attributes
+    ----------
+    kept, binned : bool
+        Whether signals are stored, or counted in histograms.
+    recomputed, counted : bool
+        Whether signals are computed again for the percentiles, or for the histogram.
 
     Raises
     ------
@@ -54,7 +79,15 @@ class Evaluator:
         self.numbers = self.samples * len(declared.signals)
         self.exact = 4.0 * declared.fingers * self.numbers <= declared.memory
         percentiles = bool(declared.percentiles)
-        self.kept = declared.draws or (percentiles and self.exact)
+        self.recomputed = (
+            percentiles
+            and self.exact
+            and self.streamed
+            and not declared.draws
+            and self.samples >= _FEWEST_SAMPLES
+        )
+        self.counted = percentiles and not self.exact and self.streamed and not declared.draws
+        self.kept = declared.draws or (percentiles and self.exact and not self.recomputed)
         self.binned = percentiles and not self.exact
         self._scratch: dict[str, Real] = {}
 
@@ -113,6 +146,48 @@ class Evaluator:
                 found[name] = joined(found[name], each) if name in found else each
         return found
 
+    def histogram_of(self, forms: Sequence[Form], into: Histogram | None = None) -> Histogram:
+        """Count signals that are computed again; a value that is not known counts as 0.
+
+        Parameters
+        ----------
+        forms : sequence of SquareForm or ndarray of float32, shape (fingers, n)
+            Signals of blocks.
+        into : Histogram, optional
+            Receives the values.
+
+        Returns
+        -------
+        histogram : Histogram
+            With the values.
+        """
+        from electrovib.solve.population.kernels import Histogram
+
+        found = Histogram(self.samples) if into is None else into
+        voltage, steps, places = self.population.grid
+        for begin in range(0, len(forms), _COUNTED):
+            whole, known = of_blocks(forms[begin : begin + _COUNTED])
+            known = {
+                first: np.nan_to_num(rows, posinf=np.inf, neginf=-np.inf) for first, rows in known.items()
+            }
+            if whole is None:
+                for rows in known.values():
+                    found.add(rows, threads=self.threads)
+                continue
+            found.add_squares(
+                whole.rates,
+                whole.residues,
+                whole.direct,
+                whole.state,
+                voltage,
+                steps,
+                factor=whole.factor,
+                outputs=places,
+                known=known,
+                threads=self.threads,
+            )
+        return found
+
     def reduced(
         self,
         start: int,
@@ -152,9 +227,33 @@ class Evaluator:
                 self._store(found, part, known or self._signals(some, self._memory(part.stop - begin)))
         return found
 
+    def forms(self, start: int, stop: int) -> list[Form]:
+        """Return the signals of consecutive fingers as `reduced` does, of each block, where they are computed again.
+
+        Parameters
+        ----------
+        start, stop : int
+            Indices of the first finger, which begins a block, and of the one after the last.
+
+        Returns
+        -------
+        forms : list of SquareForm or ndarray of float32, shape (fingers, n)
+            Of each block.
+        """
+        (name,) = self.declared.signals
+        found: list[Form] = []
+        for begin in range(start, stop, BLOCK):
+            draws = self._draws(begin, min(begin + BLOCK, stop))
+            squares = self.population.squares(draws, threads=self.threads)
+            if squares is None:
+                found.append(self._signals(draws)[name].astype(np.float32))
+            else:
+                found.append(_form(squares))
+        return found
+
     def _nothing(self, name: str, fingers: int, rows: NDArray[np.float32] | None) -> ReducedSignal:
         """Return the statistics of no finger, with memory for the float32 signals where they are kept or counted."""
-        if rows is None and (self.kept or self.binned):
+        if rows is None and (self.kept or (self.binned and not self.counted)):
             rows = np.empty((fingers, self.samples), np.float32)
         counts = FingerCounts.empty(len(self.declared.thresholds.get(name, ())), self.samples)
         return ReducedSignal(blocks=[], counts=counts, values=rows, histogram=None)
@@ -169,6 +268,8 @@ class Evaluator:
             each.counts.merge(FingerCounts.of(values, self.declared.thresholds.get(name, ()), blocks))
             if each.values is not None:
                 each.values[part] = values
+            if self.recomputed or self.counted:
+                each.forms.append(values.astype(np.float32))
 
     def _stream(
         self,
@@ -199,9 +300,18 @@ class Evaluator:
             if rows is not None:
                 rows[:] = signals[name]
         values: Any = rows if out is not None else None if signals is None else signals[name]
+        if self.counted and np.isnan(block.mean).any():
+            each.forms.append(values.astype(np.float32))
+        elif self.recomputed or self.counted:
+            each.forms.append(_form(squares))
         if values is not None:
             each.counts.merge(FingerCounts.of(values, thresholds, [block]))
         return True
+
+
+def _form(squares: Squares) -> SquareForm:
+    """Return what differs between the fingers of a block."""
+    return SquareForm(squares.rates, squares.residues, squares.direct, squares.state, squares.factor)
 
 
 def kernels(of_signals: str) -> str:

@@ -49,9 +49,14 @@ def tile_on_worker(text: str, start: int, stop: int, expected: Mapping[str, str]
             start, stop, problems=[f"workers: one has {what}; install the same versions everywhere"]
         )
     try:
-        return _evaluator(text, _threads()).tile(start, stop)
+        evaluator = _evaluator(text, _threads())
+        found = evaluator.tile(start, stop)
+        if evaluator.counted:
+            for each in found.reduced.values():
+                each.histogram, each.forms = evaluator.histogram_of(each.forms), []
     except ElectrovibError as error:
         return TileResult(start, stop, problems=[str(each) for each in error.problems])
+    return found
 
 
 def _threads() -> int | None:

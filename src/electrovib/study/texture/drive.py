@@ -285,8 +285,8 @@ def _moving(scenario: Scenario, path: FingerPath) -> tuple[Scenario, str]:
 
 def _titled(scenario: Scenario, texture: Texture) -> Scenario:
     """Return the scenario with the texture in its title."""
-    title = f"{type(texture).__name__} on the plate of: {scenario.title or 'a scenario without a title'}"
-    return scenario.model_copy(update={"title": title})
+    of = f" on the plate of: {scenario.title}" if scenario.title else ""
+    return scenario.model_copy(update={"title": f"{type(texture).__name__}{of}"})
 
 
 def _misfit(predicted: Real, wanted: Real, first: int, last: int) -> float:

@@ -43,7 +43,7 @@ class RenderingHardware:
     largest_amplitude : float
         Of the drive [V].
     largest_slope : float
-        Largest rate of change of the drive for which the current stays within its limits [V/s].
+        Largest rate of change of the drive for which slew rate and currents stay within their limits [V/s].
     bound : str
         Limit that determines the largest amplitude, in words.
     """
@@ -202,8 +202,13 @@ def hardware(
     allowed = [(limit / factor, words) for limit, words in voltages]
     bounds = [(limit, whole if through == "current" else bound, words) for limit, through, words in currents]
     allowed += [(limit / (factor * each.current(steepest, 1.0)), words) for limit, each, words in bounds]
+    if "slew_rate" in declared:
+        fastest = declared["slew_rate"]
+        allowed.append((fastest.value / (factor * steepest), f"the slew rate, {_shown(fastest, 'V/s')}"))
     largest, words = min(allowed)
     slopes = [each.slope(limit, factor * largest) / factor for limit, each, _ in bounds]
+    if "slew_rate" in declared:
+        slopes.append(declared["slew_rate"].value / factor)
     return RenderingHardware(
         force_gain=gain,
         carrier=carrier,

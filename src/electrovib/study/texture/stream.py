@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.scenario import Source
 from electrovib.study.check import cleared_for_output, sampled, with_drive
 from electrovib.study.texture.reading import TextureSource
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 LONGEST: Final = 600.0
 """Longest stream [s], by default; a choice."""
+UNBOUNDED: Final = ("charge", "stored_energy", *MEAN_SQUARES)
+"""Limits with which a block of a stream cannot be compared."""
 _TICK: Final = 1e-6
 """Share of a sample by which a time stamp may be early or late."""
 _CHECKED: Final = 0.05
@@ -286,11 +289,11 @@ def texture_stream(
     -----
     Before the stream begins, a burst at the largest amplitude is compared with every limit and with breakdown. Each block is
     compared with the limits of voltage and current, the latter from the slope of the voltage and the charge that the stack and
-    the stray capacitance can take up. Limits of charge and of stored energy have no such bound, and a stream is refused where
-    they are declared. A stream is never passed on to the bench.
+    the stray capacitance can take up. Limits of charge, of stored energy and of root mean squares have no such bound, and a
+    stream is refused where they are declared. A stream is never passed on to the bench.
     """
     found = RenderingSetUp.read(scenario, texture, set, limits, "a stream of a texture")
-    if unbounded := [name for name in ("charge", "stored_energy") if name in found.declared]:
+    if unbounded := [name for name in UNBOUNDED if name in found.declared]:
         raise InputError(
             "a stream cannot be compared with this limit; compute the drive of a path with electrovib.texture_drive, which is",
             path=f"limits.{unbounded[0]}",

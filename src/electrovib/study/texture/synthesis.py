@@ -217,7 +217,7 @@ class Synthesis:
                 " take another carrier"
             )
         return (
-            f"the voltage changes at {format_quantity(slope, 'V/s', digits=4)}, and the limit of the current allows"
-            f" {format_quantity(hardware.largest_slope, 'V/s', digits=4)}; take wider edges, a slower finger, or a shorter ramp,"
-            " which leaves more of the current to changes of the amplitude"
+            f"the voltage changes at {format_quantity(slope, 'V/s', digits=4)}, and the limits of current and slew rate"
+            f" allow {format_quantity(hardware.largest_slope, 'V/s', digits=4)}; take wider edges, a slower finger, or a shorter"
+            " ramp, which leaves more of them to changes of the amplitude"
         )

@@ -131,17 +131,46 @@ def test_a_picture_is_0_beyond_its_edges():
 
 
 WRONG = {
-    "edge": ({"model": "Grating", "period": 1e-3, "amplitude": 1e-3, "waveform": {"model": "RectangularWaveform", "duty": 0.1, "edge": 0.2}}, "edge must not be longer"),
+    "edge": (
+        {
+            "model": "Grating",
+            "period": 1e-3,
+            "amplitude": 1e-3,
+            "waveform": {"model": "RectangularWaveform", "duty": 0.1, "edge": 0.2},
+        },
+        "edge must not be longer",
+    ),
     "no samples": ({"model": "HeightProfile"}, "holds no samples: name the record"),
-    "unlike columns": ({"model": "HeightProfile", "position_samples": [0, 1], "height_samples": [0]}, "2 positions but 1 values of the height"),
-    "one sample": ({"model": "HeightProfile", "position_samples": [0], "height_samples": [0]}, "at least 2 samples, not 1"),
-    "not increasing": ({"model": "HeightProfile", "position_samples": [0, 1e-3, 1e-3], "height_samples": [0, 0, 1]}, "positions must increase by at least 1 nm, but sample 2"),
-    "too long": ({"model": "HeightProfile", "position_samples": [0, 20], "height_samples": [0, 1]}, "is 20 m long, and 10 m are allowed"),
-    "not finite": ({"model": "HeightProfile", "position_samples": [0, 1], "height_samples": [0, math.nan]}, "the height of sample 1 is not a finite number"),
+    "unlike columns": (
+        {"model": "HeightProfile", "position_samples": [0, 1], "height_samples": [0]},
+        "2 positions but 1 values of the height",
+    ),
+    "one sample": (
+        {"model": "HeightProfile", "position_samples": [0], "height_samples": [0]},
+        "at least 2 samples, not 1",
+    ),
+    "not increasing": (
+        {"model": "HeightProfile", "position_samples": [0, 1e-3, 1e-3], "height_samples": [0, 0, 1]},
+        "positions must increase by at least 1 nm, but sample 2",
+    ),
+    "too long": (
+        {"model": "HeightProfile", "position_samples": [0, 20], "height_samples": [0, 1]},
+        "is 20 m long, and 10 m are allowed",
+    ),
+    "not finite": (
+        {"model": "HeightProfile", "position_samples": [0, 1], "height_samples": [0, math.nan]},
+        "the height of sample 1 is not a finite number",
+    ),
     "no pixels": ({"model": "GreyscalePicture", "pixels_per_millimetre": 1}, "holds no pixels"),
-    "no rows": ({"model": "GreyscalePicture", "pixels_per_millimetre": 1, "width": 2, "value_samples": [0, 1, 2]}, "3 pixels are no rows of 2"),
-    "beyond white": ({"model": "GreyscalePicture", "pixels_per_millimetre": 1, "width": 1, "value_samples": [256]}, "lie between 0 and 255"),
-}  # fmt: skip
+    "no rows": (
+        {"model": "GreyscalePicture", "pixels_per_millimetre": 1, "width": 2, "value_samples": [0, 1, 2]},
+        "3 pixels are no rows of 2",
+    ),
+    "beyond white": (
+        {"model": "GreyscalePicture", "pixels_per_millimetre": 1, "width": 1, "value_samples": [256]},
+        "lie between 0 and 255",
+    ),
+}
 
 
 @pytest.mark.parametrize("case", WRONG)

@@ -168,6 +168,20 @@ def test_a_forbidden_solution_does_not_hide_an_allowed_one():
     assert "(forbidden: the current into the contact" in found.lines[1]
 
 
+def test_an_allowed_value_of_the_other_sign_comes_before_a_forbidden_one():
+    """The offset of 500 V adds to the amplitude for one sign and not for the other."""
+    found = ev.design(
+        "vezzoli_2014/fig6",
+        want="mean electrostatic_force = 5 mN",
+        free=FREE,
+        between="-3 kV:3 kV",
+        set={"limits.current": "10 A"},
+        limits={"voltage": "1.9 kV"},
+    )
+    assert [each.is_allowed for each in found.solutions] == [True, False]
+    assert found.value == found.solutions[0].value < 0 < found.solutions[1].value
+
+
 def test_no_value_is_within_the_limits():
     found = ev.design(
         SINE, want="mean electrostatic_force = 50 mN", free="contact.area", limits={"voltage": "1 V"}
@@ -219,10 +233,17 @@ def test_the_distribution_of_a_power_law(linear):
     assert not found.influences
 
 
-def test_draws_without_a_solution_are_counted():
+@pytest.mark.parametrize("linear", [False, True])
+def test_draws_without_a_solution_are_counted(linear):
     space = {"contact.area": {"model": "Uniform", "low": "0.2 cm2", "high": "2 cm2"}}
     found = ev.design(
-        SINE, want="mean electrostatic_force = 50 mN", free=FREE, space=space, n=12, between="1 V:55 V"
+        SINE,
+        want="mean electrostatic_force = 50 mN",
+        free=FREE,
+        space=space,
+        n=12,
+        linear=linear,
+        between="1 V:55 V",
     )
     area = ev.read_space(SINE, space).draw(1, 0, 12)["contact.area"]
     beyond = 100 * np.sqrt(0.05 / force() * 1e-4 / area) > 55
@@ -362,6 +383,7 @@ REFUSED = {
     "several": ({"want": WANT, "free": [FREE]}, r"free = \['drive.amplitude'\]: expected the dotted path of one"),
     "no number": ({"want": WANT, "free": "drive"}, "drive: no physical parameter has this path"),
     "absent": ({"want": WANT, "free": "limits.voltage"}, "limits.voltage: the scenario gives it no value; add one by --set"),
+    "a grid": ({"want": WANT, "free": "frequency.high"}, "frequency.high: the frequencies of the output are no input"),
     "no range": ({"want": WANT, "free": FREE, "between": "10"}, "between = 10: expected LOW:HIGH, for instance 0 V:100 kV"),
     "turned": ({"want": WANT, "free": FREE, "between": "20:10"}, "between = 20:10: expected two values, the smaller first"),
     "beyond": ({"want": WANT, "free": FREE, "between": "1V:1GV"}, "drive.amplitude allows 0 V to 100 kV"),

@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
+from electrovib.study.design.parameter.roots import solutions
 from electrovib.study.design.parameter.scale import EVEN, first_values
-from electrovib.study.design.parameter.search import Function, explore, sharpen_extremes, solutions
+from electrovib.study.design.parameter.search import Function, explore, sharpen_extremes
 
 
 def found(compute, target, low, high, begin=1.0):
@@ -94,6 +95,28 @@ def test_above_an_extreme_value_there_is_none_and_the_extreme_is_known():
     roots, *_, function = found(lambda x: x * math.exp(-x), 1.001 * math.exp(-1), 1e-3, 1e3, begin=5.0)
     assert not roots
     assert max(value for _, value in function.known) == pytest.approx(math.exp(-1), rel=1e-12)
+
+
+def test_a_bump_beside_a_first_value_is_resolved():
+    """Without the values that the deviation from the chord asks for, only the last of three crossings is seen."""
+
+    def compute(x):
+        return x * (1 + 1.5 * math.exp(-(((math.log(x) - 0.25) / 0.2) ** 2)))
+
+    roots, *_ = found(compute, 2.5, 1e-3, 1e3)
+    assert len(roots) == 3
+    assert [compute(each.value) for each in roots] == pytest.approx([2.5] * 3, rel=1e-12)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_local_extreme_that_is_not_that_of_the_whole_range_is_refined(side):
+    def compute(x):
+        return side * (math.exp(-(math.log(x / 1.2) ** 2)) + 3 * (x / 1e3) ** 4)
+
+    roots, *_ = found(compute, side * 0.999999, 1e-3, 1e3)
+    low, high, far = (each.value for each in roots)
+    assert (low, high) == pytest.approx((1.2 * math.exp(-1e-3), 1.2 * math.exp(1e-3)), rel=1e-6)
+    assert far > 100
 
 
 def test_a_minimum_is_refined_too():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import io
 import itertools
 import math
@@ -37,6 +38,7 @@ STATIC = ev.load("bau_2010/sine", changes=CHANGES)
 THICKNESSES = [2e-6, 5e-6, 1e-5, 2e-5]
 AMPLITUDES = [100.0, 300.0, 500.0, 1000.0, 1500.0]
 OVER = {"stack.insulator.thickness": THICKNESSES, "drive.amplitude": AMPLITUDES}
+plate = functools.partial(ev.design_plate, refine=0)
 FAR = {"voltage": "1 MV"}
 
 
@@ -70,7 +72,7 @@ def row(candidate, quantity):
 
 @pytest.fixture(scope="module")
 def design():
-    return ev.design_plate(STATIC, OVER, limits={"voltage": "900 V", "current": "1 mA"})
+    return plate(STATIC, OVER, limits={"voltage": "900 V", "current": "1 mA"})
 
 
 def test_every_combination_is_a_candidate_with_its_closed_form(design):
@@ -122,6 +124,37 @@ def test_the_best_is_the_largest_force_among_the_allowed(design):
     assert len(design.allowed) == len(allowed)
 
 
+CHECKED = {
+    "a step with a series resistance": {
+        "drive.phase": math.pi / 2, "time": {"duration": "20 ms"}, "circuit.source_resistance": "1 Mohm",
+    },
+    "a discontinuity": {"drive.phase": math.pi / 2, "time": {"duration": "20 ms"}},
+    "stray capacitance": {"circuit.amplifier": {"stray_capacitance": "100 pF"}},
+}  # fmt: skip
+EVERY = {"voltage": 90.0, "current": 1e-4, "charge": 1e-9, "stored_energy": 1e-6, "body_current": 1e-4}
+EVERY |= {"rms_voltage": 71.0, "rms_current": 1e-4, "slew_rate": 1e4}
+
+
+@pytest.mark.parametrize("case", CHECKED)
+def test_rows_of_a_candidate_are_those_of_the_check(case):
+    scenario = STATIC.replace(CHECKED[case])
+    found = plate(scenario, {"drive.amplitude": [100.0]}, limits=EVERY).candidates[0]
+    expected = ev.check(None, scenario, limits=EVERY)
+    assert len(found.rows) == len(expected.rows)
+    for mine, theirs in zip(found.rows, expected.rows, strict=True):
+        assert (mine.quantity, mine.limit, mine.state) == (theirs.quantity, theirs.limit, theirs.state)
+        assert mine.value == (theirs.value and pytest.approx(theirs.value, rel=1e-5))
+
+
+def test_root_mean_squares_are_judged_where_they_are_declared_or_an_objective():
+    over = {"drive.amplitude": [50.0, 100.0]}
+    plain = plate(STATIC, over).candidates[0]
+    assert not [each for each in plain.rows if "rms" in each.quantity or "slew" in each.quantity]
+    found = plate(STATIC, over, limits={"rms_voltage": 50.0}, minimise=["slew rate"])
+    assert [each.forbidden_by for each in found.candidates] == [(), ("rms voltage",)]
+    assert found.best.values["slew rate"] == pytest.approx(2 * math.pi * 125 * 50)
+
+
 def test_the_best_candidate_is_checked_again(design):
     assert design.check.state != "fail"
     assert design.check.value("peak voltage") == design.best.values["peak voltage"]
@@ -130,7 +163,7 @@ def test_the_best_candidate_is_checked_again(design):
 def test_the_force_at_the_breakdown_field_is_independent_of_the_thickness():
     """At E = V/(T + eps g) the force is eps0 A (eps E)^2/4: the optimum is a line, which refinement approaches."""
     held = STATIC.replace({"stack.insulator.breakdown_field": 3e6})  # below Paschen in this gap
-    found = ev.design_plate(
+    found = plate(
         held,
         {"stack.insulator.thickness": [2e-6, 5e-6, 2e-5], "drive.amplitude": [50.0, 150.0, 400.0]},
         refine=6,
@@ -150,7 +183,7 @@ def test_the_force_at_the_breakdown_field_is_independent_of_the_thickness():
 def test_thickness_at_which_current_and_voltage_limit_together():
     """The current of the capacitance falls with the thickness, the voltage limit is flat: thin plates take less voltage."""
     limit = 20e-6
-    found = ev.design_plate(
+    found = plate(
         STATIC,
         {
             "stack.insulator.thickness": np.linspace(1e-6, 40e-6, 14),
@@ -180,9 +213,7 @@ def test_what_binds_is_the_limit_without_which_more_is_reached(design):
 
 def test_limits_that_bind_only_together_are_named_together():
     """Twice the voltage exceeds the limits of voltage and of charge at once, so relaxing one alone gains nothing."""
-    found = ev.design_plate(
-        STATIC, {"drive.amplitude": [100.0, 200.0]}, limits={"voltage": 150.0, "charge": "6 nC"}
-    )
+    found = plate(STATIC, {"drive.amplitude": [100.0, 200.0]}, limits={"voltage": 150.0, "charge": "6 nC"})
     assert at_amplitude(found.best) == 100
     assert {gain.limits for gain in found.gains} == {("peak voltage", "charge")}
     assert "Peak voltage and charge bind together" in found.answer
@@ -193,9 +224,9 @@ def at_amplitude(candidate):
 
 
 def test_without_a_binding_limit_the_ranges_decide():
-    found = ev.design_plate(STATIC, {"drive.amplitude": [100.0, 200.0]}, limits=FAR)
+    found = plate(STATIC, {"drive.amplitude": [100.0, 200.0]}, limits=FAR)
     assert "No limit binds: drive.amplitude has the largest of its values" in found.answer
-    inside = ev.design_plate(
+    inside = plate(
         STATIC,
         {"drive.amplitude": [100.0, 200.0, 300.0]},
         maximise=[],
@@ -206,7 +237,7 @@ def test_without_a_binding_limit_the_ranges_decide():
 
 
 def test_nothing_within_the_limits_names_the_limit_and_the_nearest_candidate():
-    found = ev.design_plate(STATIC, {"drive.amplitude": [100.0, 200.0]}, limits={"voltage": 50.0})
+    found = plate(STATIC, {"drive.amplitude": [100.0, 200.0]}, limits={"voltage": 50.0})
     assert found.best is None
     assert found.check is None
     assert not found.pareto
@@ -254,7 +285,7 @@ def test_pareto_set_of_force_and_voltage_is_the_thinnest_allowed_plate_of_each_v
     "minimise", ["peak current", "stored energy", "charge", "peak body current", "stack.insulator.thickness"]
 )
 def test_pareto_set_against_any_objective_is_that_of_brute_force(minimise):
-    found = ev.design_plate(STATIC, OVER, minimise=[minimise], limits={"voltage": "1 kV"})
+    found = plate(STATIC, OVER, minimise=[minimise], limits={"voltage": "1 kV"})
     costs = np.array(
         [[-each.values["mean electrostatic_force"], each.values[minimise]] for each in found.allowed]
     )
@@ -263,7 +294,7 @@ def test_pareto_set_against_any_objective_is_that_of_brute_force(minimise):
 
 
 def test_undeclared_limits_forbid_nothing_and_are_named():
-    found = ev.design_plate(STATIC, {"drive.amplitude": [100.0]})
+    found = plate(STATIC, {"drive.amplitude": [100.0]})
     rows = {each.quantity: each for each in found.best.rows}
     assert rows["peak voltage"].limit is None
     assert rows["peak voltage"].state == "unknown"
@@ -273,13 +304,13 @@ def test_undeclared_limits_forbid_nothing_and_are_named():
 
 def test_the_strictest_of_several_limits_counts():
     own = STATIC.replace({"limits.voltage": "250 V"})
-    found = ev.design_plate(own, {"drive.amplitude": [100.0, 200.0, 300.0]}, limits=[{"voltage": 150.0}])
+    found = plate(own, {"drive.amplitude": [100.0, 200.0, 300.0]}, limits=[{"voltage": 150.0}])
     assert at_amplitude(found.best) == 100
     assert "250 V of the scenario" in row(found.best, "peak voltage").source
 
 
 def test_materials_take_their_own_strength_and_its_status():
-    found = ev.design_plate(
+    found = plate(
         STATIC, {"drive.amplitude": [100.0, 200.0]}, materials=["silica", "parylene C", "PTFE"], limits=FAR
     )
     assert [each.material for each in found.candidates[::2]] == ["silica", "parylene_c", "ptfe"]
@@ -296,7 +327,7 @@ def test_materials_take_their_own_strength_and_its_status():
 
 def test_a_field_above_an_unverified_strength_forbids_and_the_row_says_unverified():
     thin = STATIC.replace({"stack.insulator.thickness": "100 nm", "stack.gap.thickness": "1 nm"})
-    found = ev.design_plate(thin, {"drive.amplitude": [1.0, 100.0]}, materials=["silica"])
+    found = plate(thin, {"drive.amplitude": [1.0, 100.0]}, materials=["silica"])
     film = row(found.candidates[1], "film strength, insulator")
     assert film.value > film.limit
     assert film.state == "fail"
@@ -309,7 +340,7 @@ def test_a_declared_strength_leaves_no_doubt(design):
 
 
 def test_field_emission_is_shown_and_forbids_nothing():
-    found = ev.design_plate(
+    found = plate(
         STATIC.replace({"stack.gap.thickness": "1 um", "stack.insulator.breakdown_field": 1e9}),
         {"drive.amplitude": [300.0]},
         limits=FAR,
@@ -322,7 +353,7 @@ def test_field_emission_is_shown_and_forbids_nothing():
 
 def test_varied_permittivity_with_a_named_material_is_noted():
     named = STATIC.replace({"stack.insulator.material": "silica", "stack.insulator.breakdown_field": None})
-    found = ev.design_plate(named, {"stack.insulator.material.permittivity": [3.9, 8.0]}, limits=FAR)
+    found = plate(named, {"stack.insulator.material.permittivity": [3.9, 8.0]}, limits=FAR)
     assert any("remains that of silica" in note for note in found.notes)
     thickness = 5e-6
     for each in found.candidates:
@@ -346,19 +377,17 @@ def with_perception(threshold, uncertainty=3.0):
 def test_a_change_of_friction_below_the_threshold_forbids():
     level = ev.perceive(with_perception(1e-9)).sensation
     felt = 1e-9 * 10 ** (level / 20)
-    found = ev.design_plate(
-        with_perception(10 * felt), {"drive.amplitude": [100.0, 200.0, 1000.0]}, limits=FAR
-    )
+    found = plate(with_perception(10 * felt), {"drive.amplitude": [100.0, 200.0, 1000.0]}, limits=FAR)
     states = [row(each, PERCEIVED).state for each in found.candidates]
     assert states == ["fail", "fail", "pass"]  # -20 dB, -8 dB, +20 dB with 3 dB of uncertainty
     assert row(found.candidates[0], PERCEIVED).value == pytest.approx(10, rel=1e-2)
     assert "detection threshold" in row(found.candidates[0], PERCEIVED).text
-    near = ev.design_plate(with_perception(1.1 * felt), {"drive.amplitude": [100.0]}, limits=FAR)
+    near = plate(with_perception(1.1 * felt), {"drive.amplitude": [100.0]}, limits=FAR)
     assert row(near.candidates[0], PERCEIVED).state == "unknown"
 
 
 def test_perception_without_a_threshold_is_not_judged():
-    found = ev.design_plate(STATIC.replace({"perception": {}}), {"drive.amplitude": [100.0]})
+    found = plate(STATIC.replace({"perception": {}}), {"drive.amplitude": [100.0]})
     assert not [each for each in found.candidates[0].rows if each.quantity == PERCEIVED]
     assert any("no calibrated threshold" in note for note in found.notes)
 
@@ -387,14 +416,12 @@ def test_mistakes_are_refused(wrong):
     options, over, words = WRONG[wrong]
     options = {"over": over} | options
     with pytest.raises(InputError, match=words):
-        ev.design_plate(STATIC, **options)
+        plate(STATIC, **options)
 
 
 def test_all_mistakes_are_reported_at_once():
     with pytest.raises(InputError) as caught:
-        ev.design_plate(
-            STATIC, OVER, materials=["silicate"], maximise=["x"], limits={"voltage": 0.0}, refine=-1
-        )
+        plate(STATIC, OVER, materials=["silicate"], maximise=["x"], limits={"voltage": 0.0}, refine=-1)
     assert len(caught.value.problems) >= 4
 
 

@@ -162,6 +162,7 @@ def test_threads_do_not_change_a_bit(monkeypatch, memory, exceed):
 
     monkeypatch.setattr("electrovib.study.population.here.thread_count", lambda _: 3)
     monkeypatch.setattr("electrovib.study.population.here._tile", noted)
+    monkeypatch.setattr("electrovib.study.population.here._COUNTED", 1)
     for size, expected in ((2e5, {256, 7000 % 256}), (5e5, {1024, 7000 % 1024})):
         monkeypatch.setattr("electrovib.study.population.tiles._BYTES", size)
         monkeypatch.setattr("electrovib.study.population.here._SECONDS", 1e3)

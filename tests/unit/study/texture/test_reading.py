@@ -72,12 +72,21 @@ WRONG = {
     "a wrong value": (INLINE.replace("2 mm", "2 V"), "texture.period = '2 V': expected a length"),
     "two mistakes": ({"model": "Grating", "period": "2 V"}, "texture.amplitude: missing"),
     "no picture": ({**PICTURE, "file": "none.png", "value_samples": []}, "holds no pixels"),
-    "a missing picture": ({"model": "GreyscalePicture", "file": "none.png", "pixels_per_millimetre": 1}, "none.png: there is no such file"),
-    "no resolution": ({"model": "GreyscalePicture", "width": 1, "value_samples": [0]}, "texture.pixels_per_millimetre: missing"),
+    "a missing picture": (
+        {"model": "GreyscalePicture", "file": "none.png", "pixels_per_millimetre": 1},
+        "none.png: there is no such file",
+    ),
+    "no resolution": (
+        {"model": "GreyscalePicture", "width": 1, "value_samples": [0]},
+        "texture.pixels_per_millimetre: missing",
+    ),
     "a bad file": ({"model": "HeightProfile", "file": "bad.csv"}, "bad.csv: line 3, column 'height'"),
-    "another column": ({"model": "HeightProfile", "file": "bad.csv", "height_column": "hight"}, "there is no column 'hight'. Did you mean 'height'"),
+    "another column": (
+        {"model": "HeightProfile", "file": "bad.csv", "height_column": "hight"},
+        "there is no column 'hight'. Did you mean 'height'",
+    ),
     "not text": ("binary.toml", "not a text in UTF-8"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", WRONG)

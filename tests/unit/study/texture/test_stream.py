@@ -26,10 +26,18 @@ WHITE = {"model": "GreyscalePicture", "width": 1, "value_samples": [255], "pixel
 NOISE = np.random.default_rng(1).integers(0, 120, 400).tolist()
 TEXTURES = {
     "grating": GRATING,
-    "height": {"model": "HeightProfile", "position_samples": [0, 1e-3, 2e-3, 3e-3], "height_samples": [0, 2e-6, 1e-6, 2e-6]},
-    "force": {"model": "RecordedFrictionForce", "position_samples": [0, 1e-3, 3e-3], "friction_force_samples": [0.2, 0.2005, 0.2002]},
+    "height": {
+        "model": "HeightProfile",
+        "position_samples": [0, 1e-3, 2e-3, 3e-3],
+        "height_samples": [0, 2e-6, 1e-6, 2e-6],
+    },
+    "force": {
+        "model": "RecordedFrictionForce",
+        "position_samples": [0, 1e-3, 3e-3],
+        "friction_force_samples": [0.2, 0.2005, 0.2002],
+    },
     "picture": {"model": "GreyscalePicture", "width": 20, "value_samples": NOISE, "pixels_per_millimetre": 5},
-}  # fmt: skip
+}
 
 
 def stream(texture=GRATING, **options):
@@ -58,7 +66,7 @@ def offline(name, carrier):
     return moving, drive.voltages
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     case=st.sampled_from(CASES),
     sizes=st.lists(st.integers(1, BLOCK), min_size=1, max_size=40),
@@ -198,11 +206,9 @@ def test_too_steep_an_edge_ends_the_stream():
 
 def test_the_end_of_the_longest_duration_is_at_0_volts():
     found = stream(WHITE, longest="20 ms")
-    samples = []
+    samples = np.concatenate([found.render(0.05, number / 1000) for number in range(20)])
     with pytest.raises(StreamClosedError, match="the declared longest duration is reached"):
-        for number in range(40):
-            samples.append(found.render(0.05, number / 1000))
-    samples = np.concatenate(samples)
+        found.render(0.05, 0.02)
     last = np.flatnonzero(samples)[-1]
     assert 180 < last < 200
 
@@ -216,6 +222,30 @@ def test_a_stream_that_is_closed_ends_by_its_ramp():
     assert not len(found.close())
     with pytest.raises(StreamClosedError, match="the stream was closed"):
         found.render(0.05, 1.0)
+
+
+def test_the_ramp_is_linear_and_has_its_duration():
+    """Without a carrier the samples are the ramp itself."""
+    found, before = running(STEP, carrier=None, ramp="3 ms")
+    np.testing.assert_allclose(
+        found.close(), before[-1] * (1 - np.arange(1, 31) / 30), rtol=1e-12, atol=1e-12
+    )
+
+
+def test_a_force_that_slowly_exceeds_the_most_ends_the_stream():
+    rising = {
+        "model": "RecordedFrictionForce",
+        "position_samples": [0, 0.1],
+        "friction_force_samples": [0.2, 0.25],
+    }
+    found = stream(rising, carrier=None)
+    largest = []
+    for number in range(2000):
+        largest.append(np.max(found.render(0.1 * number / 2000, number / 1000)))
+        if found.error:
+            break
+    assert "the texture needs an attraction of 54.2" in str(found.error)
+    assert 0.999 * found.largest_voltage < max(largest) <= found.largest_voltage
 
 
 def test_a_stream_that_never_rendered_closes_at_0_volts():
@@ -250,13 +280,27 @@ def test_conduction_contributes_its_current_and_not_the_charge_of_the_whole_run(
 
 
 REFUSED = {
-    "limits": ({"limits": {"voltage": "1 kV"}, "set": {"limits": {}}}, "not declared, and a stream of a texture needs"),
-    "charge": ({"limits": LIMITS | {"charge": "1 uC"}}, "limits.charge: a stream cannot be compared with this limit"),
+    "limits": (
+        {"limits": {"voltage": "1 kV"}, "set": {"limits": {}}},
+        "not declared, and a stream of a texture needs",
+    ),
+    "charge": (
+        {"limits": LIMITS | {"charge": "1 uC"}},
+        "limits.charge: a stream cannot be compared with this limit",
+    ),
+    "energy": ({"limits": LIMITS | {"stored_energy": "1 mJ"}}, "limits.stored_energy: a stream cannot be"),
+    "root mean square": (
+        {"limits": LIMITS | {"rms_current": "100 uA"}},
+        "limits.rms_current: a stream cannot be",
+    ),
     "dimensions": ({"dimensions": 3}, "dimensions = 3: must be 1 or 2"),
     "carrier": ({"carrier": "5 kHz"}, "may have 0.4 of the rate"),
     "block": ({"block": "10 us"}, "block = 10 us: must lie between 0.0001 and 1 s"),
-    "breakdown": ({"set": {"stack.insulator.breakdown_field": "1 MV/m"}}, "No stream was made; declare a lower limits.voltage"),
-}  # fmt: skip
+    "breakdown": (
+        {"set": {"stack.insulator.breakdown_field": "1 MV/m"}},
+        "No stream was made; declare a lower limits.voltage",
+    ),
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)

@@ -14,7 +14,7 @@ from electrovib.solve.population.kernels.over_frequency import (
     mean_square_over_frequency,
     transfer_over_frequency,
 )
-from electrovib.solve.population.kernels.quantiles import quantiles
+from electrovib.solve.population.kernels.quantiles import quantiles, square_quantiles
 from electrovib.solve.population.kernels.secular_many import ManyRoots, secular_roots_many
 from electrovib.solve.population.kernels.stepping import first_order_hold_many
 from electrovib.solve.population.kernels.time_steps import BLOCK
@@ -34,5 +34,6 @@ __all__ = [
     "quantiles",
     "secular_roots_many",
     "square_moments_many",
+    "square_quantiles",
     "transfer_over_frequency",
 ]

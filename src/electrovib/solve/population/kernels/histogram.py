@@ -8,11 +8,15 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels.choice import compiled
+from electrovib.solve.population.kernels.stepping import factors, first_order_hold_many, gather
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Real
+    from electrovib.solve.population.kernels.time_steps import TimeSteps
 
     Counts = NDArray[np.int64]
 
@@ -75,20 +79,76 @@ class Histogram:
             raise InputError(
                 "values has a value that is not a number: a histogram counts finite values and infinities."
             )
-        self._allocate(found)
+        self.allocate(found)
         (_count if kernel is None else kernel.count)(given, self.pages, self.counts, threads)
         self.count += len(given)
 
-    def __add__(self, other: Histogram) -> Histogram:
-        """Return the counts of both."""
+    def add_squares(
+        self,
+        rates: ArrayLike,
+        residues: ArrayLike,
+        direct: ArrayLike,
+        state: ArrayLike,
+        voltage: ArrayLike,
+        time: ArrayLike | TimeSteps,
+        *,
+        factor: ArrayLike,
+        outputs: ArrayLike,
+        known: Mapping[int, NDArray[np.float32]] | None = None,
+        threads: int | None = None,
+    ) -> None:
+        """Count factor times the squared responses of some fingers, as float32, without storing responses of all times.
+
+        Parameters
+        ----------
+        rates, residues, direct, state, voltage, time : array_like
+            As for `first_order_hold_many`.
+        factor : array_like, shape (fingers,)
+            Force over the square of the response, for instance.
+        outputs : array_like of int, shape (times,)
+            Indices of the times, increasing.
+        known : mapping of int to ndarray of float32, shape (fingers, times), optional
+            First finger to values that take the place of those computed.
+        threads : int, optional
+            Threads of the compiled kernel; by default one for each available processor.
+
+        Raises
+        ------
+        InputError
+            As `first_order_hold_many`, or if a value is nan, which the compiled kernel does not check.
+        """
+        fingers = gather(rates, residues, direct, state, voltage, time)
+        squared, at = factors(factor, fingers), np.asarray(outputs, np.intp)
+        if len(at) != len(self.pages):
+            raise InputError(f"outputs has {len(at)} times: expected {len(self.pages)}.")
+        if (kernel := compiled()) is not None:
+            kernel.count_squares(fingers, squared, at, known or {}, self, threads)
+            self.count += len(squared)
+            return
+        values = np.ascontiguousarray(
+            first_order_hold_many(*fingers, factor=squared, dtype=np.float32)[:, at]
+        )
+        for first, rows in (known or {}).items():
+            values[first : first + len(rows)] = rows
+        self.add(values)
+
+    def merge(self, other: Histogram) -> None:
+        """Add the counts of another histogram."""
         if len(self.pages) != len(other.pages):
             raise InputError(f"histograms of {len(self.pages)} and {len(other.pages)} times cannot be added.")
+        filled = other.pages >= 0
+        self.allocate(filled)
+        if (kernel := compiled()) is not None:
+            kernel.add_counts(self, other)
+        else:
+            self.counts[self.pages[filled]] += other.counts[other.pages[filled]]
+        self.count += other.count
+
+    def __add__(self, other: Histogram) -> Histogram:
+        """Return the counts of both."""
         total = Histogram(len(self.pages))
-        total._allocate((self.pages >= 0) | (other.pages >= 0))
         for each in (self, other):
-            filled = each.pages >= 0
-            total.counts[total.pages[filled]] += each.counts[each.pages[filled]]
-        total.count = self.count + other.count
+            total.merge(each)
         return total
 
     def quantiles(self, probabilities: ArrayLike) -> Real:
@@ -149,8 +209,14 @@ class Histogram:
             share[time] = total / self.count
         return share
 
-    def _allocate(self, wanted: NDArray[np.bool_]) -> None:
-        """Give memory to octaves that have none."""
+    def allocate(self, wanted: NDArray[np.bool_]) -> None:
+        """Give memory to octaves that have none.
+
+        Parameters
+        ----------
+        wanted : ndarray of bool, shape (times, 512)
+            Octaves that have values.
+        """
         new = wanted & (self.pages < 0)
         more = int(np.count_nonzero(new))
         if self.used + more > len(self.counts):

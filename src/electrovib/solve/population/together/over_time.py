@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.population.kernels.time_steps import TimeSteps
     from electrovib.solve.population.one_by_one import OneByOne
     from electrovib.solve.population.together.forces import Squares
     from electrovib.solve.population.together.transfers import Transfers
@@ -165,6 +166,12 @@ class OverTime:
         drives = self.drive.excitations
         straight = len(drives) == 1 and not drives[0].tones and not drives[0].level
         return self.is_quadratic and straight and self.names == ("electrostatic_force",)
+
+    @property
+    def grid(self) -> tuple[Real, TimeSteps, Indices]:
+        """Drive [V] and steps of the grid of `squares`, and the index of each output time in it."""
+        (drive,) = self.drive.excitations
+        return drive.voltage, drive.steps, drive.places
 
     @property
     def has_few_poles(self) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import operator
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.solve.recursion.vectors.transposed import transposed
 from electrovib.solve.recursion.vectors.vector_type import Kinds, vector_kinds
 from electrovib.solve.recursion.vectors.width import ESTIMATES, WIDTH
 
@@ -302,7 +303,7 @@ def _row_storer() -> Any:
             at = builder.add(at, step)
         width = cgutils.unpack_tuple(builder, table.shape)[1]
         at = builder.add(builder.mul(given[1], width), given[2])
-        for each in _transposed(builder, rows):
+        for each in transposed(builder, rows):
             where_ = _place_of(context, builder, sign.args[0], given[0], at)
             kind = where_.type.pointee
             builder.store(each if kind == _KINDS.wide else builder.fptrunc(each, kind), where_, align=4)
@@ -313,23 +314,6 @@ def _row_storer() -> Any:
         return types.void(target, types.intp, types.intp, source, types.intp), write
 
     return intrinsic(typed)
-
-
-def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
-    """Transpose a square of numbers by exchanging halves of its rows, then halves of these, and so on."""
-    from llvmlite import ir
-
-    distance, indices = WIDTH // 2, ir.VectorType(ir.IntType(32), WIDTH)
-    while distance:
-        lower = [each if not each & distance else WIDTH + each - distance for each in range(WIDTH)]
-        upper = [each + distance if not each & distance else WIDTH + each for each in range(WIDTH)]
-        masks = [ir.Constant(indices, each) for each in (lower, upper)]
-        for row in range(WIDTH):
-            if not row & distance:
-                pair = rows[row], rows[row + distance]
-                rows[row], rows[row + distance] = (builder.shuffle_vector(*pair, mask) for mask in masks)
-        distance //= 2
-    return rows
 
 
 _make_operators()

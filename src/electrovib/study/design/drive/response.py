@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, toeplitz
 
 from electrovib.core.errors import InputError
 from electrovib.solve.electrics.attraction import attraction, total_pull
@@ -129,6 +128,8 @@ def _shifted(row: Real, total: int) -> Real:
     matrix : ndarray, shape (n, total + 1)
         In the same unit per volt; the column of sample 0, which is 0 V, is 0.
     """
+    from scipy.linalg import toeplitz
+
     first = np.zeros(total + 1)
     first[0] = row[0]
     matrix = np.zeros((len(row), total + 1))
@@ -163,6 +164,8 @@ def inverse_of(response: SampleResponse) -> Real:
     -----
     The amplitude between two samples is to be the mean of both, so that no oscillation between samples is free.
     """
+    from scipy.linalg import cho_factor, cho_solve
+
     size = response.knots.shape[1]
     matrix = np.concatenate([response.knots, response.middles])
     halves = (np.eye(size)[:-1] + np.eye(size)[1:]) / 2

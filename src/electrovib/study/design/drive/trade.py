@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.optimize import minimize
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -104,6 +103,8 @@ def best_factor(trade: Trade, scale: float) -> Real:
     with the scaled target and with factors that are held as long as the limits allow; the best result is scaled back by its
     rounding beyond the limits.
     """
+    from scipy.optimize import minimize
+
     size = trade.knots.shape[1]
     count = min(size, MOST_UNKNOWNS)
     places = np.linspace(0, size - 1, count)

@@ -13,18 +13,12 @@ from electrovib.scenario.space.counter import checked_seed
 from electrovib.study.check import checked, declared_limits
 from electrovib.study.design.parameter.evaluation import Evaluation, estimate, refuse_long
 from electrovib.study.design.parameter.result import DesignedParameter, Explored, FoundValue, found_value
+from electrovib.study.design.parameter.roots import Root, solutions
 from electrovib.study.design.parameter.scale import first_values
-from electrovib.study.design.parameter.search import (
-    MOST_ADDED,
-    Function,
-    Solution,
-    explore,
-    sharpen_extremes,
-    solutions,
-)
+from electrovib.study.design.parameter.search import MOST_ADDED, Function, explore, sharpen_extremes
 from electrovib.study.design.parameter.uncertain import (
-    Distribution,
     Influence,
+    NeededValues,
     influences,
     inputs_of,
     propagated,
@@ -234,7 +228,7 @@ def _refuse_constant(function: Function, wanted: Wanted) -> None:
         )
 
 
-def _compared(solution: Solution, limited: Limited) -> FoundValue:
+def _compared(solution: Root, limited: Limited) -> FoundValue:
     """Compare a solution with the limits; of an interval its first end."""
     problem = ""
     check: CheckResult | None = limited(solution.value)
@@ -282,4 +276,4 @@ def _diagnostics(evaluation: Evaluation, at: dict[str, float]) -> tuple[Diagnost
         return ()
 
 
-__all__ = ["DesignedParameter", "Distribution", "Obtainable", "design_parameter"]
+__all__ = ["DesignedParameter", "NeededValues", "Obtainable", "design_parameter"]

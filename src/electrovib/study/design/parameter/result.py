@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult, CheckRow, LimitsSource
-    from electrovib.study.design.parameter.search import Solution
-    from electrovib.study.design.parameter.uncertain import Distribution, Influence
+    from electrovib.study.design.parameter.roots import Root
+    from electrovib.study.design.parameter.uncertain import Influence, NeededValues
     from electrovib.study.design.parameter.wanted import Wanted
     from electrovib.study.design.parameter.within import Obtainable
     from electrovib.study.reproduction import Table
@@ -106,7 +106,7 @@ class DesignedParameter:
         The nearest value of the quantity within the limits, where no solution is allowed.
     influences : tuple of Influence
         How the first solution follows other parameters, the largest first.
-    distribution : Distribution or None
+    distribution : NeededValues or None
         Of the value that is needed, over a space.
     diagnostics : tuple of Diagnostic
         Of the first solution, those that are not ``ok``.
@@ -120,7 +120,7 @@ class DesignedParameter:
     explored: Explored
     obtainable: Obtainable | None
     influences: tuple[Influence, ...]
-    distribution: Distribution | None
+    distribution: NeededValues | None
     diagnostics: tuple[Diagnostic, ...]
     limits: tuple[LimitsSource, ...]
 
@@ -200,7 +200,7 @@ class DesignedParameter:
         }
 
 
-def found_value(solution: Solution, check: CheckResult | None, problem: str) -> FoundValue:
+def found_value(solution: Root, check: CheckResult | None, problem: str) -> FoundValue:
     """Return a solution of the search with its comparison with the limits."""
     return FoundValue(
         value=solution.value,

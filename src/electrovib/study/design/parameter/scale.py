@@ -69,5 +69,16 @@ def _side(low: float, high: float, begin: float, sparse: bool) -> Real:
 
 
 def coordinate(first: float, second: float) -> bool:
-    """Return whether the logarithm is the natural coordinate between two values: both have the same sign, and none is zero."""
+    """Return whether the logarithm is the natural coordinate between two values.
+
+    Parameters
+    ----------
+    first, second : float
+        Values of one variable, in any unit.
+
+    Returns
+    -------
+    bool
+        Whether both have the same sign and none is zero.
+    """
     return first * second > 0

@@ -14,8 +14,9 @@ from electrovib.core.changes import stored_changes, stored_path
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.study.design.parameter.evaluation import Evaluation
+from electrovib.study.design.parameter.roots import solutions
 from electrovib.study.design.parameter.scale import coordinate, first_values
-from electrovib.study.design.parameter.search import Function, explore, solutions
+from electrovib.study.design.parameter.search import Function, explore
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
@@ -59,7 +60,7 @@ class Influence:
 
 
 @dataclass(frozen=True)
-class Distribution:
+class NeededValues:
     """Distribution of the value that is needed, over draws from a space.
 
     Parameters
@@ -150,7 +151,7 @@ def influences(
 
     Returns
     -------
-    tuple of Influence
+    found : tuple of Influence
         The largest first; empty where the derivative by the free parameter is 0 or not known.
 
     Notes
@@ -193,7 +194,7 @@ def propagated(
     seed: int,
     linear: bool,
     progress: Callable[[int, int], None] | None = None,
-) -> Distribution:
+) -> NeededValues:
     """Compute the distribution of the value that is needed.
 
     Parameters
@@ -217,7 +218,7 @@ def propagated(
 
     Returns
     -------
-    Distribution
+    NeededValues
         A value for each draw.
 
     Raises
@@ -262,7 +263,7 @@ def propagated(
         if progress is not None:
             progress(i, n)
         values[i] = _solved(evaluation, wanted, {path: float(drawn[path][i]) for path in paths}, guesses[i])
-    return Distribution(space.title, values, seed, linear, tuple(remarks))
+    return NeededValues(space.title, values, seed, linear, tuple(remarks))
 
 
 def _solved(evaluation: Evaluation, wanted: Wanted, others: Mapping[str, float], guess: float) -> float:

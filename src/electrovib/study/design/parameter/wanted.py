@@ -77,11 +77,33 @@ class Wanted:
         return signal, layer
 
     def quantity(self, value: float) -> str:
-        """Write a value of the quantity with its unit."""
+        """Write a value of the quantity.
+
+        Parameters
+        ----------
+        value : float
+            In its unit.
+
+        Returns
+        -------
+        str
+            With the unit, at six digits.
+        """
         return format_quantity(value, self.unit) if self.unit != "dB" else f"{value:.6g} dB"
 
     def parameter(self, value: float) -> str:
-        """Write a value of the free parameter with its unit."""
+        """Write a value of the free parameter.
+
+        Parameters
+        ----------
+        value : float
+            In its SI unit.
+
+        Returns
+        -------
+        str
+            With the unit, at six digits.
+        """
         return format_quantity(value, self.declared.unit)
 
 
@@ -201,6 +223,9 @@ def _parameter(scenario: Scenario, free: object) -> tuple[Quantity, float]:
         why = "expected the dotted path of one parameter, for instance 'drive.amplitude'"
         raise InputError(why, path="free", value=shortened(repr(free), LONGEST_QUOTED))
     declared = quantity_at(scenario, free)
+    if free.startswith("frequency."):
+        why = "the frequencies of the output are no input of a quantity; choose another parameter, for instance drive.frequency"
+        raise InputError(why, path=free)
     begin = value_at(scenario, free)
     if begin is None:
         raise InputError(

@@ -64,16 +64,49 @@ class Limited:
         return self._known[at]
 
     def problem(self, at: float) -> str:
-        """Return why the check cannot be made at a value; empty where it can."""
+        """Return why the check cannot be made.
+
+        Parameters
+        ----------
+        at : float
+            Value of the free parameter that has been checked.
+
+        Returns
+        -------
+        str
+            Empty where the check could be made.
+        """
         return self._problems.get(at, "")
 
     def failed(self, at: float) -> tuple[CheckRow, ...]:
-        """Return the limits that are exceeded; an empty tuple where the check passes or cannot be made."""
+        """Return the limits that are exceeded.
+
+        Parameters
+        ----------
+        at : float
+            Value of the free parameter.
+
+        Returns
+        -------
+        rows : tuple of CheckRow
+            Empty where the check passes or cannot be made.
+        """
         result = self(at)
         return () if result is None else result.failed
 
     def allows(self, at: float) -> bool:
-        """Return whether the check can be made and no limit is exceeded."""
+        """Return whether a value is within the limits.
+
+        Parameters
+        ----------
+        at : float
+            Value of the free parameter.
+
+        Returns
+        -------
+        bool
+            Whether the check can be made and no limit is exceeded.
+        """
         result = self(at)
         return result is not None and not result.failed
 

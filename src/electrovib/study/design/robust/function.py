@@ -18,7 +18,7 @@ from electrovib.study.design.parameter.wanted import BetweenSource, read_wanted
 from electrovib.study.design.robust.intervals import MOST_VALUES, by_gain, by_solution
 from electrovib.study.design.robust.limits import MemberLimits
 from electrovib.study.design.robust.result import DesignedForShare, ShareAt
-from electrovib.study.design.robust.sample import Fingers
+from electrovib.study.design.robust.sample import DrawnFingers
 from electrovib.study.design.robust.share import Covered, clopper_pearson, needed, quantile_ranks
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def design_for_share(
     wanted, ends, over = _read(scenario, share, want, band, free, between, space, seed, n)
     given = tuple(limits) if isinstance(limits, (list, tuple)) else () if limits is None else (limits,)
     declared_limits(scenario, list(given))
-    fingers = Fingers(scenario, wanted, over.draw(seed, 0, n))
+    fingers = DrawnFingers(scenario, wanted, over.draw(seed, 0, n))
     quadratic = fingers.is_quadratic()
     refuse_long(
         scenario,
@@ -195,8 +195,8 @@ class _Sampled:
 
     def __init__(
         self,
-        fingers: Fingers,
-        fresh: Fingers,
+        fingers: DrawnFingers,
+        fresh: DrawnFingers,
         covered: Covered,
         ends: tuple[float, float],
         share: float,

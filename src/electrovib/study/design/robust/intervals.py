@@ -15,7 +15,7 @@ from electrovib.study.design.robust.share import Covered
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.study.design.robust.sample import Fingers
+    from electrovib.study.design.robust.sample import DrawnFingers
 
 MOST_VALUES: Final = 17
 """Largest number of values of the free parameter at which every finger is solved first."""
@@ -24,13 +24,13 @@ _CLOSE: Final = 1e-9
 
 
 def by_gain(
-    fingers: Fingers, low: float, high: float, *, progress: Callable[[int, int], None] | None = None
+    fingers: DrawnFingers, low: float, high: float, *, progress: Callable[[int, int], None] | None = None
 ) -> Covered:
     """Return the intervals of fingers whose quantity is proportional to the square of the free parameter.
 
     Parameters
     ----------
-    fingers : Fingers
+    fingers : DrawnFingers
         Draws with their quantity.
     low, high : float
         Ends of the band in the unit of the quantity; `high` may be infinite.
@@ -61,7 +61,7 @@ def by_gain(
 
 
 def by_solution(
-    fingers: Fingers, low: float, high: float, *, progress: Callable[[int, int], None] | None = None
+    fingers: DrawnFingers, low: float, high: float, *, progress: Callable[[int, int], None] | None = None
 ) -> Covered:
     """Return the intervals of fingers whose quantity depends on the free parameter in any form.
 

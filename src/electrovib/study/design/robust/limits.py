@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.study.check import CheckResult, LimitsSource
-    from electrovib.study.design.robust.sample import Fingers
+    from electrovib.study.design.robust.sample import DrawnFingers
     from electrovib.study.design.robust.share import Covered
 
 MOST_FINGERS: Final = 8
@@ -31,7 +31,7 @@ class MemberLimits:
 
     Parameters
     ----------
-    fingers : Fingers
+    fingers : DrawnFingers
         Draws with their quantity.
     at : float
         Value of the free parameter at which the draws with the largest quantity are chosen, in its SI unit.
@@ -39,7 +39,7 @@ class MemberLimits:
         Further limits beside those of the scenario.
     """
 
-    def __init__(self, fingers: Fingers, at: float, limits: Sequence[LimitsSource]) -> None:
+    def __init__(self, fingers: DrawnFingers, at: float, limits: Sequence[LimitsSource]) -> None:
         self._fingers, self._limits = fingers, list(limits)
         order = np.argsort(-fingers.each_at(at), kind="stable")
         self._chosen: list[int] = order[:MOST_FINGERS].tolist()
@@ -51,7 +51,18 @@ class MemberLimits:
         return len(self._chosen)
 
     def worst(self, at: float) -> CheckResult:
-        """Return the check of the member that comes nearest to a limit or exceeds it most."""
+        """Compare every member with the limits.
+
+        Parameters
+        ----------
+        at : float
+            Value of the free parameter in its SI unit.
+
+        Returns
+        -------
+        check : CheckResult
+            Of the member that comes nearest to a limit or exceeds it most.
+        """
         return max((self._check(each, at) for each in range(self.count + 1)), key=_excess)
 
     def _check(self, place: int, at: float) -> CheckResult:

@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 
 MEAN_FORCE: Final = "mean electrostatic_force"
 _CHUNK: Final = 256
-"""Fingers of one call of the arrays."""
+"""DrawnFingers of one call of the arrays."""
 _ALIKE: Final = 1e-9
 """Largest relative difference between the arrays and the general solution of single fingers."""
 _QUADRATIC: Final = 1e-7
 """Largest relative deviation from the square of the free parameter, at any of the values at which it is compared."""
 _FEW: Final = 3
-"""Fingers with which a shortcut is compared with the general solution."""
+"""DrawnFingers with which a shortcut is compared with the general solution."""
 
 
 @dataclass(frozen=True)
-class Fingers:
+class DrawnFingers:
     """Draws from a space, and the quantity of each of them.
 
     Parameters
@@ -60,7 +60,20 @@ class Fingers:
         return {path: float(values[finger]) for path, values in self.draws.items()}
 
     def member(self, finger: int, at: float) -> Scenario:
-        """Return the scenario of a finger with a value of the free parameter."""
+        """Return the scenario of a finger with a value of the free parameter.
+
+        Parameters
+        ----------
+        finger : int
+            Number of the draw, from 0.
+        at : float
+            Value in its SI unit.
+
+        Returns
+        -------
+        member : Scenario
+            That scenario.
+        """
         return self.scenario.replace({**self.draw(finger), self.wanted.free: at})
 
     def evaluation(self) -> Evaluation:
@@ -107,7 +120,27 @@ class Fingers:
         return found
 
     def one_at(self, evaluation: Evaluation, finger: int, at: float) -> float:
-        """Compute the quantity of one finger by the general solution, in its unit; refuse one that is not known."""
+        """Compute the quantity of one finger by the general solution.
+
+        Parameters
+        ----------
+        evaluation : Evaluation
+            From `evaluation`.
+        finger : int
+            Number of the draw, from 0.
+        at : float
+            Value of the free parameter in its SI unit.
+
+        Returns
+        -------
+        quantity : float
+            In its unit.
+
+        Raises
+        ------
+        InputError
+            If the quantity cannot be computed or is not known.
+        """
         try:
             value = evaluation({**self.draw(finger), self.wanted.free: at})
         except ElectrovibError as error:

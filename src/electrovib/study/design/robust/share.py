@@ -39,7 +39,18 @@ class Covered:
     count: int
 
     def number_at(self, at: float) -> int:
-        """Return how many members fulfil the condition at a value of the variable."""
+        """Return how many members fulfil the condition at a value of the variable.
+
+        Parameters
+        ----------
+        at : float
+            Value, in the unit of the variable.
+
+        Returns
+        -------
+        number : int
+            Of members.
+        """
         return int(np.count_nonzero((self.starts <= at) & (at <= self.ends)))
 
     def steps(self) -> tuple[Real, Real, NDArray[np.intp]]:
@@ -131,7 +142,20 @@ class Covered:
 
 
 def needed(share: float, count: int) -> int:
-    """Return the smallest number of members that is at least a share of them; at least one."""
+    """Return the smallest number of members that is at least a share of them.
+
+    Parameters
+    ----------
+    share : float
+        Of the members [1].
+    count : int
+        Number of members.
+
+    Returns
+    -------
+    number : int
+        At least one.
+    """
     return max(1, math.ceil(share * count - ROUNDED))
 
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import beta, norm
+from scipy.stats import beta, binom, norm
 from typer.testing import CliRunner
 
 import electrovib as ev
@@ -17,7 +17,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.study.design.parameter.wanted import read_wanted
 from electrovib.study.design.robust.intervals import by_gain, by_solution, intervals_of
-from electrovib.study.design.robust.sample import Fingers
+from electrovib.study.design.robust.sample import DrawnFingers
 from electrovib.study.design.robust.share import (
     Covered,
     clopper_pearson,
@@ -174,7 +174,7 @@ def test_too_few_draws_leave_an_end_open():
 def test_the_gain_of_each_finger_gives_what_the_general_solution_gives(low, high):
     wanted = read_wanted(STATIC, want={MEAN: low}, free="drive.amplitude", between=(50.0, 200.0))
     draws = ev.read_space(STATIC, THICKNESS).draw(4, 0, 6)
-    fingers = Fingers(STATIC, wanted, draws)
+    fingers = DrawnFingers(STATIC, wanted, draws)
     assert fingers.is_quadratic()
     quick, general = by_gain(fingers, low, high), by_solution(fingers, low, high)
     np.testing.assert_array_equal(quick.members, general.members)
@@ -186,7 +186,7 @@ def test_the_gain_of_each_finger_gives_what_the_general_solution_gives(low, high
 def test_means_in_arrays_are_those_of_the_general_solution(name):
     scenario = ev.load(name)
     wanted = read_wanted(scenario, want={MEAN: 1e-3}, free="drive.amplitude")
-    fingers = Fingers(scenario, wanted, ev.read_space(scenario, "fingers").draw(1, 0, 6))
+    fingers = DrawnFingers(scenario, wanted, ev.read_space(scenario, "fingers").draw(1, 0, 6))
     together, evaluation = fingers._together(80.0), fingers.evaluation()
     assert together is not None
     np.testing.assert_allclose(together, [fingers.one_at(evaluation, i, 80.0) for i in range(6)], rtol=1e-9)
@@ -214,7 +214,7 @@ def test_a_parameter_that_is_not_quadratic_is_solved_in_general():
 def test_a_drive_with_an_offset_is_not_quadratic_in_its_amplitude():
     wanted = read_wanted(STATIC, want={MEAN: 1e-3}, free="drive.amplitude", between=(10.0, 500.0))
     draws = ev.read_space(STATIC, THICKNESS).draw(1, 0, 3)
-    assert not Fingers(STATIC.replace({"drive.offset": 50.0}), wanted, draws).is_quadratic()
+    assert not DrawnFingers(STATIC.replace({"drive.offset": 50.0}), wanted, draws).is_quadratic()
 
 
 def test_limits_are_compared_and_the_share_within_them_is_stated():
@@ -299,6 +299,8 @@ def test_order_statistics_cover_the_quantile_in_at_least_95_of_100(share, count)
     ]
     covered = np.mean((ends[0] <= share) & (share <= ends[1]))
     assert 0.94 < covered < 0.995
+    assert binom.cdf(high - 1, count, share) >= 0.975 > binom.cdf(high - 2, count, share)
+    assert binom.cdf(low - 1, count, share) < 0.025 <= binom.cdf(low, count, share)
 
 
 @pytest.mark.parametrize(

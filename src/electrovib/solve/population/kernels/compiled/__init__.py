@@ -7,6 +7,11 @@ from electrovib.solve.population.kernels.compiled.calls import (
     square_moments,
     step,
 )
+from electrovib.solve.population.kernels.compiled.interval_calls import (
+    add_counts,
+    count_squares,
+    square_order_statistics,
+)
 from electrovib.solve.population.kernels.compiled.sweeps import (
     cole_cole,
     count,
@@ -17,8 +22,10 @@ from electrovib.solve.population.kernels.compiled.sweeps import (
 )
 
 __all__ = [
+    "add_counts",
     "cole_cole",
     "count",
+    "count_squares",
     "mean_square",
     "moments",
     "name",
@@ -26,6 +33,7 @@ __all__ = [
     "order_statistics",
     "secular",
     "square_moments",
+    "square_order_statistics",
     "step",
     "transfer",
 ]

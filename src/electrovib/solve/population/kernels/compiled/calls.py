@@ -48,7 +48,7 @@ def aligned(size: int) -> Real:
     return whole[begin : begin + size]
 
 
-class _Drive:
+class SharedArguments:
     """Arguments that all tiles share."""
 
     def __init__(self, fingers: Any) -> None:
@@ -85,7 +85,7 @@ def step(fingers: Any, factor: Real | None, result: Any, threads: int | None) ->
     threads : int, optional
         Number of threads.
     """
-    drive, factors = _Drive(fingers), np.zeros(0) if factor is None else factor
+    drive, factors = SharedArguments(fingers), np.zeros(0) if factor is None else factor
 
     def work(part: tuple[int, int]) -> None:
         memory, state = drive.memory(1), aligned(drive.modes * WIDTH)
@@ -111,7 +111,7 @@ def square_moments(fingers: Any, factor: Real, threads: int | None) -> Sequence[
     moments : list of (int, ndarray, ndarray)
         Number of fingers, mean, and sum of squared deviations, of each block.
     """
-    drive = _Drive(fingers)
+    drive = SharedArguments(fingers)
     found = _blocks(len(factor), fingers.voltage.size)
     parts = ranges(len(factor), BLOCK)
     length = min(_INTERVAL, fingers.voltage.size)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.solve.recursion.vectors.jit import inner, outer
 from electrovib.solve.recursion.vectors.lanes import prefetch
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
 
 COLUMNS: Final = 32
 """Columns that are taken together: two lines of the cache."""
@@ -25,7 +30,7 @@ _LARGEST: Final = 0x7F800000  # pattern of infinity: those above it, and below t
 
 
 @inner
-def _ordered(bits: Any) -> Any:
+def ordered(bits: Any) -> Any:
     """Return the pattern of a float32 as an integer in the order of the numbers."""
     return bits ^ ((bits >> np.int32(31)) & np.int32(0x7FFFFFFF))
 
@@ -38,7 +43,24 @@ def _take(patterns: Any, first: Any, last: Any, keys: Any) -> Any:
         for column in range(first, last, _LINE):
             prefetch(patterns, min(finger + _AHEAD, patterns.shape[0] - 1), column)
         for column in range(first, last):
-            keys[column - first, finger] = _ordered(patterns[finger, column])
+            keys[column - first, finger] = ordered(patterns[finger, column])
+
+
+def numbers(found: NDArray[np.int32]) -> Real:
+    """Return the numbers of patterns in their order; -0 becomes 0.
+
+    Parameters
+    ----------
+    found : ndarray of int32, any shape
+        Patterns of float32 as `ordered` returns them.
+
+    Returns
+    -------
+    numbers : ndarray, shape of ``found``
+        The same numbers as float64.
+    """
+    bits = found ^ ((found >> 31) & np.int32(0x7FFFFFFF))
+    return np.asarray(bits.view(np.float32).astype(np.float64) + 0.0)
 
 
 @outer
@@ -64,11 +86,12 @@ def order_statistics(
         stop = min(start + together, last)
         _take(patterns, start, stop, keys)
         for column in range(start, stop):
-            _of_column(keys[column - start], count, places, some, fewer, counts, found[:, column])
+            of_row(keys[column - start], count, places, some, fewer, counts, found[:, column])
 
 
 @inner
-def _of_column(column: Any, count: Any, places: Any, some: Any, fewer: Any, counts: Any, found: Any) -> Any:
+def of_row(column: Any, count: Any, places: Any, some: Any, fewer: Any, counts: Any, found: Any) -> Any:
+    """Write order statistics of the first numbers of one row of ordered patterns into `found`."""
     low, high = column[0], column[0]
     for finger in range(count):
         low, high = min(low, column[finger]), max(high, column[finger])

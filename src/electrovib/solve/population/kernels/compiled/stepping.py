@@ -10,7 +10,7 @@ from electrovib.solve.recursion.vectors.jit import inlined, inner
 from electrovib.solve.recursion.vectors.lanes import fma, load, splat, store
 from electrovib.solve.recursion.vectors.width import WIDTH
 
-TIMES: Final = 128
+TIMES: Final = 512
 """Times whose responses are in the cache together."""
 
 

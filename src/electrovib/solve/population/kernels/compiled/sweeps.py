@@ -50,8 +50,7 @@ def order_statistics(values: NDArray[np.float32], places: Indices, threads: int 
         selection.order_statistics(patterns, places, *part, keys, some[0], some[1], counts, found)
 
     in_threads(work, ranges(columns, together), threads)
-    bits = found ^ ((found >> 31) & np.int32(0x7FFFFFFF))
-    return bits.view(np.float32).astype(np.float64) + 0.0  # -0 becomes 0
+    return selection.numbers(found)
 
 
 def octaves(values: NDArray[np.float32], threads: int | None) -> tuple[NDArray[np.bool_], bool]:

@@ -35,7 +35,7 @@ def gather_row(values: Any, begin: Any, end: Any, work: Any, at: Any) -> Any:
 
 
 @inner
-def _begin(fingers: Any, factor: Any, first: Any, end: Any, work: Any, at: Any) -> Any:
+def begin_tile(fingers: Any, factor: Any, first: Any, end: Any, work: Any, at: Any) -> Any:
     """Write the parameters of a tile into its memory."""
     rates, residues, direct, _ = fingers
     modes = rates.shape[1]
@@ -46,7 +46,7 @@ def _begin(fingers: Any, factor: Any, first: Any, end: Any, work: Any, at: Any) 
 
 
 @inner
-def _square(work: Any, modes: Any, times: Any) -> Any:
+def square_tile(work: Any, modes: Any, times: Any) -> Any:
     """Replace responses by factor times their square."""
     share = load(work, factor_at(modes))
     for place in range(found_at(modes), found_at(modes) + times * WIDTH, WIDTH):
@@ -72,7 +72,7 @@ def step_tiles(
     modes, last, counted = fingers[0].shape[1], len(voltage), since.copy()
     starts, kinds, durations = pieces
     for first in range(begin, end, WIDTH):
-        _begin(fingers, factor, first, end, work, 0)
+        begin_tile(fingers, factor, first, end, work, 0)
         gather_tile(fingers[3], first, end, state, 0)
         tags[:] = -1
         counted[:] = since
@@ -80,7 +80,7 @@ def step_tiles(
             stop = min(time + TIMES, last)
             advance(work, 0, modes, state, 0, tags, counted, 0, voltage, starts, kinds, durations, time, stop)
             if len(factor):
-                _square(work, modes, stop - time)
+                square_tile(work, modes, stop - time)
             _put_out(work, found_at(modes), stop - time, out, first, min(first + WIDTH, end), time)
 
 
@@ -131,7 +131,7 @@ def square_moments_of_block(
             counted[:] = since
             for tile in range(tiles):
                 finger = first + tile * WIDTH
-                _begin(fingers, factor, finger, end, work, tile * each)
+                begin_tile(fingers, factor, finger, end, work, tile * each)
                 if from_time == 0:
                     gather_tile(fingers[3], finger, end, states, (held + tile) * size)
             for time in range(from_time, to_time, TIMES):

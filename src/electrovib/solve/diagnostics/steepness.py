@@ -1,0 +1,69 @@
+"""Slew rate and discontinuities of the voltage that a drive asks for."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from electrovib.physics.drive.slew import slew_of
+from electrovib.scenario import PeriodicState
+
+if TYPE_CHECKING:
+    from electrovib.scenario import Scenario
+
+ROUNDED = 1e-9
+"""Height of a discontinuity over the largest value of the drive, below which it is rounding."""
+
+
+def slew_rate(scenario: Scenario, end: float) -> float:
+    """Return the largest rate of change of the drive times the gain, from time 0 to an end.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive, amplifier and initial state.
+    end : float
+        Last time [s].
+
+    Returns
+    -------
+    slew : float
+        V/s; infinite at a discontinuity, NaN for a current drive.
+    """
+    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    if drive.quantity == "current":
+        return math.nan
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    until = max(end, drive.period or 0.0) if settled else end
+    return abs(1.0 if amplifier is None else amplifier.gain) * slew_of(drive, until, from_rest=not settled)
+
+
+def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
+    """Return the heights of the discontinuities of the voltage that reach the stack.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Drive, amplifier and initial state.
+    end : float
+        Last time [s].
+
+    Returns
+    -------
+    first, later : float
+        Height at time 0 and largest height after it [V]; 0 without one, behind an amplifier with a bandwidth or a limit,
+        and for a current drive.
+    """
+    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    if drive.quantity == "current" or (
+        amplifier is not None and (amplifier.bandwidth is not None or amplifier.is_limited)
+    ):
+        return 0.0, 0.0
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    smallest = ROUNDED * sum(part.bound() for part in drive.parts())
+    until = max(end, drive.period or 0.0) if settled else end
+    later = float(np.max(np.abs(drive.corners(until)[1]), initial=0.0))
+    first = 0.0 if settled else abs(float(drive.voltage(0.0)))
+    return first * (first > smallest), later * (later > smallest)

@@ -1,0 +1,37 @@
+"""A form in which a design is asked for."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+_ALWAYS: Final = ("scenario", "progress")
+
+
+@dataclass(frozen=True)
+class DesignForm:
+    """One form of the question.
+
+    Parameters
+    ----------
+    name : str
+        What is sought, as it is named in messages.
+    needs : tuple of str
+        Arguments that have to be given; the first decides that this form is meant.
+    example : str
+        Arguments as typed in Python.
+    load : callable
+        Returns the function of the form, which takes the scenario and keyword arguments, and returns a `Designed`.
+    """
+
+    name: str
+    needs: tuple[str, ...]
+    example: str
+    load: Callable[[], Callable[..., Any]]
+
+    @property
+    def accepts(self) -> tuple[str, ...]:
+        """Names of the arguments of the form, the scenario and the report of progress omitted."""
+        return tuple(name for name in inspect.signature(self.load()).parameters if name not in _ALWAYS)
