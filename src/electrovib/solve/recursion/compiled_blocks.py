@@ -6,7 +6,8 @@ import math
 from typing import Any, Final
 
 from electrovib.solve.recursion.vectors.jit import inlined, inner, outer
-from electrovib.solve.recursion.vectors.operations import fma, load, splat, spread, store, store_at
+from electrovib.solve.recursion.vectors.operations import fma, load, splat, spread
+from electrovib.solve.recursion.vectors.stores import store, store_at
 from electrovib.solve.recursion.vectors.width import WIDTH
 
 BLOCKS: Final = 128

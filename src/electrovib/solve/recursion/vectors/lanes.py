@@ -50,7 +50,6 @@ if WIDTH == 1:
 else:
     from electrovib.solve.recursion.vectors.operations import (
         both,
-        drain,
         either,
         fma,
         inverse,
@@ -63,12 +62,15 @@ else:
         some,
         splat,
         spread,
+        where,
+    )
+    from electrovib.solve.recursion.vectors.stores import (
+        drain,
         store,
         store_pairs,
         store_row,
         store_rows,
         stream_row,
-        where,
     )
 
 __all__ = [

@@ -10,7 +10,6 @@ from __future__ import annotations
 import operator
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.solve.recursion.vectors.transposed import transposed
 from electrovib.solve.recursion.vectors.vector_type import Kinds, vector_kinds
 from electrovib.solve.recursion.vectors.width import ESTIMATES, WIDTH
 
@@ -19,7 +18,8 @@ if TYPE_CHECKING:
 
 _FLAGS: Final = ("contract", "nsz")
 _COMPARED: Final = {operator.lt: "<", operator.le: "<=", operator.gt: ">", operator.ge: ">="}
-_KINDS: Final[Kinds] = vector_kinds()
+KINDS: Final[Kinds] = vector_kinds()
+"""Types of the vectors of this process; made once, since each call makes other types."""
 
 
 def _operator(of: Any, arity: int, result: Any, write: Callable[..., Any]) -> None:
@@ -27,7 +27,7 @@ def _operator(of: Any, arity: int, result: Any, write: Callable[..., Any]) -> No
     from numba.core.typing.templates import AbstractTemplate, infer_global, signature
     from numba.extending import lower_builtin
 
-    numbers = _KINDS.numbers
+    numbers = KINDS.numbers
 
     @infer_global(of)
     class _Typed(AbstractTemplate):
@@ -40,7 +40,7 @@ def _operator(of: Any, arity: int, result: Any, write: Callable[..., Any]) -> No
 
 
 def _make_operators() -> None:
-    numbers, conditions = _KINDS.numbers, _KINDS.conditions
+    numbers, conditions = KINDS.numbers, KINDS.conditions
     _operator(operator.add, 2, numbers, lambda b, x, y: b.fadd(x, y, flags=_FLAGS))
     _operator(operator.sub, 2, numbers, lambda b, x, y: b.fsub(x, y, flags=_FLAGS))
     _operator(operator.mul, 2, numbers, lambda b, x, y: b.fmul(x, y, flags=_FLAGS))
@@ -53,7 +53,7 @@ def _make_operators() -> None:
 def _constant(value: float) -> Any:
     from llvmlite import ir
 
-    return ir.Constant(_KINDS.wide, [value] * WIDTH)
+    return ir.Constant(KINDS.wide, [value] * WIDTH)
 
 
 def _called(builder: Any, name: str, *given: Any) -> Any:
@@ -61,7 +61,7 @@ def _called(builder: Any, name: str, *given: Any) -> Any:
     from llvmlite import ir
     from numba.core import cgutils
 
-    kind = ir.FunctionType(_KINDS.wide, [_KINDS.wide] * len(given))
+    kind = ir.FunctionType(KINDS.wide, [KINDS.wide] * len(given))
     return builder.call(
         cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64"), given
     )
@@ -70,7 +70,7 @@ def _called(builder: Any, name: str, *given: Any) -> Any:
 def _spread(builder: Any, number: Any) -> Any:
     from llvmlite import ir
 
-    nothing, index = ir.Constant(_KINDS.wide, ir.Undefined), ir.IntType(32)
+    nothing, index = ir.Constant(KINDS.wide, ir.Undefined), ir.IntType(32)
     one = builder.insert_element(nothing, number, ir.Constant(index, 0))
     return builder.shuffle_vector(one, nothing, ir.Constant(ir.VectorType(index, WIDTH), [0] * WIDTH))
 
@@ -81,7 +81,7 @@ def _shifted(builder: Any, number: Any, power: Any) -> Any:
 
     whole = ir.VectorType(ir.IntType(64), WIDTH)
     exponent = builder.shl(builder.bitcast(power, whole), ir.Constant(whole, [52] * WIDTH))
-    return builder.bitcast(builder.add(builder.bitcast(number, whole), exponent), _KINDS.wide)
+    return builder.bitcast(builder.add(builder.bitcast(number, whole), exponent), KINDS.wide)
 
 
 def _is_some(builder: Any, condition: Any) -> Any:
@@ -99,7 +99,7 @@ def _inverse(builder: Any, number: Any) -> Any:
     one = _constant(1.0)
     if not ESTIMATES:
         return builder.fdiv(one, number, flags=_FLAGS)
-    kind = ir.FunctionType(_KINDS.wide, [_KINDS.wide, _KINDS.wide, ir.IntType(8)])
+    kind = ir.FunctionType(KINDS.wide, [KINDS.wide, KINDS.wide, ir.IntType(8)])
     estimate = cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.avx512.rcp14.pd.512")
     found = builder.call(estimate, [number, _constant(0.0), ir.Constant(ir.IntType(8), 255)])
     opposite = builder.fsub(_constant(-0.0), number, flags=_FLAGS)
@@ -127,7 +127,7 @@ def _made(write: Callable[..., Any], *given: Any, result: Any) -> Any:
     return intrinsic((one, two, three)[len(given) - 1])
 
 
-def _place_of(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
+def place_of(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
     """Return the address of a vector in a contiguous array."""
     from llvmlite import ir
     from numba.np.arrayobj import make_array
@@ -141,11 +141,11 @@ def _loader() -> Any:
     from numba.extending import intrinsic
 
     def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
-        found = builder.load(_place_of(context, builder, sign.args[0], given[0], given[1]), align=8)
-        return found if found.type == _KINDS.wide else builder.fpext(found, _KINDS.wide)
+        found = builder.load(place_of(context, builder, sign.args[0], given[0], given[1]), align=8)
+        return found if found.type == KINDS.wide else builder.fpext(found, KINDS.wide)
 
     def typed(context: Any, array: Any, place: Any) -> Any:
-        return _KINDS.numbers(array, types.intp), write
+        return KINDS.numbers(array, types.intp), write
 
     return intrinsic(typed)
 
@@ -161,7 +161,7 @@ def _spreader() -> Any:
         return _spread(builder, builder.load(builder.gep(data, [given[1]])))
 
     def typed(context: Any, array: Any, place: Any) -> Any:
-        return _KINDS.numbers(array, types.intp), write
+        return KINDS.numbers(array, types.intp), write
 
     return intrinsic(typed)
 
@@ -192,142 +192,10 @@ def _prefetcher() -> Any:
     return intrinsic(typed)
 
 
-def _storer() -> Any:
-    from numba import types
-    from numba.extending import intrinsic
-
-    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
-        where_ = _place_of(context, builder, sign.args[0], given[0], given[1])
-        kind, value = where_.type.pointee, given[2]
-        builder.store(value if kind == _KINDS.wide else builder.fptrunc(value, kind), where_, align=4)
-        return context.get_dummy_value()
-
-    def typed(context: Any, array: Any, place: Any, number: Any) -> Any:
-        return types.void(array, types.intp, _KINDS.numbers), write
-
-    return intrinsic(typed)
-
-
-def _to_row(past: bool) -> Any:
-    """Return the function that writes a vector to a row of a table; past the caches only where a vector is aligned."""
-    from llvmlite import ir
-    from numba import types
-    from numba.core import cgutils
-    from numba.extending import intrinsic
-    from numba.np.arrayobj import make_array
-
-    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
-        table = make_array(sign.args[0])(context, builder, given[0])
-        width = cgutils.unpack_tuple(builder, table.shape)[1]
-        place = builder.gep(table.data, [builder.add(builder.mul(given[1], width), given[2])])
-        where_ = builder.bitcast(place, _KINDS.wide.as_pointer())
-        stored = builder.store(given[3], where_, align=8 * WIDTH if past else 8)
-        if past:
-            once = ir.Constant(ir.IntType(32), 1)
-            stored.set_metadata("nontemporal", builder.module.add_metadata([once]))
-        return context.get_dummy_value()
-
-    def typed(context: Any, table: Any, row: Any, column: Any, number: Any) -> Any:
-        return types.void(table, types.intp, types.intp, _KINDS.numbers), write
-
-    return intrinsic(typed)
-
-
-def _drainer() -> Any:
-    """Return the function that completes all stores before it, those past the caches included."""
-    from numba import types
-    from numba.extending import intrinsic
-
-    def write(context: Any, builder: Any, _sign: Any, _given: Any) -> Any:
-        builder.fence("seq_cst")
-        return context.get_dummy_value()
-
-    def typed(context: Any) -> Any:
-        return types.void(), write
-
-    return intrinsic(typed)
-
-
-def _pair_storer() -> Any:
-    """Return the function that writes two vectors, number by number in turn, into an array of float64."""
-    from llvmlite import ir
-    from numba import types
-    from numba.extending import intrinsic
-
-    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
-        indices, half = ir.VectorType(ir.IntType(32), WIDTH), WIDTH // 2
-        for part in range(2):
-            order = [part * half + each // 2 + WIDTH * (each % 2) for each in range(WIDTH)]
-            mixed = builder.shuffle_vector(given[2], given[3], ir.Constant(indices, order))
-            at = builder.add(given[1], ir.Constant(ir.IntType(64), part * WIDTH))
-            builder.store(mixed, _place_of(context, builder, sign.args[0], given[0], at), align=8)
-        return context.get_dummy_value()
-
-    def typed(context: Any, array: Any, place: Any, one: Any, other: Any) -> Any:
-        return types.void(array, types.intp, _KINDS.numbers, _KINDS.numbers), write
-
-    return intrinsic(typed)
-
-
-def _address_storer() -> Any:
-    """Return the function that writes a vector of float64 to a place after an address."""
-    from llvmlite import ir
-    from numba import types
-    from numba.extending import intrinsic
-
-    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
-        begin = builder.inttoptr(given[0], ir.DoubleType().as_pointer())
-        where_ = builder.bitcast(builder.gep(begin, [given[1]]), _KINDS.wide.as_pointer())
-        builder.store(given[2], where_, align=8)
-        return context.get_dummy_value()
-
-    def typed(context: Any, address: Any, place: Any, number: Any) -> Any:
-        return types.void(types.int64, types.intp, _KINDS.numbers), write
-
-    return intrinsic(typed)
-
-
-def _row_storer() -> Any:
-    """Return the function that writes a square of numbers, of which a row is contiguous, transposed into a table."""
-    from llvmlite import ir
-    from numba import types
-    from numba.core import cgutils
-    from numba.extending import intrinsic
-    from numba.np.arrayobj import make_array
-
-    def write(context: Any, builder: Any, sign: Any, given: Any) -> Any:
-        table, step = make_array(sign.args[0])(context, builder, given[0]), ir.Constant(ir.IntType(64), WIDTH)
-        rows, at = [], given[4]
-        for _ in range(WIDTH):
-            rows.append(builder.load(_place_of(context, builder, sign.args[3], given[3], at), align=8))
-            at = builder.add(at, step)
-        width = cgutils.unpack_tuple(builder, table.shape)[1]
-        at = builder.add(builder.mul(given[1], width), given[2])
-        for each in transposed(builder, rows):
-            where_ = _place_of(context, builder, sign.args[0], given[0], at)
-            kind = where_.type.pointee
-            builder.store(each if kind == _KINDS.wide else builder.fptrunc(each, kind), where_, align=4)
-            at = builder.add(at, width)
-        return context.get_dummy_value()
-
-    def typed(context: Any, target: Any, row: Any, column: Any, source: Any, place: Any) -> Any:
-        return types.void(target, types.intp, types.intp, source, types.intp), write
-
-    return intrinsic(typed)
-
-
 _make_operators()
-_N, _C = _KINDS.numbers, _KINDS.conditions
-load, spread, store, store_at, store_rows = (
-    _loader(),
-    _spreader(),
-    _storer(),
-    _address_storer(),
-    _row_storer(),
-)
-prefetch, drain, store_pairs = _prefetcher(), _drainer(), _pair_storer()
-store_row, stream_row = _to_row(past=False), _to_row(past=True)
-splat = _made(_spread, _KINDS.single, result=_N)
+_N, _C = KINDS.numbers, KINDS.conditions
+load, spread, prefetch = _loader(), _spreader(), _prefetcher()
+splat = _made(_spread, KINDS.single, result=_N)
 fma = _made(lambda b, x, y, z: _called(b, "fma", x, y, z), _N, _N, _N, result=_N)
 root = _made(lambda b, x: _called(b, "sqrt", x), _N, result=_N)
 size = _made(lambda b, x: _called(b, "fabs", x), _N, result=_N)
@@ -337,4 +205,4 @@ where = _made(lambda b, c, x, y: b.select(c, x, y), _C, _N, _N, result=_N)
 either = _made(lambda b, x, y: b.or_(x, y), _C, _C, result=_C)
 both = _made(lambda b, x, y: b.and_(x, y), _C, _C, result=_C)
 other_than = _made(lambda b, x: b.not_(x), _C, result=_C)
-some = _made(_is_some, _C, result=_KINDS.truth)
+some = _made(_is_some, _C, result=KINDS.truth)
