@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import numpy as np
+import xarray as xr
 
 import electrovib as ev
 
+QUANTITY = "peak electrostatic_force"
 
-def main() -> np.ndarray:
-    """Return the peak force [N] for five insulators from 1 to 90 um."""
+
+def sweep() -> xr.Dataset:
+    """Return the sweep over five insulators from 1 to 90 um."""
     scenario = ev.load("vezzoli_2014/fig2").replace({"stack.gap.thickness": "5 um", "drive.high": "100 V"})
     thicknesses = np.geomspace(1e-6, 90e-6, 5)
-    found = ev.sweep(
-        scenario, {"stack.insulator.thickness": thicknesses}, quantities=["peak electrostatic_force"]
-    )
-    return found["peak electrostatic_force"].values
+    return ev.sweep(scenario, {"stack.insulator.thickness": thicknesses}, quantities=[QUANTITY])
+
+
+def main() -> np.ndarray:
+    """Return the peak force [N] for the five insulators."""
+    return sweep()[QUANTITY].values
 
 
 if __name__ == "__main__":
-    for force in main():
+    found = sweep()
+    for force in found[QUANTITY].values:
         print(f"{1e3 * force:.3f} mN")
+    ev.plot.quantity(found, QUANTITY).figure.savefig("insulator_sweep.png")

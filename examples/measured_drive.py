@@ -6,12 +6,13 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 import electrovib as ev
 
 
-def main() -> float:
-    """Return the peak force [N] under a measured pulse of 300 V."""
+def simulate() -> xr.Dataset:
+    """Return the Trace under a measured pulse of 300 V."""
     random = np.random.default_rng(1)
     time = np.cumsum(random.uniform(77e-6, 79e-6, 2000))
     voltage = 300.0 * ((time > 0.05) & (time < 0.1))
@@ -24,9 +25,15 @@ def main() -> float:
             header="time [us],voltage [V]",
             comments="",
         )
-        trace = ev.run("vezzoli_2014/fig6", set={"drive": {"model": "Sampled", "file": str(file)}})
-    return float(trace.electrostatic_force.max())
+        return ev.run("vezzoli_2014/fig6", set={"drive": {"model": "Sampled", "file": str(file)}})
+
+
+def main() -> float:
+    """Return the peak force [N]."""
+    return float(simulate().electrostatic_force.max())
 
 
 if __name__ == "__main__":
-    print(f"{1e3 * main():.3f} mN")
+    trace = simulate()
+    print(f"{1e3 * float(trace.electrostatic_force.max()):.3f} mN")
+    ev.plot.force(trace).figure.savefig("measured_drive.png")

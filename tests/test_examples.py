@@ -151,6 +151,8 @@ def test_constant_force(tmp_path):
 def test_pull_in(tmp_path):
     module = example("pull_in")
     loop, snap = module.main()
+    # a linear spring shortened by the load: V^2 = 8 k (K + g)^3/(27 eps0), g = 20 um less 200 Pa over 1e8 Pa/m
+    assert snap == pytest.approx((8 * 1e8 * (5e-6 + 18e-6) ** 3 / (27 * 8.8541878128e-12)) ** 0.5, rel=1e-9)
     jumped = loop.up.voltage[loop.up.jump]
     assert len(jumped) == 1
     assert 0 <= jumped[0] - snap < 0.5

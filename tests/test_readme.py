@@ -1,4 +1,4 @@
-"""Every command, snippet and file of the README runs, on the very files that it shows."""
+"""Every command, snippet and file of README and of the pages of the documentation that show commands runs as it is shown."""
 
 from __future__ import annotations
 
@@ -14,53 +14,157 @@ import pytest
 import electrovib as ev
 
 ROOT = Path(__file__).parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+README = ROOT / "README.md"
+PAGES = [README, ROOT / "docs" / "tutorial.md", *sorted((ROOT / "docs" / "how_to").glob("*.md"))]
+TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in PAGES}
 BLOCK = re.compile(r"(?P<before>[^\n]*)\n+```(?P<language>\w+)\n(?P<text>.*?)```", re.DOTALL)
 NAMED = re.compile(r"`([\w.]+)`:$")
-BLOCKS = [match.groupdict() for match in BLOCK.finditer(README)]
-FILES = {name[1]: block["text"] for block in BLOCKS if (name := NAMED.search(block["before"]))}
-SNIPPETS = [
-    block["text"] for block in BLOCKS if block["language"] == "python" and not NAMED.search(block["before"])
-]
+COMMAND = re.compile(r"`(electrovib [^`]+)`")
+PLACEHOLDER = re.compile(r"\b[A-Z]{4,}\b(?!_)|^electrovib [\w-]+$")
+"""A command with NAME or SCENARIO in it, or a command that is only named."""
+RUN_WITHOUT_OPTIONS = {"electrovib compare", "electrovib scenarios", "electrovib perceive my.toml"}
+
+
+def blocks(text):
+    return [match.groupdict() for match in BLOCK.finditer(text)]
+
+
+def file_of(block):
+    name = NAMED.search(block["before"])
+    return name[1] if name else ""
+
+
+def is_marked(block):
+    """Whether a block is the marked command that installs, tests or builds the documentation."""
+    return block["before"].startswith("<!-- ") and block["language"] == "sh"
+
+
+def commands(text):
+    """Commands in lines of text and in blocks, in their order."""
+    found = []
+    for line in BLOCK.sub(lambda match: shell_lines(match.groupdict()), text).splitlines():
+        if line.startswith("electrovib "):
+            found.append(line)
+        else:
+            found += [
+                one
+                for one in COMMAND.findall(line)
+                if one in RUN_WITHOUT_OPTIONS or not PLACEHOLDER.search(one)
+            ]
+    return found
+
+
+def shell_lines(block):
+    shown = block["text"] if block["language"] == "sh" and not is_marked(block) else ""
+    return f"{block['before']}\n{shown}"
+
+
+FILES = {name: block["text"] for text in TEXTS.values() for block in blocks(text) if (name := file_of(block))}
+OTHERS = {
+    path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+    for path in (ROOT / "docs").rglob("*.md")
+}
+SNIPPETS = {
+    page: [block["text"] for block in blocks(text) if block["language"] == "python" and not file_of(block)]
+    for page, text in (OTHERS | TEXTS).items()
+}
+"""Of every page of the documentation, those included whose commands are not run here."""
 FRAGMENTS = [
-    block["text"] for block in BLOCKS if block["language"] == "toml" and "schema" not in block["text"]
+    block["text"]
+    for text in TEXTS.values()
+    for block in blocks(text)
+    if block["language"] == "toml" and "schema" not in block["text"]
 ]
-SHELL = [block["text"].strip() for block in BLOCKS if block["language"] == "sh"]
-COMMANDS = [
-    command for command in re.findall(r"`(electrovib [^`]+)`", README) if command != "electrovib report"
-]
+MARKED = [block["text"].strip() for block in blocks(TEXTS["README.md"]) if is_marked(block)]
+SHOWN = {"toml", "python", "csv", "sh", "text"}
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Return a folder with the files of the README."""
+    """Return a folder with the files that the pages show."""
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path
 
 
+def electrovib(command, folder):
+    """Run a command as a user types it."""
+    program, *arguments = shlex.split(command)
+    assert program == "electrovib"
+    done = subprocess.run(
+        [sys.executable, "-m", "electrovib", *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert (done.returncode, done.stderr) == (0, ""), command
+    for flag in ("-o", "--report"):
+        if flag in arguments:
+            assert (folder / arguments[arguments.index(flag) + 1]).exists(), command
+    return done.stdout
+
+
 def test_every_block_is_run_by_one_of_these_tests():
-    assert set(FILES) == {"my.toml", "sliding.toml", "skin.csv", "drive.csv", "law.py"}
-    assert len(FILES) + len(SNIPPETS) + len(FRAGMENTS) + len(SHELL) == README.count("```") // 2
-    assert len(COMMANDS) > 15
-    rows = [line for line in README.splitlines() if line.startswith("| `electrovib")]
+    assert set(FILES) == {
+        "my.toml",
+        "screen.toml",
+        "sliding.toml",
+        "skin.csv",
+        "drive.csv",
+        "force.csv",
+        "law.py",
+        "record.py",
+    }
+    for page, text in TEXTS.items():
+        shown = blocks(text)
+        toctrees = text.count("```{toctree}")
+        assert len(shown) + toctrees == text.count("```") // 2, page
+        assert {block["language"] for block in shown} <= SHOWN, page
+        names = [file_of(block) for block in shown if file_of(block)]
+        assert len(names) == len(set(names)), page
+        for line in (
+            line for block in shown if block["language"] == "sh" for line in block["text"].splitlines()
+        ):
+            assert line.startswith("electrovib ") or "install" in line, f"{page}: {line}"
+    assert sum(len([block for block in blocks(text) if file_of(block)]) for text in TEXTS.values()) == len(
+        FILES
+    )
+    assert all(commands(text) for page, text in TEXTS.items() if not page.endswith(("index.md", "sweeps.md")))
+    known = commands(TEXTS["README.md"])
+    rows = [line for line in TEXTS["README.md"].splitlines() if line.startswith("| `electrovib")]
     assert len(rows) > 10
-    assert all(sum(f"`{command}`" in row for command in COMMANDS) == 1 for row in rows)
+    assert all(sum(f"`{command}`" in row for command in known) == 1 for row in rows)
 
 
-def test_the_python_blocks_run(tmp_path, monkeypatch, capsys):
+def test_a_command_with_a_placeholder_is_not_run():
+    text = "`electrovib init NAME -o my.toml` or `electrovib times`, then `electrovib compare` and `electrovib run a.toml`"
+    assert commands(text) == ["electrovib compare", "electrovib run a.toml"]
+    assert commands("as\n\n```sh\nelectrovib run b\nelectrovib run NAME\n```") == [
+        "electrovib run b",
+        "electrovib run NAME",
+    ]
+    assert commands("<!-- install -->\n```sh\nelectrovib run b\n```") == []
+
+
+@pytest.mark.parametrize("page", sorted(page for page, found in SNIPPETS.items() if found))
+def test_the_python_blocks_run(page, tmp_path, monkeypatch, capsys):
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
-    assert SNIPPETS
-    for snippet in SNIPPETS:
-        exec(compile(snippet, "README.md", "exec"), {})
-    swing, mean, judged = capsys.readouterr().out.splitlines()
-    assert float(swing) == pytest.approx(1.0e-3, rel=0.5)
-    trace = ev.simulate("bau_2010/sine")  # one period, both ends among its even times
-    assert float(mean) == pytest.approx(float(trace.electrostatic_force[:-1].mean()), rel=1e-3)
-    assert "insulator" in judged
-    assert (tmp_path / "force.png").stat().st_size > 5000
+    for snippet in SNIPPETS[page]:
+        exec(compile(snippet, page, "exec"), {})
+    said = capsys.readouterr().out.splitlines()
+    for picture in re.findall(r'savefig\("(.*?)"\)', "".join(SNIPPETS[page])):
+        assert (tmp_path / picture).stat().st_size > 5000
+    if page == "README.md":
+        assert float(said[0]) == pytest.approx(1.0e-3, rel=0.5)
+    if page == "docs/how_to/sweeps.md":
+        mean, judged = said
+        trace = ev.simulate("bau_2010/sine")  # one period, both ends among its even times
+        assert float(mean) == pytest.approx(float(trace.electrostatic_force[:-1].mean()), rel=1e-3)
+        assert "insulator" in judged
 
 
 def test_the_first_scenario_runs(folder):
@@ -86,32 +190,48 @@ def test_a_fragment_is_part_of_a_scenario(folder):
 
 def test_what_installs_and_tests_is_run_as_written_before_a_change_lands():
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    marked = re.findall(r"<!-- (\w+) command -->\n```sh\n(.*?)\n```\n<!-- end -->", README, flags=re.DOTALL)
-    assert [text for _, text in marked] == SHELL
+    text = TEXTS["README.md"]
+    marked = re.findall(r"<!-- (\w+) command -->\n```sh\n(.*?)\n```\n<!-- end -->", text, flags=re.DOTALL)
+    assert [name for name, _ in marked] == ["install", "test", "docs"]
+    assert [shown for _, shown in marked] == MARKED
     assert all(f"readme_command {name}" in script for name, _ in marked)
 
 
 @pytest.mark.slow
-def test_the_commands_run_one_after_the_other(folder):
+def test_the_commands_of_the_readme_run_one_after_the_other(folder):
     """In the order of the README, each as a user types it: some read what an earlier one has written."""
-    said = {}
-    for command in COMMANDS:
-        program, *arguments = shlex.split(command)
-        assert program == "electrovib"
-        done = subprocess.run(
-            [sys.executable, "-m", "electrovib", *arguments],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=300,
-        )
-        assert (done.returncode, done.stderr) == (0, ""), command
-        said[command] = done.stdout
-        for flag in ("-o", "--report"):
-            if flag in arguments:
-                assert (folder / arguments[arguments.index(flag) + 1]).exists(), command
-    (own,) = (text for command, text in said.items() if "force.model=Saturating" in command)
-    assert "electrostatic force: 0 N to 208.2 mN" in own
+    said = {command: electrovib(command, folder) for command in commands(TEXTS["README.md"])}
     (states,) = (text for command, text in said.items() if " equilibrium " in command)
     assert "gap 4.956 um" in states
+
+
+NUMBERS = {
+    "docs/how_to/my_paper.md": ("force.model=Saturating", "electrostatic force: 0 N to 208.2 mN"),
+    "docs/how_to/my_screen.md": ("equilibrium", "gap 4.956 um"),
+}
+"""A word of a command of a page, and a number that this command prints."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "page", [page for page in TEXTS if page.startswith("docs/how_to") and commands(TEXTS[page])]
+)
+def test_the_commands_of_a_guide_run_one_after_the_other(page, folder):
+    said = {command: electrovib(command, folder) for command in commands(TEXTS[page])}
+    word, number = NUMBERS.get(page, ("", ""))
+    assert any(word in command and number in text for command, text in said.items())
+
+
+@pytest.mark.slow
+def test_the_tutorial_finds_the_thickness_that_the_recording_was_made_with(folder):
+    text = TEXTS["docs/tutorial.md"]
+    subprocess.run([sys.executable, "record.py"], cwd=folder, check=True, timeout=120)
+    (folder / "my.toml").unlink()  # the tutorial writes its own
+    said = {command: electrovib(command, folder) for command in commands(text)}
+    (shown,) = (block["text"].strip() for block in blocks(text) if block["language"] == "text")
+    fit, both = (text for command, text in said.items() if " fit " in command)
+    assert fit.splitlines()[0] == shown
+    value, low, high = (float(number) for number in re.findall(r"([\d.]+) um", shown))
+    assert low < 75 < high
+    assert value == pytest.approx(75, abs=0.3)
+    assert "not determine" in both

@@ -41,7 +41,7 @@ def pattern(word):
 
 def lines():
     """All text that a user or an heir reads, line by line."""
-    places = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+    places = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
     for folder in ("src", "examples"):
         places += [
             path

@@ -210,16 +210,16 @@ def test_they_run(environment, tmp_path):
     assert "SaturatingStress" in electrovib_says(environment, "compare", "my.toml", cwd=tmp_path)
 
 
-def test_the_page_of_the_documentation_and_the_citations_have_them(environment):
+def test_the_catalogue_and_the_citations_have_them(environment):
     code = (
-        "from electrovib.study import catalogue; from electrovib.view.catalogue import as_markdown;"
-        " from electrovib.core.discovery import papers;"
-        " print(as_markdown(own=False));"
+        "from electrovib.study import catalogue; from electrovib.core.discovery import papers;"
+        " print(catalogue.models(complete=True));"
+        " print(*(catalogue.models(name) for name in papers()));"
         " print(*(catalogue.bibtex(papers()[name], name) for name in papers()))"
     )
     page = call(environment, "-c", code)
     for name in FILES:
-        assert f"**{name}** (full text)" in page
+        assert f"{name} (paper)" in page
         assert f"@misc{{{name}," in page
         assert f"10.0000/{name.replace('_', '.')}" in page
     for offered in ("SaturatingStress", "TwoPaces", "skin_2099/wrist", "electrovib run preset_2099/press"):

@@ -159,10 +159,10 @@ class LuGre(BristleFriction):
 
     Notes
     -----
-    z' = u - |u| stiffness z/g(u), g = strength (1 + (static_ratio - 1) exp(-(u/stribeck_speed)^2)), F =
+    z' = u - abs(u) stiffness z/g(u), g = strength (1 + (static_ratio - 1) exp(-(u/stribeck_speed)^2)), F =
     stiffness z + bristle_damping z' + viscous_damping u. This is the law of Canudas de Wit et al. 1995 with the load in
     g only: the elastic energy of the bristles does not depend on the load, and friction dissipates at every instant as
-    long as bristle_damping is 0, or small compared with 4 g/|u|.
+    long as bristle_damping is 0, or small compared with 4 g/abs(u).
     """
 
     reference: ClassVar[str] = "C. Canudas de Wit et al., IEEE Trans. Autom. Control 40, 419 (1995)"
@@ -209,7 +209,7 @@ class Dahl(BristleFriction):
 
     Notes
     -----
-    z' = u |1 - r|^exponent sign(1 - r), r = stiffness z sign(u)/strength, F = stiffness z. Steady sliding is at the
+    z' = u abs(1 - r)^exponent sign(1 - r), r = stiffness z sign(u)/strength, F = stiffness z. Steady sliding is at the
     strength, without a static excess, so the law alone gives no stick-slip. With an exponent below 1 the strength is
     reached after a finite distance, and the rate is linear over the last 1e-8 of the strength. A simulation of a
     finger by others uses coefficient 0.6, 500 N/m and exponent 0.7.

@@ -5,7 +5,6 @@ from electrovib.study.catalogue.families import PREDICTS, families, places, plai
 from electrovib.study.catalogue.found import find, models, scenarios
 from electrovib.study.catalogue.items import is_own
 from electrovib.study.catalogue.listed import Listed, Listing
-from electrovib.study.catalogue.listing import tables
 from electrovib.study.catalogue.populations import spaces
 
 __all__ = [
@@ -25,6 +24,5 @@ __all__ = [
     "ready_made",
     "scenarios",
     "spaces",
-    "tables",
     "values",
 ]

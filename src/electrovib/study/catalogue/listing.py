@@ -1,37 +1,12 @@
-"""Tables of models, papers and scenarios, with how each source was read and how often it is checked."""
+"""Tables of models, papers and scenarios, with the status of each source."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
-from electrovib.study.catalogue.items import PAPERS, Item, model_items, paper_items
+from electrovib.study.catalogue.items import Item
 from electrovib.study.catalogue.listed import Listed
 from electrovib.study.reproduction import Table
-
-
-def tables(*, own: bool = False) -> Iterator[Table]:
-    """Write models and papers as one table for each family, and one of the papers.
-
-    Parameters
-    ----------
-    own : bool
-        Omit what other packages contribute.
-
-    Yields
-    ------
-    Table
-        In the order of the families.
-    """
-    records = [item.record for items in (model_items(own=own), paper_items(own=own)) for item in items]
-    for group in dict.fromkeys(record.group for record in records):
-        lines = [record for record in records if record.group == group]
-        if group == PAPERS:
-            headings: tuple[str, ...] = ("paper", "source status", "checks", "runnable")
-            rows = tuple((e.name, e.status, str(e.checks), e.runnable) for e in lines)
-        else:
-            headings = ("model", "paper", "source status", "checks")
-            rows = tuple((e.name, e.paper or "-", e.status or "definition", str(e.checks)) for e in lines)
-        yield Table(group, headings, rows)
 
 
 def found_table(records: Iterable[Listed], title: str = "") -> Table:

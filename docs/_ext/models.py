@@ -1,0 +1,174 @@
+"""A page for each declared model: equations, parameters, source status, checks."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from itertools import groupby
+from typing import Any, Final
+
+import sympy
+from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
+from sympy.parsing.sympy_parser import parse_expr
+
+from electrovib.core.checks import Check
+from electrovib.core.discovery import paper_of
+from electrovib.core.model import Model
+from electrovib.core.status import STATUSES_EXPLAINED, status_text
+from electrovib.study import catalogue
+from electrovib.study.catalogue.items import Item, everything
+
+FUNCTIONS: Final = {
+    "exp",
+    "log",
+    "sqrt",
+    "erf",
+    "sign",
+    "Abs",
+    "sin",
+    "cos",
+    "tan",
+    "sinh",
+    "cosh",
+    "tanh",
+    "I",
+    "pi",
+}
+SYMBOLS: Final = {"eps0": r"\varepsilon_0"}
+
+
+def pages() -> dict[str, str]:
+    """Return the pages by file name: one for each model, and the list of all."""
+    found = [item for item in everything(own=True) if is_model(item)]
+    written = {f"models/{place(item.thing, item.record.kind)}.rst": page(item) for item in found}
+    return written | {"models/index.rst": index(found)}
+
+
+def is_model(item: Item) -> bool:
+    """Return whether an entry of the catalogue is a declared model."""
+    return isinstance(item.thing, type)
+
+
+def place(model: type[Model], kind: str) -> str:
+    """Return the name of the page of a model in the folder of models, without its ending."""
+    return f"{kind.replace(' ', '_')}/{model.__name__}"
+
+
+def index(found: list[Item]) -> str:
+    """Write the list of all models, one table for each family."""
+    parts = [
+        title("Models"),
+        "Every model that a scenario can be made of, as the code declares it. The source status states how the source of a"
+        f" model was read: {plain(STATUSES_EXPLAINED)}.",
+    ]
+    for group, members in groupby(found, key=lambda item: item.record.group):
+        rows = []
+        for item in members:
+            paper = f":doc:`../papers/{item.record.paper}`" if item.record.paper else ""
+            status = plain(status_text(item.record.status))
+            target = place(item.thing, item.record.kind)
+            rows.append(
+                (f":doc:`{target}`", plain(item.record.meaning), paper, status, str(item.record.checks))
+            )
+        headings = ("model", "what it is", "paper", "source status", "checks")
+        parts += [title(f"{group[0].upper()}{group[1:]}", "-"), grid(headings, rows, "22 48 12 12 6")]
+    names = [f"{item.record.name} <{place(item.thing, item.record.kind)}>" for item in found]
+    return joined([*parts, hidden_contents(names)])
+
+
+def page(item: Item) -> str:
+    """Write the page of one model."""
+    from numpydoc.docscrape import NumpyDocString
+
+    model, record = item.thing, item.record
+    text = NumpyDocString(inspect.getdoc(model) or "")
+    parameters = catalogue.parameters(model)
+    where = written_as(model)
+    paper = paper_of(model)
+    source = [
+        ("Source status", plain(status_text(model.status))),
+        ("Reference", plain(model.reference)),
+        ("Paper", f":doc:`../../papers/{paper}`" if paper else ""),
+        ("Formerly", ", ".join(f"``{name}``" for name in model.former_names)),
+    ]
+    return joined(
+        [
+            title(record.name),
+            f"*{record.kind[0].upper()}{record.kind[1:]}.* " + " ".join(text["Summary"]),
+            "\n".join(text["Extended Summary"]),
+            literal(where, "toml") if where else "",
+            *equations(model),
+            title("Parameters", "-"),
+            shown(parameters) if parameters.rows else "This model has no parameters.",
+            plain(model.derived_note and f"{model.derived_note[0].upper()}{model.derived_note[1:]}."),
+            *section("Notes", text["Notes"]),
+            title("Source", "-"),
+            fields(source),
+            "\n".join(text["References"]),
+            *checks(model.checks),
+        ]
+    )
+
+
+def section(name: str, lines: list[str]) -> list[str]:
+    """Return a section of a docstring with its title; nothing for an empty one."""
+    return [title(name, "-"), "\n".join(lines)] if any(line.strip() for line in lines) else []
+
+
+def written_as(model: type[Model]) -> str:
+    """Return how a scenario file names a member of a family; empty for any other model."""
+    found = next((where for family, where in catalogue.places().items() if issubclass(model, family)), "")
+    return f'{found} = {{ model = "{model.__name__}", ... }}' if found and model.is_member else ""
+
+
+def equations(model: type[Model]) -> list[str]:
+    """Return the declared equations as formulas; a test compares the declarations with the code."""
+    if not model.equation:
+        return []
+    parts = [title("Equation" if len(model.equation) == 1 else "Equations", "-")]
+    for name, text in model.equation.items():
+        parts.append(f".. math::\n\n   {latex(name)} = {formula(text)}")
+    return parts
+
+
+def formula(text: str) -> str:
+    """Return an equation in LaTeX, in the order in which it is declared."""
+    names = set(re.findall(r"[A-Za-z_]\w*", text)) - FUNCTIONS
+    symbols = {name: sympy.Symbol(name) for name in names}
+    parsed = without_factors_of_one(parse_expr(text, local_dict=symbols, evaluate=False))
+    shown_as = {symbol: latex(name) for name, symbol in symbols.items()}
+    return str(sympy.latex(parsed, symbol_names=shown_as, order="none", mul_symbol=r"\,"))
+
+
+def without_factors_of_one(expression: sympy.Expr) -> sympy.Expr:
+    """Return an expression without the factor 1 that a quotient 1/x has before it is evaluated."""
+    if not expression.args:
+        return expression
+    parts = [without_factors_of_one(part) for part in expression.args]
+    if expression.is_Mul:
+        parts = [part for part in parts if part != 1] or [sympy.Integer(1)]
+        return parts[0] if len(parts) == 1 else sympy.Mul(*parts, evaluate=False)
+    return (
+        expression.func(*parts, evaluate=False)
+        if expression.is_Add or expression.is_Pow
+        else expression.func(*parts)
+    )
+
+
+def latex(name: str) -> str:
+    """Return the name of a parameter or of an argument in LaTeX."""
+    if name in SYMBOLS or len(name) == 1:
+        return SYMBOLS.get(name, name)
+    escaped = name.replace("_", r"\_")
+    return rf"\mathrm{{{escaped}}}"
+
+
+def checks(found: tuple[Check, ...] | Any) -> list[str]:
+    """Return the comparisons of a model or a paper with published numbers."""
+    if not found:
+        return []
+    texts = [
+        f"{check.name}: {check.expect:g} within {100 * check.rtol:.2g} % ({status_text(check.status)}; {check.source})"
+        for check in found
+    ]
+    return [title("Checks", "-"), items(plain(text) for text in texts)]

@@ -1,0 +1,124 @@
+"""A page for each paper, the ready-made scenarios, and the bibliography."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+from models import checks, is_model, place
+from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
+
+from electrovib.core.status import STATUSES_EXPLAINED, status_text
+from electrovib.study import catalogue
+from electrovib.study.catalogue.items import Item, everything, paper_items, scenario_items
+
+
+def pages() -> dict[str, str]:
+    """Return the pages by file name: papers, scenarios and bibliography."""
+    found = list(paper_items(own=True))
+    models = [item for item in everything(own=True) if is_model(item)]
+    written = {f"papers/{item.record.name}.rst": page(item, models) for item in found}
+    citations = "\n\n".join(catalogue.bibtex(item.thing, item.record.name) for item in found)
+    return written | {
+        "papers/index.rst": index(found),
+        "scenarios.rst": scenarios(),
+        "bibliography.rst": bibliography(found),
+        "electrovib.bib": f"{citations}\n",
+    }
+
+
+def index(found: list[Item]) -> str:
+    """Write the list of papers."""
+    rows = []
+    for item in found:
+        record = item.record
+        runs = plain(record.runnable)
+        rows.append((f":doc:`{record.name}`", plain(record.meaning), plain(status_text(record.status)), runs))
+    text = (
+        "Each paper has its claims, what it does not claim, and what of it can be computed. The source status states how"
+        f" the paper was read: {plain(STATUSES_EXPLAINED)}. A paper whose equations were not read runs nothing."
+    )
+    table = grid(("paper", "title", "source status", "can be run"), rows, "16 40 14 30")
+    return joined([title("Papers"), text, table, hidden_contents(item.record.name for item in found)])
+
+
+def page(item: Item, models: list[Item]) -> str:
+    """Write the page of one paper."""
+    module, name = item.thing, item.record.name
+    claims = catalogue.claims(module)
+    unread = " ".join(getattr(module, "NOT_READ", "").split())
+    about = [
+        ("Source status", plain(status_text(module.STATUS))),
+        ("Claims", plain(claims.get("claims", ""))),
+        ("Does not claim", plain(claims.get("does not claim", ""))),
+        ("Here", plain(claims.get("here", ""))),
+        ("Not read", plain(unread)),
+    ]
+    own = [one for one in models if one.record.paper == name]
+    links = (
+        f":doc:`../models/{place(one.thing, one.record.kind)}`: {plain(one.record.meaning)}" for one in own
+    )
+    values = catalogue.values(module)
+    return joined(
+        [
+            title(name),
+            items(citations(module)),
+            fields(about),
+            *([title("Models", "-"), items(links)] if own else []),
+            *offered(module, name),
+            *([title("Values of its scenarios", "-"), shown(values)] if values else []),
+            *disagreements(module),
+            *checks(getattr(module, "CHECKS", ())),
+            title("BibTeX", "-"),
+            literal(catalogue.bibtex(module, name), "bibtex"),
+        ]
+    )
+
+
+def citations(module: ModuleType) -> list[str]:
+    """Return the citations of a paper."""
+    found = getattr(module, "CITATIONS", ()) or (module.CITATION,)
+    return [plain(str(citation)) for citation in found]
+
+
+def offered(module: ModuleType, name: str) -> list[str]:
+    """Return what a paper offers by name, by kind."""
+    titles = {"run": "Scenarios", "skin": "Skins", "material": "Materials", "stack": "Stacks"}
+    found: dict[str, list[str]] = {}
+    for kind, text in catalogue.ready_made(module, name):
+        found.setdefault(kind, []).append(plain(text.removeprefix("electrovib run ")))
+    return [part for kind, texts in found.items() for part in (title(titles[kind], "-"), items(texts))]
+
+
+def disagreements(module: Any) -> list[str]:
+    """Return what in a paper does not agree with itself or with other sources."""
+    found = getattr(module, "DEFECTS", ())
+    return [title("Disagreements", "-"), items(plain(text) for text in found)] if found else []
+
+
+def scenarios() -> str:
+    """Write the list of ready-made scenarios."""
+    rows = [
+        (f"``{item.record.name}``", plain(item.record.meaning), plain(item.record.reproduces))
+        for item in scenario_items()
+    ]
+    text = (
+        "Each can be simulated by its name, ``electrovib run NAME``, written as a file to change,"
+        " ``electrovib init NAME -o my.toml``, and changed by ``--set``. The sources of its values are on the page of its"
+        " paper."
+    )
+    table = grid(("name", "what it is", "figure or statement that it reproduces"), rows, "25 40 35")
+    return joined([title("Ready-made scenarios"), text, table])
+
+
+def bibliography(found: list[Item]) -> str:
+    """Write the list of all publications that the papers of the toolkit declare."""
+    lines = sorted((item.record.name, text) for item in found for text in citations(item.thing))
+    text = (
+        "The publications behind the models and scenarios, with the page of each;"
+        " :download:`all as BibTeX <electrovib.bib>`. Values of materials and of populations have further sources,"
+        " named beside each value on the pages of :doc:`materials </materials>` and :doc:`populations </populations>`."
+    )
+    return joined(
+        [title("Bibliography"), text, items(f"{line} (:doc:`papers/{name}`)" for name, line in lines)]
+    )

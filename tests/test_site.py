@@ -1,0 +1,271 @@
+"""The documentation is built without a warning, is complete, and loads nothing from a network."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+import sympy
+
+import electrovib as ev
+from electrovib.study.catalogue.items import everything, paper_items, scenario_items
+
+ROOT = Path(__file__).parent.parent
+NOT_RUN = "whole_experiment"
+LOADED = {
+    "script": "src",
+    "img": "src",
+    "link": "href",
+    "source": "src",
+    "iframe": "src",
+    "video": "src",
+    "object": "data",
+}
+"""Elements that load a file when a page is opened, and the attribute that names it."""
+NETWORK = re.compile(r"^(https?:)?//")
+STYLE = re.compile(
+    r"url\(\s*['\"]?((?:https?:)?//[^)'\"]*)|@import\s+(?:url\()?['\"]?((?:https?:)?//[^)'\"]*)"
+)
+SCRIPT = re.compile(
+    r"(?:import\s*\(|import\s|from\s|fetch\(|importScripts\(|\.src\s*=)\s*[`'\"]((?:https?:)?//[^`'\"]*)"
+)
+
+
+class Page(HTMLParser):
+    """What a page loads, and what it shows as equations."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.equations: list[str] = []
+        text = file.read_text(encoding="utf-8")
+        self.feed(text)
+        self.loaded += [found for pair in STYLE.findall(text) for found in pair if found]
+
+    def handle_starttag(self, tag, attrs):
+        values = dict(attrs)
+        if tag in LOADED and values.get(LOADED[tag]):
+            self.loaded.append(values[LOADED[tag]])
+        self.loaded += [part.split()[0] for part in (values.get("srcset") or "").split(",") if part.strip()]
+        if tag == "img" and "equation" in (values.get("class") or "").split():
+            self.equations.append(values["src"])
+
+
+def is_of_network(address):
+    return bool(NETWORK.match(address))
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Build the site in a new folder, the example that takes longest apart, which is shown without its results."""
+    folder = tmp_path_factory.mktemp("site")
+    docs = folder / "docs"
+    ignored = ("_build", "_gallery", "gallery", "generated")
+    shutil.copytree(ROOT / "docs", docs, ignore=shutil.ignore_patterns(*ignored))
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    run = rf"sphinx_gallery_conf.filename_pattern=^(?!.*{NOT_RUN}).*\.py$"
+    options = ["-q", "-W", "--keep-going", "-D", run]
+    command = [sys.executable, "-m", "sphinx", *options, str(docs), str(folder / "html")]
+    package = str(Path(ev.__file__).parents[1])
+    done = subprocess.run(
+        command,
+        env=os.environ | {"PYTHONPATH": package},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=600,
+    )
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    return folder / "html"
+
+
+def pages_of(site):
+    """Return the pages; the theme keeps a template for pages among its files."""
+    return [file for file in sorted(site.rglob("*.html")) if "_static" not in file.parts]
+
+
+@pytest.mark.slow
+def test_no_page_loads_anything_from_a_network(site):
+    pages = pages_of(site)
+    assert len(pages) > 150
+    for file in pages:
+        assert not [address for address in Page(file).loaded if is_of_network(address)], file
+    for file in site.rglob("*.css"):
+        assert not STYLE.findall(file.read_text(encoding="utf-8")), file
+    for file in site.rglob("*.js"):
+        assert not SCRIPT.findall(file.read_text(encoding="utf-8")), file
+
+
+@pytest.mark.slow
+def test_what_a_page_loads_is_there(site):
+    for file in pages_of(site):
+        for address in Page(file).loaded:
+            if not address.startswith("data:"):
+                assert (file.parent / address.partition("?")[0].partition("#")[0]).exists(), (
+                    f"{file}: {address}"
+                )
+
+
+@pytest.mark.slow
+def test_every_model_paper_function_and_material_has_a_page(site):
+    generated = site / "reference" / "generated"
+    for item in everything(own=True):
+        if isinstance(item.thing, type):
+            file = generated / "models" / item.record.kind.replace(" ", "_") / f"{item.record.name}.html"
+            page, text = Page(file), file.read_text(encoding="utf-8")
+            assert len(page.equations) >= len(item.thing.equation), item.record.name
+            assert all((file.parent / equation).stat().st_size > 500 for equation in page.equations)
+            for name in (*item.thing.model_fields, *item.thing.derived):
+                assert f"<p>{name}</p>" in text, f"{item.record.name}: {name}"
+            assert "Source status" in text
+    bibliography = (generated / "bibliography.html").read_text(encoding="utf-8")
+    for item in paper_items(own=True):
+        assert (generated / "papers" / f"{item.record.name}.html").exists()
+        for citation in item.thing.CITATIONS:
+            assert citation.doi in bibliography
+    for name in dir(ev):
+        if name not in {"plot", "__version__"}:
+            assert (generated / "functions" / f"{name}.html").exists(), name
+    commands = (generated / "commands.html").read_text(encoding="utf-8")
+    assert "--series-resistor" in commands
+    materials = (site / "materials.html").read_text(encoding="utf-8")
+    assert "silica" in materials
+
+
+@pytest.mark.slow
+def test_every_text_and_every_example_is_a_page(site):
+    texts = [
+        path.relative_to(ROOT / "docs")
+        for path in (ROOT / "docs").rglob("*.md")
+        if "generated" not in path.parts
+    ]
+    assert len(texts) > 15
+    assert all((site / text.with_suffix(".html")).exists() for text in texts)
+    guides = (site / "how_to" / "index.html").read_text(encoding="utf-8")
+    for guide in ("bench", "fitting", "importing", "populations"):
+        assert f'href="../{guide}.html"' in guides
+    gallery = (site / "gallery" / "index.html").read_text(encoding="utf-8")
+    for example in (ROOT / "examples").glob("*.py"):
+        assert f"{example.stem}.html" in gallery
+        (shown,) = (site / "gallery").rglob(f"{example.stem}.html")
+        text = shown.read_text(encoding="utf-8")
+        if example.stem == NOT_RUN:
+            continue
+        assert "sphx-glr-script-out" in text, example.stem
+        assert re.search("sphx-glr-(single|multi)-img", text), example.stem
+
+
+@pytest.fixture
+def part(monkeypatch):
+    """Return a function that imports a part of the build."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    return importlib.import_module
+
+
+@pytest.fixture
+def models(part):
+    """Return the part of the build that writes the pages of models."""
+    return part("models")
+
+
+def test_the_pages_of_papers_have_what_the_papers_declare(part):
+    pages = part("papers_pages").pages()
+    plain = part("rst").plain
+    for item in paper_items(own=True):
+        page = pages[f"papers/{item.record.name}.rst"]
+        assert f":doc:`papers/{item.record.name}`" in pages["bibliography.rst"]
+        assert f"{{{item.record.name},\n" in pages["electrovib.bib"]
+        for citation in item.thing.CITATIONS:
+            assert plain(str(citation)) in pages["bibliography.rst"]
+            assert plain(str(citation)) in page
+        assert page.count("\n- ") >= len(getattr(item.thing, "CHECKS", ()))
+    for item in scenario_items():
+        assert f"``{item.record.name}``" in pages["scenarios.rst"]
+    assert ":doc:`../models/force_law/Vezzoli2014Causal`" in pages["papers/vezzoli_2014.rst"]
+
+
+def test_the_page_of_commands_has_every_option(part):
+    (text,) = part("commands").pages().values()
+    for shown in ("electrovib bench run\n", "``SCENARIO``", "``--series-resistor``", "``--output, -o``"):
+        assert shown in text
+
+
+def test_a_text_is_shown_as_it_is(part):
+    plain = part("rst").plain
+    assert plain("E. Vezzoli, |u|*2 and rms_") == r"\E. Vezzoli, \|u\|\*2 and rms\_"
+    assert plain("use `a_b*c`") == "use `a_b*c`"
+
+
+def test_every_example_is_in_the_gallery_under_its_question(part, tmp_path):
+    gallery = part("gallery")
+    gallery.collect(ROOT / "examples", tmp_path / "gallery")
+    found = {path.stem: path for path in (tmp_path / "gallery").rglob("*.py")}
+    assert set(found) == {path.stem for path in (ROOT / "examples").glob("*.py")}
+    for names in gallery.QUESTIONS.values():
+        assert len({found[name].parent for name in names}) == 1
+    text = found["stick_slip"].read_text(encoding="utf-8")
+    title = text.splitlines()[1]
+    assert title.startswith("Stick-slip of a slowly sliding fingertip")
+    assert text.splitlines()[2] == "=" * len(title)
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / "another.py").write_text('"""Another example."""\n\nprint(1)\n', encoding="utf-8")
+    gallery.collect(tmp_path / "new", tmp_path / "gallery")
+    (other,) = (tmp_path / "gallery").rglob("*.py")
+    assert other.parent.name.endswith("further_examples")
+    assert "print(1)" in other.read_text(encoding="utf-8")
+    built = tmp_path / "built"
+    for name in ("another", "removed", "index"):
+        (built / other.parent.name).mkdir(parents=True, exist_ok=True)
+        (built / other.parent.name / f"{name}.rst").touch()
+    (built / "former_question").mkdir()
+    gallery.remove_old(built, tmp_path / "gallery")
+    assert {path.name for path in built.rglob("*")} == {other.parent.name, "another.rst", "index.rst"}
+
+
+@pytest.mark.slow  # needs Sphinx, as the site does
+def test_an_equation_is_a_picture_that_stands_on_the_line_of_the_text(part):
+    drawn = part("equations").drawn
+    picture, width, height, depth = drawn(r"\frac{V}{K + g}")
+    assert picture.startswith(b"<?xml")
+    assert 0 < depth < height < width + height
+    assert drawn("V")[3] == pytest.approx(0, abs=0.1)
+
+
+def test_an_equation_is_shown_in_the_order_in_which_it_is_declared(models):
+    assert models.formula("1/stiffness") == r"\frac{1}{\mathrm{stiffness}}"
+    assert models.formula("eps0*E**2/2") == r"\frac{\varepsilon_0\,E^{2}}{2}"
+    assert models.formula("2*(a + b)") == r"2\,\left(a + b\right)"
+    assert models.formula("1 - free_gap") == r"1 - \mathrm{free\_gap}"
+
+
+def test_the_formula_of_a_declaration_has_its_value(models):
+    """The form that is shown, and the declaration as it is computed, at one point."""
+    for item in everything(own=True):
+        for text in getattr(item.thing, "equation", {}).values() if isinstance(item.thing, type) else ():
+            names = sorted(set(re.findall(r"[A-Za-z_]\w*", text)) - models.FUNCTIONS)
+            symbols = {name: sympy.Symbol(name) for name in names}
+            parsed = sympy.parsing.sympy_parser.parse_expr(text, local_dict=symbols, evaluate=False)
+            shown = models.without_factors_of_one(parsed)
+            at = {symbol: 1.25 + 0.5 * place for place, symbol in enumerate(symbols.values())}
+            computed = complex(sympy.sympify(text, locals=symbols).subs(at))
+            assert complex(shown.subs(at)) == pytest.approx(computed, rel=1e-12), text
+
+
+@pytest.mark.parametrize(
+    ("address", "expected"),
+    [
+        ("https://a.org/b.js", True),
+        ("//a.org/b.js", True),
+        ("_static/b.js", False),
+        ("data:image/png;base64,a//", False),
+    ],
+)
+def test_what_is_of_a_network(address, expected):
+    assert is_of_network(address) is expected
