@@ -84,8 +84,9 @@ class Plots:
             with self._grid:
                 self._plots.append(ui.plotly({"data": [], "layout": {}}).classes("w-full h-64"))
         for plot, figure in zip(self._plots, figures, strict=False):
-            plot.props(f'role=img aria-label="{figure["layout"]["title"]["text"]}"')
-            plot.update_figure(self._themed(figure))
+            if plot.figure != (themed := self._themed(figure)):
+                plot.props(f'role=img aria-label="{figure["layout"]["title"]["text"]}"')
+                plot.update_figure(themed)
         for plot in self._plots[len(figures) :]:  # a hidden plot cannot be resized
             plot.delete()
         del self._plots[len(figures) :]
