@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import subprocess
 import sys
+import time
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 import matplotlib as mpl
@@ -92,6 +96,8 @@ def electrovib(command, folder):
     """Run a command as a user types it."""
     program, *arguments = shlex.split(command)
     assert program == "electrovib"
+    if arguments[0] == "explore":
+        return served(arguments, folder)
     done = subprocess.run(
         [sys.executable, "-m", "electrovib", *arguments],
         cwd=folder,
@@ -105,6 +111,24 @@ def electrovib(command, folder):
         if flag in arguments:
             assert (folder / arguments[arguments.index(flag) + 1]).exists(), command
     return done.stdout
+
+
+def served(arguments, folder):
+    """Serve the page until it has answered, and return it."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+    command = [sys.executable, "-u", "-m", "electrovib", *arguments, "--no-browser"]
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True, env=kept) as server:
+        try:
+            address = re.search(r"http://\S+", server.stdout.readline())[0]
+            for _ in range(300):
+                try:
+                    with urllib.request.urlopen(address, timeout=20) as answer:
+                        return answer.read().decode()
+                except urllib.error.URLError:
+                    time.sleep(0.1)
+        finally:
+            server.terminate()
+    raise AssertionError(f"no answer from {address}")
 
 
 def test_every_block_is_run_by_one_of_these_tests():

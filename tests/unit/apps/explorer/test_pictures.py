@@ -106,6 +106,7 @@ def test_felt_and_safety(shown):
     (plot,) = felt(percept)
     largest = percept.spectrum.amplitude[percept.spectrum.frequency >= 1].max()
     assert max(plot["data"][0]["y"]) == pytest.approx(largest * 1e3, rel=1e-6)
+    assert "range" not in plot["layout"]["yaxis"]
     text = safety_words(known_further(SAFETY, shown).check)
     assert "hardware has to limit the current" in text
     assert "250 µA" in text

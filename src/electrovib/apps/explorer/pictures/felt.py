@@ -37,6 +37,7 @@ def felt(percept: Percept) -> list[dict[str, Any]]:
     unit = "m" if lines.signal == "skin_displacement" else "N"
     plot = figure("Spectrum", FREQUENCY, Axis("amplitude", unit), [])
     prefix, scale = prefix_for(float(amplitude.max()), unit)
+    del plot["layout"]["yaxis"]["range"]  # that of no curves
     plot["layout"]["yaxis"]["title"]["text"] = f"amplitude [{pretty_unit(prefix + unit)}]"
     plot["data"] = [
         {
