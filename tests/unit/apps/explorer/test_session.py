@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -112,6 +113,32 @@ def test_slices_of_long_work_end_when_something_newer_waits():
     assert shown[-1][0].scenario.drive.high == 100
     assert len(session.further.laws) >= 3
     assert all(case.scenario.drive.high == 100 for case in session.further.laws.values())
+
+
+def test_no_further_slice_begins_when_something_newer_waits(monkeypatch):
+    begun = []
+
+    def slices(tab, found):
+        for number in range(40):
+
+            def slow(known, number=number):
+                time.sleep(0.01)
+                begun.append((found.scenario.drive.high, number))
+                return known
+
+            yield slow
+
+    monkeypatch.setattr("electrovib.apps.explorer.session.slices", slices)
+
+    async def actions(session):
+        session.ask(session.state)
+        while not begun:
+            await asyncio.sleep(0.005)
+        session.ask(session.state.changed("drive.high", "5 V"))
+
+    visit(actions)
+    assert len([volts for volts, _ in begun if volts == 1000]) < 20
+    assert len([volts for volts, _ in begun if volts == 5]) == 40
 
 
 def test_curves_are_kept_and_the_oldest_is_dropped():

@@ -53,6 +53,8 @@ def test_a_part_that_is_replaced_loses_the_changes_inside_it():
         state.changed("force.model", "MaxwellStressInInsulator").reset("force.model").changes
     ) == dict(state.changes)
     assert state.reset() == PageState(FIG6)
+    law = PageState(FIG6).changed("force.medium", "1").changed("force.model", "EffectiveMedium")
+    assert dict(law.changes) == {"force.model": "EffectiveMedium"}
 
 
 MALFORMED = [
