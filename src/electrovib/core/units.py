@@ -138,6 +138,7 @@ def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
     str
         Text that `parse_quantity` reads back to the same value within the digits.
     """
+    value += 0.0  # one zero, not two
     if unit == "1":
         return f"{value:.{digits}g}"
     if value == 0 or not math.isfinite(value):

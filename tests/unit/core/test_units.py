@@ -249,3 +249,8 @@ def test_prefixes_shown_are_prefixes_read():
 )
 def test_a_number_that_rounds_up_takes_the_next_prefix(value, unit, shown):
     assert format_quantity(value, unit, digits=3) == shown
+
+
+def test_zero_has_no_sign():
+    assert format_quantity(-0.0, "V") == "0 V"
+    assert format_quantity(-0.0, "1") == "0"

@@ -199,7 +199,8 @@ def tables(design: PlateDesign) -> tuple[Table, ...]:
             found.append(Table("Validity of the best candidate: warnings", ("diagnostic", "text"), rows))
     if design.pareto:
         found.append(_pareto_table(design))
-    found.append(_forbidden_table(design))
+    if len(design.allowed) < len(design.candidates):
+        found.append(_forbidden_table(design))
     return tuple(found)
 
 
