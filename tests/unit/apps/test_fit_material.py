@@ -188,9 +188,9 @@ def test_a_deviation_below_that_is_a_warning(tmp_path):
     assert {each.name: each.state for each in stated.diagnostics}["Kramers-Kronig"] == "ok"
 
 
-def test_the_table_of_the_readme_keeps_its_loss(tmp_path, monkeypatch):
+def test_the_table_of_the_guide_keeps_its_loss(tmp_path, monkeypatch):
     """Permittivity and resistivity of an invented skin: five rows, so that AICc alone prefers a form that misses them."""
-    text = (Path(__file__).parents[3] / "README.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "how_to" / "my_recording.md").read_text(encoding="utf-8")
     (tmp_path / "skin.csv").write_text(text.partition("```csv\nfrequency (Hz),permittivity")[2].partition("```")[0].join(
         ["frequency (Hz),permittivity", ""]), encoding="utf-8")  # fmt: skip
     monkeypatch.chdir(tmp_path)

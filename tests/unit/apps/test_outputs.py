@@ -11,6 +11,7 @@ import electrovib as ev
 from electrovib.apps.cli import main
 from electrovib.core.errors import InputError
 from electrovib.data.marks import Form, is_ours
+from electrovib.export.design import write_design
 from electrovib.view import report
 from electrovib.view.checked import write_check
 
@@ -197,6 +198,9 @@ def test_every_form_is_known_from_its_content_and_not_from_its_name(here):
     )
     written |= {Form.TABLE: "fit/parameters.csv", Form.SPACE: "fit/space.toml"}
     written[Form.CHECK] = str(write_check(ev.check("b.toml"), "check.json"))
+    wanted = ev.design("b.toml", want="peak electrostatic_force = 1 mN", free="drive.high")
+    write_design(wanted, "design.json")
+    written[Form.DESIGN] = "design.json"
     limits = {"voltage": 1e4, "current": 1.0}
     written[Form.WAVEFORM] = str(ev.export("b.toml", "played.csv", limits=limits, ramp=1e-3))
     assert set(written) == set(Form)
