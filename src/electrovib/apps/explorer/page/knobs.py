@@ -11,7 +11,6 @@ from electrovib.apps.explorer.choices import AS_GIVEN, Choice, choices
 from electrovib.apps.explorer.controls import SECTIONS, STEPS, Control, controls
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import InputError
-from electrovib.core.paths import value_at
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
@@ -65,10 +64,9 @@ class Knobs:
     def show(self, found: Computed) -> None:
         """Write the values of a result into fields and sliders."""
         self._silent = True
+        values = {path: value for path, value, _ in found.scenario.parameters()}
         for path, (control, slider, field) in self._rows.items():
-            try:
-                value = value_at(found.scenario, path)
-            except InputError:
+            if (value := values.get(path)) is None:
                 continue
             text = control.written(value)
             if field.value != text:
