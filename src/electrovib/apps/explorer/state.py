@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -53,7 +54,12 @@ class PageState:
 
 def presets(own: Mapping[str, Scenario] | None = None) -> list[str]:
     """Return the names of the scenarios that a page offers: the given ones, then the shipped ones."""
-    return [*(own or {}), *(each.name for each in scenarios())]
+    return [*(own or {}), *_shipped()]
+
+
+@functools.cache
+def _shipped() -> tuple[str, ...]:
+    return tuple(each.name for each in scenarios())
 
 
 def read_query(query: str, *, own: Mapping[str, Scenario], default: str) -> PageState:
