@@ -255,3 +255,9 @@ def test_few_of_very_many_times_decide_on_the_largest_values(monkeypatch):
     other = peaks.PeakRecord(moments, {name: np.array([0.0, 2.0]) for name in rows})
     assert few.joined(other).peaks() == whole.joined(other).peaks()
     assert few.peaks() == whole.peaks()
+
+
+def test_relaxations_at_times_that_are_equal_to_rounding():
+    since = np.repeat([1e-3, 2e-3], 10 * FEW)
+    (found,) = fading(np.array([[2.0]]), np.array([500.0]), since)
+    np.testing.assert_allclose(found, 2 * np.exp(-500 * since), rtol=1e-14)

@@ -57,6 +57,7 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> lis
     nodes, to_coefficients = _rule()
     first, last = since[edges[:-1]][longer], since[edges[1:] - 1][longer]
     middle, half = (first + last) / 2, (last - first) / 2
+    scale = np.where(half > 0, half, 1.0)  # times that differ by less than their rounding
     alone = np.repeat(~longer, np.diff(edges))
     at_nodes = evaluate((middle[:, None] + half[:, None] * nodes).ravel())
     found = [np.empty(len(since)) for _ in at_nodes]
@@ -69,7 +70,7 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> lis
     ):
         for at in range(begin, end, _AT_ONCE):
             some = slice(at, min(at + _AT_ONCE, end))
-            powers = np.polynomial.chebyshev.chebvander((since[some] - middle[place]) / half[place], DEGREE)
+            powers = np.polynomial.chebyshev.chebvander((since[some] - middle[place]) / scale[place], DEGREE)
             for row, each in zip(found, coefficients[:, place] @ powers.T, strict=True):
                 row[some] = each
     return found
