@@ -72,6 +72,7 @@ def test_a_second_thread_changes_no_bit(compiled, monkeypatch, modes):
     monkeypatch.setattr(long_records, "ThreadPoolExecutor", Counted)
     for threads in (1, 2):
         monkeypatch.setattr(long_records, "_THREADS", threads)
+        monkeypatch.setattr(long_records, "_LEAST", 32)
         assert not begun
         found.append(march(-rates, gains, direct, drive[:-1], drive[1:], 1.0, state))
     assert len(begun) == 1

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _WORTH: Final = 100_000_000
 """Samples times outputs from which loading the compiled code costs less time than it saves."""
 _ALIGNED: Final = 8  # numbers in a line of the cache
-_LEAST: Final = 32  # groups of blocks from which a second thread is faster
+_LEAST: Final = 1024  # groups of blocks (4 million samples) from which a second thread is faster
 _THREADS: Final = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
