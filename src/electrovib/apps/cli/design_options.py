@@ -92,7 +92,7 @@ Draws: TypeAlias = Annotated[
     int | None, typer.Option("-n", help="Number of draws from the space; 200 by default.", show_default=False)
 ]
 Seed: TypeAlias = Annotated[
-    int | None, typer.Option(help="Seed of the draws; 1 by default.", show_default=False)
+    int | None, typer.Option(help="Seed of the draws; needed with --space.", show_default=False)
 ]
 LinearOnly: TypeAlias = Annotated[
     bool,

@@ -83,7 +83,7 @@ def _drives() -> dict[str, str]:
     """Return each drive with its example as an inline table; drives that hold samples or other drives are left out."""
     return {
         inline(name, kind.example): name
-        for name, kind in find_members(Drive).items()  # type: ignore[type-abstract]
+        for name, kind in find_members(Drive).items()  # type: ignore[type-abstract]  # a family is abstract
         if kind.example and all(isinstance(value, (int, float)) for value in kind.example.values())
     }
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.apps.explorer.computed import Computed, compute
-from electrovib.apps.explorer.limits import MOST_FINGERS
+from electrovib.apps.explorer.limits import FINGERS
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError
 from electrovib.physics.force import ForceLaw
@@ -103,7 +103,7 @@ def _guarded(slice_: Slice, what: str) -> Slice:
 def _band(found: Computed) -> dict[str, NDArray[Any]]:
     from electrovib.study.population import study
 
-    bands = study(found.scenario, POPULATION, n=MOST_FINGERS // 2, seed=SEED, signal="mean_force")
+    bands = study(found.scenario, POPULATION, n=FINGERS, seed=SEED, signal="mean_force")
     low, middle, high = (bands["mean_force_percentile"].sel(percentile=each).values for each in (5, 50, 95))
     return {"frequency": bands["frequency"].values, "low": low, "middle": middle, "high": high}
 

@@ -20,5 +20,5 @@ LARGEST_UPLOAD: Final = 20_000_000
 """Bytes of a recording."""
 LONGEST_RUN: Final = 20.0
 """Estimated seconds of one simulation, above which it is refused."""
-MOST_FINGERS: Final = 400
+FINGERS: Final = 200
 """Draws from the population for a band."""

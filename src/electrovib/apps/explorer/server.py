@@ -98,13 +98,13 @@ def _first(scenario: Source, changes: Mapping[str, Any] | None) -> tuple[dict[st
 
 def _import_all() -> None:
     """Import what the page computes with, before several threads do so at the same time."""
-    import xarray  # noqa: F401
+    import xarray  # noqa: F401 - imported for the threads
 
     import electrovib.apps.fit
     import electrovib.study.check
     import electrovib.study.perceive
     import electrovib.study.population
-    import electrovib.view.report  # noqa: F401
+    import electrovib.view.report  # noqa: F401 - as above
 
 
 def _free_port(host: str, port: int | None) -> int:
@@ -117,6 +117,8 @@ def _free_port(host: str, port: int | None) -> int:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
                 probe.bind((host, each))
+            except socket.gaierror:
+                raise InputError(f"host = {host}: no address of this machine has this name") from None
             except PermissionError:
                 raise InputError(f"port = {each}: this user may not open it; take one above 1023") from None
             except OSError as error:

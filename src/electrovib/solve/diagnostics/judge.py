@@ -134,6 +134,24 @@ def circuit_diagnostics(
     ]
 
 
+def largest_of(reached: Mapping[str, float], name: str) -> float:
+    """Return the larger of the value of a limit over the run and at switch-on.
+
+    Parameters
+    ----------
+    reached : mapping of str to float
+        From `largest_values`.
+    name : str
+        Name of the limit.
+
+    Returns
+    -------
+    value : float
+        In its unit; infinite without a bound, NaN where it is not known.
+    """
+    return max(reached[name], reached.get(name + SWITCH_ON, 0.0)) if name in reached else math.nan
+
+
 def largest_values(
     scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None
 ) -> dict[str, float]:

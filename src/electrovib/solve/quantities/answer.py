@@ -11,6 +11,8 @@ import numpy as np
 from electrovib.core.errors import InputError, nearest
 from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.solve.choice import chosen
+from electrovib.solve.diagnostics import running_currents
+from electrovib.solve.diagnostics.judge import largest_of, largest_values
 from electrovib.solve.quantities.doubts import doubts
 from electrovib.solve.quantities.names import Named
 from electrovib.solve.quantities.pieces import of_extremes, taken_from
@@ -209,9 +211,15 @@ def root_mean_squares(
 
 
 def declared_mean_squares(expanded: Expanded, peaks: PeakRecord) -> dict[str, float]:
-    """Return the root mean squares whose limit is declared, by the name of that limit [V or A]."""
+    """Return the root mean squares whose limit is declared, by its name [V or A]; NaN of a current without a bound."""
     declared = [name for name in MEAN_SQUARES if getattr(expanded.scenario.limits, name) is not None]
-    found = root_mean_squares(expanded, peaks, [name.removeprefix("rms_") for name in declared])
+    if not declared:
+        return {}
+    scenario = expanded.scenario
+    reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
+    names = [name.removeprefix("rms_") for name in declared]
+    bounded = [name for name in names if math.isfinite(largest_of(reached, name))]
+    found = dict.fromkeys(names, math.nan) | root_mean_squares(expanded, peaks, bounded)
     return {f"rms_{name}": value for name, value in found.items()}
 
 

@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.status import UNVERIFIED
 from electrovib.core.units import format_quantity
 from electrovib.physics.body_current import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
-from electrovib.physics.limits import MEAN_SQUARES, PEAKS, WORDS, unit_of_limit
+from electrovib.physics.limits import WORDS
 from electrovib.scenario import Source, read_scenario
 from electrovib.study.check.declared import (
     DeclaredLimit,
@@ -20,10 +20,10 @@ from electrovib.study.check.declared import (
     limits_of,
     refuse_unlimited,
     strictest,
-    unlimited_words,
 )
 from electrovib.study.check.drive import DriveSource, with_drive
 from electrovib.study.check.result import FAIL, PASS, UNKNOWN, CheckNumber, CheckResult, CheckRow
+from electrovib.study.check.rows import ONLY_DECLARED, limit_row
 from electrovib.study.check.values import CheckedValues, checked_values
 
 if TYPE_CHECKING:
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 _STATES = {"ok": PASS, "warning": FAIL, "unknown": UNKNOWN}
-_ONLY_DECLARED = (*MEAN_SQUARES, "slew_rate")
-"""Limits that are numbers without a row where nobody declares them."""
 _OWN_DRIVE = "the drive of the scenario"
 
 
@@ -109,7 +107,7 @@ def checked(
             *(
                 _limit_row(name, values, declared.get(name), scenario)
                 for name in WORDS
-                if name in declared or name not in _ONLY_DECLARED
+                if name in declared or name not in ONLY_DECLARED
             ),
             *(_breakdown_row(each) for each in values.breakdown),
         ),
@@ -205,36 +203,13 @@ def _name(drive: object) -> str:
 
 def _limit_row(name: str, values: CheckedValues, limit: DeclaredLimit | None, scenario: Scenario) -> CheckRow:
     """Return the row of a declared limit, or that of a quantity without one."""
-    unit = unit_of_limit(name)
-    value: float | None = values.largest[name]
     words = WORDS[name]
     if scenario.circuit.amplifier is None:
         contact = (
             "current into the contact (no stray capacitance is declared: circuit.amplifier.stray_capacitance)"
         )
         words = words.replace("current into plate, stray capacitance and finger", contact)
-    if value is None or math.isnan(value):
-        value, reached = None, "is not known"
-    elif math.isinf(value):
-        where = "a discontinuity" if name == "slew_rate" else "a discontinuity without a series resistance"
-        reached = f"has no bound ({where})"
-    else:
-        reached = f"reaches {format_quantity(value, unit, digits=6)}"
-    if limit is None:
-        state, text = UNKNOWN, f"{words} {reached}; limits.{name} is not declared"
-    else:
-        state = UNKNOWN if value is None else PASS if value <= limit.value else FAIL
-        word = {UNKNOWN: "not compared with", PASS: "within", FAIL: "above"}[state]
-        text = f"{words} {reached}, {word} {format_quantity(limit.value, unit, digits=6)}: {limit.source}"
-    return CheckRow(
-        quantity=("peak " if name in PEAKS else "") + name.replace("_", " "),
-        value=value,
-        limit=None if limit is None else limit.value,
-        unit=unit,
-        source=unlimited_words(name) if limit is None else limit.source,
-        state=state,
-        text=text,
-    )
+    return limit_row(name, values.largest[name], limit, words=words)
 
 
 def _breakdown_row(found: Diagnostic) -> CheckRow:

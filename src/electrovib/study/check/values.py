@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from electrovib.physics.limits import MEAN_SQUARES, SWITCH_ON, WORDS
+from electrovib.physics.limits import MEAN_SQUARES, WORDS
 from electrovib.solve.diagnostics import running_currents
-from electrovib.solve.diagnostics.judge import largest_values, stack_diagnostics
+from electrovib.solve.diagnostics.judge import largest_of, largest_values, stack_diagnostics
 from electrovib.solve.diagnostics.steepness import slew_rate
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
@@ -70,10 +70,7 @@ def checked_values(scenario: Scenario) -> CheckedValues:
     peaks, end = record.peaks, float(expanded.times[-1])
     reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
     reached["slew_rate"] = slew_rate(scenario, end)
-    largest = {
-        name: max(reached[name], reached.get(name + SWITCH_ON, 0.0)) if name in reached else math.nan
-        for name in WORDS
-    }
+    largest = {name: largest_of(reached, name) for name in WORDS}
     known = [name for name in MEAN_SQUARED if math.isfinite(largest[name])]
     rms = dict.fromkeys(MEAN_SQUARED, math.nan) | root_mean_squares(expanded, peaks, known)
     found = stack_diagnostics(scenario, peaks)

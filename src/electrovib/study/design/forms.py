@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from electrovib.core.errors import InputError
-from electrovib.study.design.form import DesignForm as Form
+from electrovib.study.design.form import DesignForm
 
 
 def _parameter() -> Callable[..., Any]:
@@ -28,19 +28,19 @@ def _share() -> Callable[..., Any]:
 
 
 FORMS: Final = (
-    Form(
+    DesignForm(
         "a parameter",
         ("want", "free"),
         'want="mean electrostatic_force = 50 mN", free="drive.amplitude"',
         _parameter,
     ),
-    Form(
+    DesignForm(
         "a drive",
         ("target", "method"),
         'target="sine 50 Hz 30 mN", method="carrier"',
         _drive,
     ),
-    Form(
+    DesignForm(
         "a parameter for a share of a population",
         ("share", "want", "free", "space", "seed"),
         'want="mean electrostatic_force = 50 mN", free="drive.amplitude", space="fingers", share=0.9, seed=1',
@@ -50,7 +50,7 @@ FORMS: Final = (
 """The last form whose deciding argument is given is the one that is meant."""
 
 
-def form_of(given: Mapping[str, Any]) -> Form:
+def form_of(given: Mapping[str, Any]) -> DesignForm:
     """Return the form that is meant by the given arguments.
 
     Parameters
@@ -60,7 +60,7 @@ def form_of(given: Mapping[str, Any]) -> Form:
 
     Returns
     -------
-    form : Form
+    form : DesignForm
         The form; all that it needs is given, and nothing else.
 
     Raises

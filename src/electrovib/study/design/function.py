@@ -65,7 +65,7 @@ def design(
     n : int, optional
         Number of draws from the space, 200 by default.
     seed : int, optional
-        Seed of the draws, 1 by default.
+        Seed of the draws; needed with `space`.
     linear : bool, optional
         Whether the distribution of the result is computed by linear propagation instead of one solution for each draw.
     share : float, optional

@@ -110,29 +110,6 @@ class CarrierGain:
         return np.asarray(self.force * self.largest_amplitude(limits, slew=slew) ** 2)
 
 
-def force_gain(scenario: Scenario, frequency: ArrayLike) -> Real:
-    """Return the mean force over the squared peak of one sine, at each frequency.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with a linear stack; its drive counts only as a voltage or a current.
-    frequency : array_like, shape (n,)
-        Frequencies above 0 [Hz].
-
-    Returns
-    -------
-    gain : ndarray, shape (n,)
-        Time mean of the force over the squared peak of the drive [N/V^2; N/A^2 for a current drive].
-
-    Raises
-    ------
-    InputError
-        As for `carrier_gain`.
-    """
-    return carrier_gain(scenario, frequency).force
-
-
 def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
     """Return force, currents and plate voltage of one sine per unit of its amplitude, at each frequency.
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError, Problem
 from electrovib.core.paths import quantity_at
-from electrovib.physics.limits import PEAKS, WORDS, unit_of_limit
+from electrovib.physics.limits import WORDS, unit_of_limit
+from electrovib.study.check.rows import limited_quantity
 from electrovib.study.sweep import read_quantities
 
 if TYPE_CHECKING:
@@ -43,23 +44,6 @@ class Objective:
     def goal(self) -> str:
         """The word ``largest`` or ``smallest``."""
         return "largest" if self.sign < 0 else "smallest"
-
-
-def limited_quantity(name: str) -> str:
-    """Return the name of the quantity that a limit is compared with, as `electrovib.check` has it.
-
-    Parameters
-    ----------
-    name : str
-        Parameter of `Limits`: ``"voltage"``.
-
-    Returns
-    -------
-    str
-        ``"peak voltage"``, ``"stored energy"``.
-    """
-    words = name.replace("_", " ")
-    return f"peak {words}" if name in PEAKS else words
 
 
 LIMITED: Final = {limited_quantity(name): name for name in WORDS}

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.quantity import quantity_of
 from electrovib.core.status import UNVERIFIED
-from electrovib.core.units import format_quantity
-from electrovib.physics.limits import MEAN_SQUARES, SWITCH_ON, WORDS, Limits, unit_of_limit
+from electrovib.physics.limits import SWITCH_ON, WORDS, Limits
 from electrovib.study.check import CheckRow, checked
-from electrovib.study.check.declared import unlimited_words
 from electrovib.study.check.result import FAIL, PASS, UNKNOWN
+from electrovib.study.check.rows import ONLY_DECLARED, limit_row, limited_quantity
 from electrovib.study.percept import verdict
-from electrovib.study.plate.objectives import LARGEST, LIMITED, limited_quantity
+from electrovib.study.plate.objectives import LARGEST, LIMITED
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from electrovib.study.check import DeclaredLimit
     from electrovib.study.plate.objectives import Objective
 
-ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")
-"""Limits whose quantity is not shown unless they are declared."""
 FILM: Final = "film strength"
 """Beginning of the name of the diagnostic of a layer's breakdown."""
 AIR: Final = ("Paschen", "field emission")
@@ -99,7 +96,10 @@ def rows_of(
         wanted = {limited_quantity(name) for name in rest}
         result = checked(scenario(), limits=[_limits(declared)])
         elsewhere = {row.quantity: row for row in result.rows if row.quantity in wanted}
-    rows = [elsewhere.get(limited_quantity(name)) or _limit_row(name, largest, declared) for name in names]
+    rows = [
+        elsewhere.get(limited_quantity(name)) or limit_row(name, largest.get(name), declared.get(name))
+        for name in names
+    ]
     rows += [_film_row(each) for each in diagnostics if each.name.startswith(FILM)]
     rows += [_air_row(each) for each in diagnostics if each.name in AIR]
     if level is not None:
@@ -126,40 +126,7 @@ def _largest(diagnostics: Sequence[Diagnostic]) -> dict[str, float | None]:
         held = found.get(name)
         if name not in found or held is None or (value is not None and value > held):
             found[name] = value
-    for name in MEAN_SQUARES:  # that of a current without a bound is not known
-        if name in found and found.get(name.removeprefix("rms_")) == math.inf:
-            found[name] = None
     return found
-
-
-def _limit_row(
-    name: str, largest: Mapping[str, float | None], declared: Mapping[str, DeclaredLimit]
-) -> CheckRow:
-    unit = unit_of_limit(name)
-    value, limit = largest.get(name), declared.get(name)
-    if value is None:
-        reached = "is not known"
-    elif math.isinf(value):
-        where = "a discontinuity" if name == "slew_rate" else "a discontinuity without a series resistance"
-        reached = f"has no bound ({where})"
-    else:
-        reached = f"reaches {format_quantity(value, unit, digits=4)}"
-    if limit is None:
-        state, text = UNKNOWN, f"{WORDS[name]} {reached}; limits.{name} is not declared"
-    else:
-        state = UNKNOWN if value is None else PASS if value <= limit.value else FAIL
-        word = {UNKNOWN: "not compared with", PASS: "within", FAIL: "above"}[state]
-        bound = format_quantity(limit.value, unit, digits=4)
-        text = f"{WORDS[name]} {reached}, {word} {bound}: {limit.source}"
-    return CheckRow(
-        quantity=limited_quantity(name),
-        value=value,
-        limit=None if limit is None else limit.value,
-        unit=unit,
-        source=unlimited_words(name) if limit is None else limit.source,
-        state=state,
-        text=text,
-    )
 
 
 def _film_row(found: Diagnostic) -> CheckRow:

@@ -78,9 +78,9 @@ def test_choices_name_what_a_scenario_takes():
     assert list(by_label) == ["Drive", "Force law", "Skin", "Insulator"]
     assert by_label["Skin"].options["gabriel_1996/dry"].startswith("dry finger")
     assert all(next(iter(each.options)) == AS_GIVEN for each in by_label.values())
-    assert "Insulator" not in {
-        each.label for each in choices(ev.load("nakamura_2017/rise"))
-    } or "insulator" in str(ev.load("nakamura_2017/rise").stack.layers)
+    without = ev.load("rauf_2025/field_3")
+    assert "stratum_corneum" not in without.stack.layers
+    assert "Skin" not in {each.label for each in choices(without)}
 
 
 @pytest.mark.parametrize("place", range(4))

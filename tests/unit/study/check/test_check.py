@@ -321,6 +321,25 @@ def test_limits_of_root_mean_squares_and_of_the_slew_rate(limit, value, row_name
             assert diagnostics(swept)[limit.replace("_", " ")].state == verdict
 
 
+def test_the_root_mean_square_of_a_current_without_a_bound_is_not_known():
+    """Jumps without a series resistance: check, run and a plate's rows say so, and none compares a finite number."""
+    square = {"model": "Square", "low": -100.0, "high": 100.0, "frequency": 100.0}
+    limits = {"rms_current": "1 A", "rms_voltage": "1 kV"}
+    scenario = ev.load(
+        FIG6, changes={"drive": square, "limits": limits, "circuit.return_path.resistance": 0.0}
+    )
+    checked = ev.check(scenario)
+    assert (row(checked, "rms current").state, row(checked, "rms current").value) == ("unknown", None)
+    for found in (diagnostics(ev.run(scenario)), diagnostics(ev.simulate(scenario))):
+        assert (found["rms current"].state, found["rms current"].value) == ("unknown", None)
+        assert found["rms voltage"].value == pytest.approx(100, rel=1e-6)
+    (plate,) = ev.design_plate(
+        scenario, {"drive.high": ["100 V"]}, limits=limits, minimise=["peak voltage"]
+    ).candidates
+    found = next(each for each in plate.rows if each.quantity == "rms current")
+    assert (found.state, found.value) == ("unknown", None)
+
+
 def test_the_strictest_root_mean_square_counts_and_what_is_not_declared_is_a_number():
     result = ev.check(
         FIG6, limits=[{"rms_voltage": "1 kV"}, {"rms_voltage": "700 V", "slew_rate": "20 kV/s"}]

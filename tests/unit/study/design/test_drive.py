@@ -17,7 +17,7 @@ from electrovib.study.check import cleared_for_output
 from electrovib.study.design.drive import design_drive, read_target
 from electrovib.study.design.drive.carrier import chosen_carrier
 from electrovib.study.design.drive.limits import Bounds
-from electrovib.study.design.gain import carrier_gain, force_gain
+from electrovib.study.design.gain import carrier_gain
 
 FIG6, GAP, FIG7 = "vezzoli_2014/fig6", "vezzoli_2014/fig6_gap", "vezzoli_2014/fig7"
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}
@@ -84,7 +84,7 @@ def test_square_root_modulation_squares_to_the_target_and_twice_the_carrier(scen
     designed = design_drive(
         scenario, target="sine 50 Hz 30 mN", method="sqrt-am", carrier="3 kHz", limits=LIMITS
     )
-    gain = force_gain(scenario, [3000.0])[0]
+    gain = carrier_gain(scenario, [3000.0]).force[0]
     wanted = 15e-3 * (1 - np.cos(2 * np.pi * 50 * designed.times)) / gain
     squares = wanted * (1 - np.cos(2 * np.pi * 6000 * designed.times)) / 2
     assert designed.values**2 == pytest.approx(squares, abs=1e-9 * np.max(squares))
@@ -115,7 +115,7 @@ def test_periods_beside_a_limit_keep_the_envelope_of_the_target(scenarios):
         rate=32e3,
         limits={"voltage": 200},
     )
-    gain = force_gain(scenarios[GAP], [1e3])[0]
+    gain = carrier_gain(scenarios[GAP], [1e3]).force[0]
     envelope = np.abs(designed.target.root(designed.times)) / math.sqrt(gain)
     crest = np.abs(np.sin(2 * np.pi * 1e3 * designed.times)) > 0.99
     inside = crest & (envelope < 190)
@@ -153,7 +153,8 @@ def test_limits_of_a_carrier_are_traded_as_by_brute_force(scenarios):
         return misfit(force(knots * 350), designed.wanted)
 
     start = np.minimum(
-        np.sqrt(np.interp(np.linspace(0, 3e-3, 7), times, forces) / force_gain(scenario, [1e3])[0]), 350
+        np.sqrt(np.interp(np.linspace(0, 3e-3, 7), times, forces) / carrier_gain(scenario, [1e3]).force[0]),
+        350,
     )
     best = min(
         (minimize(loss, each / 350, method="SLSQP", bounds=[(0, 1)] * 7, options={"maxiter": 40}).fun)

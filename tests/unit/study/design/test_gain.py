@@ -8,7 +8,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.physics.limits import Limits
-from electrovib.study.design.gain import carrier_gain, force_gain
+from electrovib.study.design.gain import carrier_gain
 
 PLATE = {"stray_capacitance": "200 pF", "bandwidth": "5 kHz", "gain": 100.0}
 SINE = {"model": "Sine", "amplitude": 7.0, "frequency": 3000.0}
@@ -76,7 +76,7 @@ def test_largest_force_is_that_of_the_limit_that_binds():
 
 def test_gain_falls_below_the_leak_of_the_skin():
     """The force of the law of Vezzoli et al. 2014 is filtered by tau s/(1 + tau s): a half at 1/(2 pi tau)."""
-    gains = force_gain(ev.load("vezzoli_2014/fig6"), [20.67, 1e5])
+    gains = carrier_gain(ev.load("vezzoli_2014/fig6"), [20.67, 1e5]).force
     assert gains[0] / gains[1] == pytest.approx(0.5, rel=0.01)
 
 
@@ -104,10 +104,10 @@ def test_gain_falls_below_the_leak_of_the_skin():
 )
 def test_scenarios_without_a_gain_are_refused(name, changes, words):
     with pytest.raises(InputError, match=words):
-        force_gain(ev.load(name, changes=changes), [1e3])
+        carrier_gain(ev.load(name, changes=changes), [1e3])
 
 
 @pytest.mark.parametrize("wrong", [0.0, -1.0, np.nan, [[1.0]]])
 def test_frequencies_are_above_0(wrong):
     with pytest.raises(InputError, match="above 0 Hz"):
-        force_gain(ev.load("vezzoli_2014/fig6"), wrong)
+        carrier_gain(ev.load("vezzoli_2014/fig6"), wrong)

@@ -241,6 +241,7 @@ def test_draws_without_a_solution_are_counted(linear):
         want="mean electrostatic_force = 50 mN",
         free=FREE,
         space=space,
+        seed=1,
         n=12,
         linear=linear,
         between="1 V:55 V",
@@ -254,8 +255,8 @@ def test_draws_without_a_solution_are_counted(linear):
 
 def test_the_free_parameter_is_not_drawn():
     space = AREA | {FREE: {"model": "Uniform", "low": "20 V", "high": "90 V"}}
-    found = ev.design(SINE, want="mean electrostatic_force = 50 mN", free=FREE, space=space, n=5)
-    alone = ev.design(SINE, want="mean electrostatic_force = 50 mN", free=FREE, space=AREA, n=5)
+    found = ev.design(SINE, want="mean electrostatic_force = 50 mN", free=FREE, space=space, seed=1, n=5)
+    alone = ev.design(SINE, want="mean electrostatic_force = 50 mN", free=FREE, space=AREA, seed=1, n=5)
     assert found.distribution.values == pytest.approx(alone.distribution.values, rel=1e-7)
     assert "drive.amplitude is not drawn: it is the parameter that is sought" in found.lines
 
@@ -351,7 +352,7 @@ def combinations():
 def test_every_draw_gives_what_is_wanted(space, free, quantity):
     wanted = 0.7 * force(quantity=quantity)
     found = ev.design(
-        SINE, want={quantity: wanted}, free=free, between=RANGES[free], space=SPACES[space], n=4
+        SINE, want={quantity: wanted}, free=free, between=RANGES[free], space=SPACES[space], seed=1, n=4
     )
     if found.distribution is None:
         assert not found.solutions
@@ -391,6 +392,7 @@ REFUSED = {
     "no influence": ({"want": WANT, "free": "friction.coefficient"}, "friction.coefficient: mean .* does not depend on it"),
     "draws of nothing": ({"want": WANT, "free": FREE, "n": 5}, "n: belongs to the draws from a space"),
     "one draw": ({"want": WANT, "free": FREE, "space": AREA, "n": 1}, "n = 1: expected a whole number of draws"),
+    "no seed": ({"want": WANT, "free": FREE, "space": AREA}, "seed: missing.*add one, for instance 1"),
     "no such space": ({"want": WANT, "free": FREE, "space": "finger"}, "finger"),
     "no such limit": ({"want": WANT, "free": FREE, "limits": {"voltag": 1.0}}, "limits.voltag: .*voltage"),
     "no such file": ({"want": WANT, "free": FREE, "limits": "none.toml"}, "none.toml: No such file"),
@@ -421,13 +423,13 @@ def test_more_than_the_budget_is_refused_before_the_first_evaluation():
         budget(time=10),
         pytest.raises(ElectrovibError, match=r"evaluations for 5000 draws.*Choose a smaller n"),
     ):
-        ev.design(SINE, want=WANT, free=FREE, space=AREA, n=5000)
+        ev.design(SINE, want=WANT, free=FREE, space=AREA, seed=1, n=5000)
 
 
 def test_everything_as_tables_without_numbers_that_json_does_not_have():
     import json
 
-    found = ev.design(SINE, want=WANT, free=FREE, space=AREA, n=5, limits={"voltage": 30.0})
+    found = ev.design(SINE, want=WANT, free=FREE, space=AREA, seed=1, n=5, limits={"voltage": 30.0})
     table = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert table["value"] is None
     assert table["obtainable_within_limits"]["at"] == pytest.approx(30)

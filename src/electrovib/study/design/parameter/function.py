@@ -78,7 +78,7 @@ def design_parameter(
     n : int, optional
         Number of draws from the space, 200 by default.
     seed : int, optional
-        Seed of the draws, 1 by default.
+        Seed of the draws; needed with `space`.
     linear : bool, optional
         Whether the distribution is propagated linearly, in logarithms, from the medians of the space.
     progress : callable, optional
@@ -173,9 +173,12 @@ def _draws(
         raise InputError(
             "expected a whole number of draws, 2 or more, for instance 200", path="n", value=repr(n)
         )
-    found = _Draws(
-        read_space(scenario, space), count, checked_seed(1 if seed is None else seed), bool(linear)
-    )
+    fingers = read_space(scenario, space)
+    if seed is None:
+        raise InputError(
+            "missing: the draws from the space are those of a seed; add one, for instance 1", path="seed"
+        )
+    found = _Draws(fingers, count, checked_seed(seed), bool(linear))
     if not linear:
         refuse_long(
             scenario, _EACH_DRAW * count, what=f"{count} draws", remedy="choose a smaller n, or --linear"

@@ -1,0 +1,78 @@
+"""The row of a check for one limit."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.units import format_quantity
+from electrovib.physics.limits import MEAN_SQUARES, PEAKS, WORDS, unit_of_limit
+from electrovib.study.check.declared import unlimited_words
+from electrovib.study.check.result import FAIL, PASS, UNKNOWN, CheckRow
+
+if TYPE_CHECKING:
+    from electrovib.study.check.declared import DeclaredLimit
+
+ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")
+"""Limits that have no row where nobody declares them."""
+
+
+def limited_quantity(name: str) -> str:
+    """Return the name of the quantity that a limit is compared with, as `electrovib.check` has it.
+
+    Parameters
+    ----------
+    name : str
+        Parameter of `Limits`: ``"voltage"``.
+
+    Returns
+    -------
+    str
+        ``"peak voltage"``, ``"stored energy"``.
+    """
+    words = name.replace("_", " ")
+    return f"peak {words}" if name in PEAKS else words
+
+
+def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, words: str = "") -> CheckRow:
+    """Return the row of a declared limit, or that of a quantity without one.
+
+    Parameters
+    ----------
+    name : str
+        Name of the limit.
+    value : float or None
+        Value that is compared with it, in its unit; infinite without a bound, NaN or None where it is not known.
+    limit : DeclaredLimit or None
+        The strictest declared one.
+    words : str
+        What is compared; by default the words of the limit.
+
+    Returns
+    -------
+    row : CheckRow
+        It passes also at exactly the limit.
+    """
+    unit, words = unit_of_limit(name), words or WORDS[name]
+    if value is None or math.isnan(value):
+        value, reached = None, "is not known"
+    elif math.isinf(value):
+        where = "a discontinuity" if name == "slew_rate" else "a discontinuity without a series resistance"
+        reached = f"has no bound ({where})"
+    else:
+        reached = f"reaches {format_quantity(value, unit, digits=6)}"
+    if limit is None:
+        state, text = UNKNOWN, f"{words} {reached}; limits.{name} is not declared"
+    else:
+        state = UNKNOWN if value is None else PASS if value <= limit.value else FAIL
+        word = {UNKNOWN: "not compared with", PASS: "within", FAIL: "above"}[state]
+        text = f"{words} {reached}, {word} {format_quantity(limit.value, unit, digits=6)}: {limit.source}"
+    return CheckRow(
+        quantity=limited_quantity(name),
+        value=value,
+        limit=None if limit is None else limit.value,
+        unit=unit,
+        source=unlimited_words(name) if limit is None else limit.source,
+        state=state,
+        text=text,
+    )
