@@ -72,6 +72,9 @@ def test_help_lists_every_command_in_a_whole_sentence_of_one_line(cli, monkeypat
     assert len(commands) >= 24
     for line in commands:
         assert re.fullmatch(r"  [a-z-]+ +[A-Z].*[^.]\.", line), line
+    _, out, _ = cli("bench", "--help")
+    assert "Print a bench file to start from." in out
+    assert "..." not in out.partition("Commands:")[2]
     assert [line.split()[0] for line in commands[:4]] == ["scenarios", "models", "init", "run"]
 
 
@@ -137,6 +140,15 @@ def test_recording_of_a_force_sensor_is_imported_as_its_listing_proposes_and_fit
     scaled = ("--scale", "lateral_force=1.5 N/V", "-o", "plain.nc")
     assert cli("import", "scope.csv", "--column", "lateral_force=CH2", *scaled)[0] == 0
     assert cli("fit", "my.toml", "plain.nc", "--free", "friction.coefficient", "-o", "fit")[0] == 0
+
+
+def test_quantity_by_the_end_of_its_name_is_answered_with_the_forces_first(cli):
+    over = ("run", "my.toml", "--over", "stack.insulator.thickness=1um:2um:2", "--quantity")
+    asked = "Did you mean 'mean electrostatic_force' or 'mean lateral_force' or 'mean normal_force'?"
+    assert asked in refused(cli, *over, "mean_force")
+    assert asked.replace("mean e", "peak e").replace("'mean ", "'peak ") in refused(cli, *over, "force")
+    assert asked in refused(cli, *over, "mean force")
+    assert "Did you mean 'mean lateral_force'?" in refused(cli, *over, "mean_lateral_force")
 
 
 def test_several_traces_are_compared_by_a_report(cli):
