@@ -188,7 +188,11 @@ def test_search_for_a_kind_begins_with_all_of_that_kind(cli):
 def test_page_ends_with_a_sentence_and_without_a_fault(here):
     pytest.importorskip("nicegui")
     command = [sys.executable, "-m", "electrovib", "explore", "my.toml", "--no-browser"]
-    plain = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
+    plain = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in {"PYTEST_CURRENT_TEST", "PYTHONUNBUFFERED"}
+    }
     page = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=plain)
     assert page.stdout is not None
     address = re.search(r"http://\S+", page.stdout.readline())
