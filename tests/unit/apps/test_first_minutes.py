@@ -13,8 +13,10 @@ from signal import SIGINT
 
 import numpy as np
 import pytest
+import xarray
 
 from electrovib.apps.cli import main
+from electrovib.apps.cli.run import _range
 
 SCENARIO = """
 schema = 1
@@ -170,8 +172,9 @@ def test_picture_of_a_texture_is_answered_with_its_table(cli):
 
 
 def test_numbers_of_a_force_are_those_that_a_person_can_use(cli):
-    _, out, _ = cli("run", "my.toml")
-    assert re.search(r"^electrostatic force: 0 N to \d", out, re.MULTILINE)
+    computed = xarray.Dataset({"electrostatic_force": ("time", [6e-36, 0.0052])})
+    assert _range(computed, "electrostatic_force") == "0 N to 5.2 mN"
+    assert _range(computed + 1e-9, "electrostatic_force") == "1 nN to 5.2 mN"
     _, out, _ = cli("run", "my.toml", "--set", "drive.amplitude=1 mV")
     assert re.search(r"^lateral force: 250 mN to 250 mN \(a change of \d[\d.]* nN\)$", out, re.MULTILINE)
 
