@@ -4,13 +4,19 @@ Run from the root of the repository with ``python -m benchmarks.explorer``; it n
 """
 
 import asyncio
+import json
 import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import tempfile
 import time
+import urllib.request
+from collections.abc import AsyncIterator, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 from statistics import median
 
@@ -18,13 +24,13 @@ from benchmarks.explorer_visitor import Visitor
 from benchmarks.table import surroundings, write
 
 VISITORS = 5
-PACE, SECONDS = 4.0, 30.0
+PACE, SECONDS = 4.0, 5.0
 """Moves of each visitor per second, and for how long."""
 FLOOD, FLOODED = 20.0, 10.0
 """The same for sliders that are moved without a pause: the page sends each 20 times per second at most."""
-UPDATES, WARM = 10_000, 1_000
+UPDATES, WARM = 300, 100
 """Updates between which memory is compared, and those before, while caches fill."""
-PRESSES = 80
+PRESSES = 10
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 ARGUMENTS = (
     "--no-sandbox",
@@ -43,18 +49,29 @@ COUNT_PLOTS = """() => {
 
 
 class Server:
-    """The command in a process of its own."""
+    """The server in a process of its own."""
 
-    def __init__(self) -> None:
-        begin = time.perf_counter()
+    def __init__(self, folder: Path) -> None:
+        self.file, begin = folder / "times.json", time.perf_counter()
         self.process = subprocess.Popen(
-            [sys.executable, "-u", "-m", "electrovib", "explore", "--no-browser"],
+            [sys.executable, "-m", "benchmarks.explorer_server", str(self.file)],
             stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
             text=True,
         )
         self.address = re.search(r"http://[^/]+", self.process.stdout.readline())[0]
+        self._wait()
         self.start = time.perf_counter() - begin
+
+    def _wait(self) -> None:
+        """Wait until the page is served."""
+        end = time.perf_counter() + 30
+        while time.perf_counter() < end:
+            try:
+                return urllib.request.urlopen(self.address, timeout=30).close()
+            except OSError:
+                time.sleep(0.02)
+        sys.exit("the page was not served within 30 s")
 
     def processor_time(self) -> float:
         """Return the processor time that the server has used [s]."""
@@ -66,22 +83,44 @@ class Server:
         text = Path(f"/proc/{self.process.pid}/status").read_text()
         return int(re.search(r"VmRSS:\s+(\d+)", text)[1]) / 1e3
 
-    def stop(self) -> None:
-        """End it."""
-        self.process.terminate()
+    def stop(self) -> list[float]:
+        """End it, and return the time of each update [s]."""
+        self.process.send_signal(signal.SIGINT)
         self.process.communicate(timeout=20)
+        return list(json.loads(self.file.read_text(encoding="utf-8")))
 
 
 def main() -> None:
-    """Measure everything and write the table."""
-    server = Server()
-    try:
-        rows = [["from the command to its address", f"{server.start:.1f} s", ""]]
-        rows += pressed(server)
-        rows += asyncio.run(visited(server))
-    finally:
-        server.stop()
+    """Measure everything, each part with a server of its own, and write the table."""
+    rows, (start, _) = served(pressed)
+    at_visitors, (_, times) = served(visited)
+    loaded, _ = served(loaded_and_flooded)
+    at_server = [
+        "the same: at the server, from its simulation to the plots for the browser, median, 95 %",
+        f"{1e3 * median(times):.0f} ms, {1e3 * share(times, 0.95):.0f} ms",
+        "95 %: 30 ms",
+    ]
+    rows = [
+        ["from the start of the program to its first page", f"{start:.1f} s", ""],
+        *rows,
+        *at_visitors,
+        at_server,
+        *loaded,
+    ]
     write("explorer.md", "The page in the browser", _notes(), ["", "measured", "target"], rows)
+
+
+def served(
+    part: Callable[[Server], list[list[str]]],
+) -> tuple[list[list[str]], tuple[float, list[float]]]:
+    """Measure one part; return its rows, the time that its server took to start [s] and those of its updates [s]."""
+    with tempfile.TemporaryDirectory() as name:
+        server = Server(Path(name))
+        try:
+            rows = part(server)
+        finally:
+            times = server.stop()
+    return rows, (server.start, times)
 
 
 def pressed(server: Server) -> list[list[str]]:
@@ -117,37 +156,50 @@ def pressed(server: Server) -> list[list[str]]:
     return rows
 
 
-async def visited(server: Server) -> list[list[str]]:
+def visited(server: Server) -> list[list[str]]:
     """Measure the server with five visitors that have no browser, which would take its processor time."""
-    visitors = [Visitor(server.address) for _ in range(VISITORS)]
-    for each in visitors:
-        await each.__aenter__()
-    begin, used = server.memory(), server.processor_time()
-    times = [time for found in await asyncio.gather(*map(paced, visitors)) for time in found]
-    work = (server.processor_time() - used) / len(times)
-    rows = [
-        [
-            f"{VISITORS} visitors, {PACE:g} moves per second each: from a move to its plots at the visitor, median, 95 %",
-            f"{1e3 * median(times):.0f} ms, {1e3 * share(times, 0.95):.0f} ms",
-            "95 %: 30 ms",
-        ],
-        ["the same: processor time of the server for each update", f"{1e3 * work:.0f} ms", "30 ms"],
-        await flooded(visitors),
-    ]
-    await asyncio.gather(*(updated(each, WARM // VISITORS) for each in visitors))
-    warm = server.memory()
-    await asyncio.gather(*(updated(each, UPDATES // VISITORS) for each in visitors))
-    end = server.memory()
-    for each in visitors:
-        await each.__aexit__()
-    rows.append(
-        [
-            f"memory with {VISITORS} visitors: at the start, after {WARM:,} updates, after {UPDATES:,} more",
-            f"{begin:.0f} MB, {warm:.0f} MB, {end:.0f} MB",
-            "growth of 50 MB",
+
+    async def measured() -> list[list[str]]:
+        async with together(server) as visitors:
+            used = server.processor_time()
+            times = [time for found in await asyncio.gather(*map(paced, visitors)) for time in found]
+            work = (server.processor_time() - used) / len(times)
+        words = f"{VISITORS} visitors, {PACE:g} moves per second each"
+        return [
+            [
+                f"{words}: from a move to its plots at the visitor, median, 95 %",
+                f"{1e3 * median(times):.0f} ms, {1e3 * share(times, 0.95):.0f} ms",
+                "",
+            ],
+            ["the same: processor time of the server for each update, mean", f"{1e3 * work:.0f} ms", "30 ms"],
         ]
-    )
-    return rows
+
+    return asyncio.run(measured())
+
+
+def loaded_and_flooded(server: Server) -> list[list[str]]:
+    """Measure what a server does that is asked for more than it can compute, and its memory after many updates."""
+
+    async def measured() -> list[list[str]]:
+        async with together(server) as visitors:
+            begin, row = server.memory(), await flooded(visitors)
+            await asyncio.gather(*(updated(each, WARM // VISITORS) for each in visitors))
+            warm = server.memory()
+            await asyncio.gather(*(updated(each, UPDATES // VISITORS) for each in visitors))
+            end = server.memory()
+        words = (
+            f"memory with {VISITORS} visitors: at the start, after {WARM:,} updates, after {UPDATES:,} more"
+        )
+        return [row, [words, f"{begin:.0f} MB, {warm:.0f} MB, {end:.0f} MB", "growth of 50 MB"]]
+
+    return asyncio.run(measured())
+
+
+@asynccontextmanager
+async def together(server: Server) -> AsyncIterator[list[Visitor]]:
+    """Open the page for all visitors."""
+    async with AsyncExitStack() as stack:
+        yield [await stack.enter_async_context(Visitor(server.address)) for _ in range(VISITORS)]
 
 
 async def paced(visitor: Visitor) -> list[float]:
