@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import inspect
-import re
 from itertools import groupby
-from typing import Any, Final
+from typing import Any
 
-import sympy
+import formula
 from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
-from sympy.parsing.sympy_parser import parse_expr
 
 from electrovib.core.checks import Check
 from electrovib.core.discovery import paper_of
@@ -17,24 +15,6 @@ from electrovib.core.model import Model
 from electrovib.core.status import STATUSES_EXPLAINED, status_text
 from electrovib.study import catalogue
 from electrovib.study.catalogue.items import Item, everything
-
-FUNCTIONS: Final = {
-    "exp",
-    "log",
-    "sqrt",
-    "erf",
-    "sign",
-    "Abs",
-    "sin",
-    "cos",
-    "tan",
-    "sinh",
-    "cosh",
-    "tanh",
-    "I",
-    "pi",
-}
-SYMBOLS: Final = {"eps0": r"\varepsilon_0"}
 
 
 def pages() -> dict[str, str]:
@@ -127,40 +107,8 @@ def equations(model: type[Model]) -> list[str]:
         return []
     parts = [title("Equation" if len(model.equation) == 1 else "Equations", "-")]
     for name, text in model.equation.items():
-        parts.append(f".. math::\n\n   {latex(name)} = {formula(text)}")
+        parts += [f".. math::\n\n   {line}" for line in formula.lines(name, text)]
     return parts
-
-
-def formula(text: str) -> str:
-    """Return an equation in LaTeX, in the order in which it is declared."""
-    names = set(re.findall(r"[A-Za-z_]\w*", text)) - FUNCTIONS
-    symbols = {name: sympy.Symbol(name) for name in names}
-    parsed = without_factors_of_one(parse_expr(text, local_dict=symbols, evaluate=False))
-    shown_as = {symbol: latex(name) for name, symbol in symbols.items()}
-    return str(sympy.latex(parsed, symbol_names=shown_as, order="none", mul_symbol=r"\,"))
-
-
-def without_factors_of_one(expression: sympy.Expr) -> sympy.Expr:
-    """Return an expression without the factor 1 that a quotient 1/x has before it is evaluated."""
-    if not expression.args:
-        return expression
-    parts = [without_factors_of_one(part) for part in expression.args]
-    if expression.is_Mul:
-        parts = [part for part in parts if part != 1] or [sympy.Integer(1)]
-        return parts[0] if len(parts) == 1 else sympy.Mul(*parts, evaluate=False)
-    return (
-        expression.func(*parts, evaluate=False)
-        if expression.is_Add or expression.is_Pow
-        else expression.func(*parts)
-    )
-
-
-def latex(name: str) -> str:
-    """Return the name of a parameter or of an argument in LaTeX."""
-    if name in SYMBOLS or len(name) == 1:
-        return SYMBOLS.get(name, name)
-    escaped = name.replace("_", r"\_")
-    return rf"\mathrm{{{escaped}}}"
 
 
 def checks(found: tuple[Check, ...] | Any) -> list[str]:

@@ -30,6 +30,10 @@ class Amplifier(Model):
     amplifier has more poles.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "aim": "gain*voltage if saturation is None else Max(-saturation, Min(saturation, gain*voltage))",
+        "output'": "2*pi*bandwidth*(aim(voltage) - output)",
+    }
     example: ClassVar[Mapping[str, Any]] = {"gain": 1.0, "source_current": 250e-6}
 
     gain: Annotated[Number, Quantity("1", -1e6, 1e6, "voltage at the plate over voltage of the drive")] = 1.0

@@ -58,12 +58,12 @@ class ReturnPath(Model, family=True):
     def element(self) -> SeriesElement:
         """Return the impedance of the return path, without a second contact."""
 
-    def second_contact(self, area: float) -> float:
+    def second_contact(self, first_area: float) -> float:
         """Return the area of the first contact over that of the second.
 
         Parameters
         ----------
-        area : float
+        first_area : float
             Of the first contact [m2], above 0.
 
         Returns
@@ -71,12 +71,14 @@ class ReturnPath(Model, family=True):
         area_ratio : float
             Area of the first contact over that of the second, dimensionless; 0 without a second contact.
         """
-        del area
+        del first_area
         return 0.0
 
 
 class Grounded(ReturnPath):
     """A body connected to ground, for instance by a wrist strap."""
+
+    equation: ClassVar[Mapping[str, str]] = {"element.impedance": "resistance"}
 
     resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "body and strap", _BODY)] = 1000.0
 
@@ -94,6 +96,10 @@ class Floating(ReturnPath):
     starts with minus the `initial_charge` of the film times the contact area, which is declared as `charge`.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "conductance": "0 if leak is None else 1/leak",
+        "element.impedance": "resistance + 1/(conductance + 2*pi*I*frequency*capacitance)",
+    }
     example: ClassVar[Mapping[str, Any]] = {"capacitance": 150e-12}
 
     capacitance: Annotated[Number, Quantity("F", 1e-14, 1e-3, "body to ground, 100 to 400 pF standing")]
@@ -117,6 +123,10 @@ class SecondElectrode(ReturnPath):
     Both contacts have the same layers; the force is the sum over both. The second contact carries no charge at time 0.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "element.impedance": "resistance",
+        "second_contact": "first_area/area",
+    }
     example: ClassVar[Mapping[str, Any]] = {"area": 0.5e-4}
 
     area: Annotated[Number, Quantity("m2", 1e-9, 1, "contact area on the second electrode")]
@@ -128,14 +138,17 @@ class SecondElectrode(ReturnPath):
         """Return the resistance through the finger."""
         return SeriesElement(resistance=self.resistance)
 
-    def second_contact(self, area: float) -> float:
+    def second_contact(self, first_area: float) -> float:
         """Return the area of the first contact over that of the second, dimensionless."""
-        return area / self.area
+        return first_area / self.area
 
 
 class Circuit(Model):
     """The circuit around the stack; the return path has to be declared."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "element.impedance": "source_resistance + return_path.element().impedance(frequency)",
+    }
     example: ClassVar[Mapping[str, Any]] = {"return_path": {"model": "Grounded"}}
 
     amplifier: Amplifier | None = None

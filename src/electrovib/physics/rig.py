@@ -37,6 +37,7 @@ class SensorCreep(Model):
     """Creep of a sensor: the change of its reading under a constant force."""
 
     former_names: ClassVar[tuple[str, ...]] = ("Creep",)
+    equation: ClassVar[Mapping[str, str]] = {"gain": "1 + share/(1 + 2*pi*I*frequency*time)"}
     example: ClassVar[Mapping[str, Any]] = {"share": -0.02, "time": 5.0}
 
     share: Annotated[
@@ -44,6 +45,14 @@ class SensorCreep(Model):
         Quantity("1", -0.99, 10, "final change by creep over the first reading; negative for a decrease"),
     ]
     time: Annotated[Number, Quantity("s", 1e-6, 1e6, "time constant of the creep")]
+
+    def stage(self) -> CreepResponse:
+        """Return the linear stage from the reading without creep to that with it."""
+        return CreepResponse((self.share,), (self.time,))
+
+    def gain(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Return the complex reading with creep over that without it [1] at frequencies [Hz]."""
+        return self.stage().at(frequency)
 
 
 class LateralSensor(Model):
@@ -55,6 +64,14 @@ class LateralSensor(Model):
     cannot explain.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "resonance": (
+            "1/(1 - (frequency/natural_frequency)**2 + 2*I*damping_ratio*frequency/natural_frequency)"
+        ),
+        "conditioner": "1 if bandwidth is None else 1/(1 + I*frequency/bandwidth)",
+        "crept": "1 if creep is None else 1 + creep.share/(1 + 2*pi*I*frequency*creep.time)",
+        "gain": "resonance*conditioner*crept",
+    }
     example: ClassVar[Mapping[str, Any]] = {"natural_frequency": 500.0, "damping_ratio": 0.05}
 
     natural_frequency: Resonant
@@ -72,7 +89,7 @@ class LateralSensor(Model):
         if self.bandwidth is not None:
             stages.append(LowPass(self.bandwidth))
         if self.creep is not None:
-            stages.append(CreepResponse((self.creep.share,), (self.creep.time,)))
+            stages.append(self.creep.stage())
         return tuple(stages)
 
     def gain(self, frequency: ArrayLike) -> NDArray[np.complex128]:
@@ -120,6 +137,12 @@ class Digitiser(Model):
     and a diagnostic states how often. The noise is normal and white from sample to sample, and determined by the seed.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "levels": "round(force/full_scale*2**(bits - 1))",
+        "reading": (
+            "full_scale/2**(bits - 1)*Max(-2**(bits - 1), Min(2**(bits - 1) - 1, levels(force, full_scale)))"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "sampling_rate": 1e4,
         "bits": 12,

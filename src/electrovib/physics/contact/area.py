@@ -33,6 +33,7 @@ class Closing(Model):
     the layer where that gap is infinite, as it is without load for a repulsion without a finite range.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {"gap'": "(repulsion - load_pressure - attraction)/damping"}
     example: ClassVar[Mapping[str, Any]] = {"damping": 1e6}
 
     damping: Annotated[

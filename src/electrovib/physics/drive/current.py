@@ -29,6 +29,7 @@ class CurrentSine(Swing):
     """
 
     quantity: ClassVar[str] = "current"
+    equation: ClassVar[Mapping[str, str]] = {"current": "offset + amplitude*sin(2*pi*frequency*time + phase)"}
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 1e-3, "frequency": 25e3}
 
     derived: ClassVar[Mapping[str, Quantity]] = {
@@ -67,6 +68,7 @@ class CurrentAmplifier(Drive):
     """
 
     quantity: ClassVar[str] = "current"
+    equation: ClassVar[Mapping[str, str]] = {"current": "command.voltage(time)/sense_resistance"}
     example: ClassVar[Mapping[str, Any]] = {
         "command": {"model": "Trapezium", "high": 1, "rise": 1e-3, "hold": 2e-3, "fall": 1e-3},
         "sense_resistance": 1e4,

@@ -38,6 +38,7 @@ def _tone(amplitude: float, frequency: float, phase: float) -> tuple[Tones, ...]
 class Sine(Swing):
     """A sine of one frequency about an offset."""
 
+    equation: ClassVar[Mapping[str, str]] = {"voltage": "offset + amplitude*sin(2*pi*frequency*time + phase)"}
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 125}
 
     frequency: Annotated[Number, _FREQUENCY]
@@ -71,6 +72,12 @@ class Sine(Swing):
 class Burst(Swing):
     """A whole number of cycles of a sine, which begins and ends at the offset."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "end": "delay + cycles/frequency",
+        "voltage": (
+            "offset + amplitude*sin(2*pi*frequency*(time - delay)) if delay <= time < end else offset"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 250, "cycles": 10}
 
     frequency: Annotated[Number, _FREQUENCY]
@@ -144,6 +151,10 @@ class ModulatedCarrier(Swing, family=True):
 class AmplitudeModulation(ModulatedCarrier):
     """A carrier with the envelope 1 + m cos: the force has components at the modulation frequency and its double."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "voltage": "offset + amplitude*(1 + depth*cos(2*pi*modulation*time))*cos(2*pi*carrier*time)",
+    }
+
     @staticmethod
     def _envelope_crest(depth: float) -> float:
         """Return 1 + m [1]."""
@@ -169,6 +180,13 @@ class SquareRootModulation(ModulatedCarrier):
     The Fourier series of the root is truncated below 1e-15 of its mean. At full depth, where the root has a kink, its
     smooth branch sqrt(2) cos(theta/2) is used instead; the square is the same.
     """
+
+    equation: ClassVar[Mapping[str, str]] = {
+        "voltage": (
+            "offset + amplitude*sqrt(1 + depth*cos(2*pi*modulation*time))*cos(2*pi*carrier*time) if depth < 1"
+            " else offset + amplitude*sqrt(2)*cos(pi*modulation*time)*cos(2*pi*carrier*time)"
+        ),
+    }
 
     @staticmethod
     def _envelope_crest(depth: float) -> float:
@@ -219,6 +237,12 @@ def _cosines(frequencies: Real, amplitudes: Real) -> Tones:
 class Chirp(Swing):
     """A sine about an offset whose frequency changes linearly from one value to another."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "voltage": (
+            "offset + amplitude*sin(2*pi*(first*time + (last - first)*time**2/(2*length))) if time < length"
+            " else offset"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "first": 10, "last": 1000, "length": 0.2}
 
     first: Annotated[Number, Quantity("Hz", 0, 1e8, "frequency at the beginning")]

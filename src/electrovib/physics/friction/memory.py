@@ -28,7 +28,10 @@ class FirstOrderLag(FollowingFriction):
     between 20 and 100 mm/s; the corner at one speed is not known from a source and has no default.
     """
 
-    equation: ClassVar[Mapping[str, str]] = {"corner": "cut_off + (speed - at_speed)/renewal_length"}
+    equation: ClassVar[Mapping[str, str]] = {
+        "corner": "cut_off + (speed - at_speed)/renewal_length",
+        "friction'": "2*pi*corner(speed)*(steady_friction - friction)",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "steady": _COULOMB,
         "cut_off": 500.0,
@@ -75,6 +78,7 @@ class FirstOrderLag(FollowingFriction):
 class Relaxation(Model):
     """One relaxation of friction."""
 
+    equation: ClassVar[Mapping[str, str]] = {"friction'": "(steady_friction - friction)/time"}
     example: ClassVar[Mapping[str, Any]] = {"share": 0.2, "time": 70e-3}
 
     share: Annotated[Number, Quantity("1", 0, 1, "share of the friction that relaxes")]
@@ -91,6 +95,13 @@ class Creep(FollowingFriction):
     and Howe 1999, doi:10.1115/1.2835100); the shares of friction have to be given.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "relaxation.friction'": "(steady_friction - relaxation.friction)/relaxation.time",
+        "friction": (
+            "steady_friction + sum("
+            "relaxation.share*(relaxation.friction - steady_friction) for relaxation in relaxations)"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "steady": _COULOMB,
         "relaxations": ({"share": 0.2, "time": 4e-3}, {"share": 0.2, "time": 70e-3}),

@@ -72,6 +72,12 @@ class DebyeTerm(Model):
 class Prony(Material):
     """A sum of Debye relaxations, which approximates any passive relaxing dielectric with enough terms."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "bound_permittivity": (
+            "permittivity_high"
+            " + sum(term.strength/(1 + 2*pi*I*frequency*term.relaxation_time) for term in terms)"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "permittivity_high": 50,
         "terms": [{"strength": 900, "relaxation_time": 2e-3}, {"strength": 300, "relaxation_time": 2e-5}],
@@ -118,6 +124,12 @@ class ColeCole(Material):
     """A sum of relaxations, each broadened symmetrically."""
 
     reference: ClassVar[str] = "doi:10.1063/1.1750906"
+    equation: ClassVar[Mapping[str, str]] = {
+        "bound_permittivity": (
+            "permittivity_high + sum("
+            "term.strength/(1 + (2*pi*I*frequency*term.relaxation_time)**(1 - term.broadening)) for term in terms)"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "permittivity_high": 4,
         "terms": [{"strength": 3e4, "relaxation_time": 1.6e-3, "broadening": 0.2}],

@@ -102,6 +102,9 @@ class NonPacinian(Channel):
         " Non-Pacinian I channel (2005), abstract; -27 dB and 10 to 100 Hz: assumptions"
     )
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "weight": "10**(sensitivity/20) if low <= frequency <= high else 0",
+    }
     sensitivity: Annotated[
         Number, Quantity("1", -80, 40, "dB above that of the Pacinian channel at its best frequency")
     ] = -27.0

@@ -61,6 +61,7 @@ class FingerPath(Model, family=True):
 class ConstantSpeed(FingerPath):
     """A straight stroke along x at constant speed."""
 
+    equation: ClassVar[Mapping[str, str]] = {"positions": "(begin + Max(0, Min(stroke, speed*time)), across)"}
     example: ClassVar[Mapping[str, Any]] = {"speed": 0.03, "stroke": 0.02}
 
     speed: Annotated[Number, Quantity("m/s", 1e-6, 10, "speed of the finger")]
