@@ -39,7 +39,7 @@ def lines(name: str, text: str) -> list[str]:
     Parameters
     ----------
     name : str
-        What is computed; of a dotted path the last part is shown, and a name that ends in ``'`` is a derivative in time.
+        What is computed: a derivative in time if it ends in ``'``; else the last part of a dotted path is shown.
     text : str
         Right side in the notation of `electrovib.core.model.Model.equation`.
 
@@ -48,8 +48,10 @@ def lines(name: str, text: str) -> list[str]:
     lines : list of str
         One formula, or one for each case with its condition.
     """
-    shown = named(name.rpartition(".")[2].removesuffix("'"))
-    left = rf"\frac{{\mathrm{{d}}\,{shown}}}{{\mathrm{{d}}t}}" if name.endswith("'") else shown
+    if name.endswith("'"):
+        left = rf"\frac{{\mathrm{{d}}\,{named(name[:-1])}}}{{\mathrm{{d}}t}}"
+    else:
+        left = named(name.rpartition(".")[2])
     found = list(cases(ast.parse(text, mode="eval").body))
     written = []
     for place, (condition, node) in enumerate(found):
@@ -161,7 +163,7 @@ def called(node: ast.Call, *, flat: bool) -> tuple[str, int]:
         case "sqrt", [under]:
             return rf"\sqrt{{{formula(under, flat=flat)}}}", ATOM
         case "Abs", [size]:
-            return rf"\left|{formula(size, flat=flat)}\right|", ATOM
+            return rf"\left|{formula(size, flat=True)}\right|", ATOM
         case _, []:
             return named(name), ATOM
     sign = FUNCTIONS.get(name) or named(name)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import re
+from collections.abc import Iterator
 from itertools import groupby
-from typing import Any
+from typing import Any, get_type_hints
 
 import formula
 from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
@@ -108,7 +110,66 @@ def equations(model: type[Model]) -> list[str]:
     parts = [title("Equation" if len(model.equation) == 1 else "Equations", "-")]
     for name, text in model.equation.items():
         parts += [f".. math::\n\n   {line}" for line in formula.lines(name, text)]
+    meanings: dict[str, str] = {}
+    for key in model.equation:
+        for name, words in explained(model, key):
+            if not set(name.split(", ")) <= set(", ".join(meanings).split(", ")):
+                meanings[name] = words
+    if meanings:
+        parts.append(items(f"``{name}``: {plain(words)}" for name, words in meanings.items()))
     return parts
+
+
+def explained(model: type[Model], key: str) -> Iterator[tuple[str, str]]:
+    """Explain what an equation gives, and the arguments and methods that are used and are no parameters.
+
+    Parameters
+    ----------
+    model : type
+        Its method is documented by itself, or by its family.
+    key : str
+        Name of the equation.
+
+    Yields
+    ------
+    tuple of str
+        Name and meaning.
+    """
+    from numpydoc.docscrape import NumpyDocString
+
+    name, text = key.rpartition(".")[2], " ".join(model.equation.values())
+    method = "voltage" if key == getattr(model, "quantity", None) else name
+    found = [
+        NumpyDocString(inspect.cleandoc(owner.__dict__[method].__doc__ or ""))
+        for owner in owners(model, key)
+        if method in owner.__dict__
+    ]
+    given = next((each["Returns"][0].desc for each in found if each["Returns"]), None)
+    if found:
+        yield name, in_short(given or found[0]["Summary"])
+    for argument in next((each["Parameters"] for each in found if each["Parameters"]), ()):
+        used = [one for one in argument.name.split(", ") if re.search(rf"\b{one}\b", text)]
+        if used:
+            yield ", ".join(used), in_short(argument.desc)
+    for called in re.findall(r"(?<![.\w])(\w+)\(", model.equation.get(key, "")):
+        if called not in model.equation and hasattr(model, called):
+            yield from explained(model, called)
+
+
+def owners(model: type[Model], key: str) -> tuple[type, ...]:
+    """Return the classes in which a method may be documented; that of a dotted key is of what the first part returns."""
+    if key.endswith("'"):
+        return ()
+    first = key.rpartition(".")[0]
+    kind = get_type_hints(getattr(model, first))["return"] if first else model
+    assert isinstance(kind, type)
+    return kind.__mro__
+
+
+def in_short(lines: list[str]) -> str:
+    """Return a description without what concerns arrays only."""
+    text = re.sub(r"[;.]? NaN gives NaN\b|,? (any|same) shape\b", "", " ".join(lines))
+    return re.sub(r"^Return (the )?(\w)", lambda match: match[2].upper(), text)
 
 
 def checks(found: tuple[Check, ...] | Any) -> list[str]:

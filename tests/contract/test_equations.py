@@ -48,8 +48,18 @@ MORE = {
     "OneOfTwoInAntiphase": {"supply": 100, "start": 0.3, "stop": 1.2},
     "Press": {"begin": 0.02},
     "PulseTrain": {"low": -20, "edge": 2e-4},
-    "RecordedFrictionCoefficient": {"angle": 0.4, "scale": 3, "baseline": 0.4},
-    "RecordedFrictionForce": {"angle": 0.4, "scale": 3, "baseline": 0.2},
+    "RecordedFrictionCoefficient": {
+        "angle": 0.4,
+        "scale": 3,
+        "baseline": 0.4,
+        "position_samples": [1e-3, 2e-3, 4e-3],
+    },
+    "RecordedFrictionForce": {
+        "angle": 0.4,
+        "scale": 3,
+        "baseline": 0.2,
+        "position_samples": [1e-3, 2e-3, 4e-3],
+    },
     "Sine": {"offset": 20, "phase": 0.4},
     "Square": {"edge": 2e-3},
     "SquareRootModulation": {"offset": 20},
@@ -85,7 +95,7 @@ WITHOUT = {
 SOLUTIONS = {
     "Amplifier": {"output'"},
     "Closing": {"gap'"},
-    "Creep": {"friction", "relaxation.friction'"},
+    "Creep": {"friction", "part.friction'"},
     "FirstOrderLag": {"friction'"},
     "Relaxation": {"friction'"},
 }
@@ -285,8 +295,8 @@ def creep(base):
         )
         for part in PARTS
     ]
-    known = {"friction": friction, "steady_friction": steady, "relaxations": alone, "relaxation": alone[0]}
-    return law, known, {"friction": None, "relaxation.friction'": "relaxation.friction"}
+    known = {"friction": friction, "steady_friction": steady, "relaxations": alone, "part": alone[0]}
+    return law, known, {"friction": None, "part.friction'": "part.friction"}
 
 
 @pytest.mark.parametrize("solved", [amplifier, closing, creep, first_order_lag, relaxation])

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex
 
 _BODY = "1 kohm is the usual design value of a body (IEEE guide, second-hand)"
-_RESISTANCE = Quantity("ohm", 0, 1e12, "body", _BODY)
+_RESISTANCE = Quantity("ohm", 0, 1e12, "resistance of the body", _BODY)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +64,7 @@ class ReturnPath(Model, family=True):
         Parameters
         ----------
         first_area : float
-            Of the first contact [m2], above 0.
+            Area of the first contact [m2], above 0.
 
         Returns
         -------
@@ -80,7 +80,7 @@ class Grounded(ReturnPath):
 
     equation: ClassVar[Mapping[str, str]] = {"element.impedance": "resistance"}
 
-    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "body and strap", _BODY)] = 1000.0
+    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "resistance of body and strap", _BODY)] = 1000.0
 
     def element(self) -> SeriesElement:
         """Return the resistance of body and strap."""
@@ -102,9 +102,14 @@ class Floating(ReturnPath):
     }
     example: ClassVar[Mapping[str, Any]] = {"capacitance": 150e-12}
 
-    capacitance: Annotated[Number, Quantity("F", 1e-14, 1e-3, "body to ground, 100 to 400 pF standing")]
+    capacitance: Annotated[
+        Number,
+        Quantity("F", 1e-14, 1e-3, "capacitance of the body to ground, 100 to 400 pF for a standing person"),
+    ]
     resistance: Annotated[Number, _RESISTANCE] = 1000.0
-    leak: Annotated[Number | None, Quantity("ohm", 1, 1e18, "shoes and floor, if they conduct")] = None
+    leak: Annotated[
+        Number | None, Quantity("ohm", 1, 1e18, "leakage resistance of shoes and floor, if they conduct")
+    ] = None
     charge: Annotated[Number, Quantity("C", -1e-3, 1e-3, "net charge of finger and body at time 0")] = 0.0
 
     def element(self) -> SeriesElement:
@@ -131,7 +136,7 @@ class SecondElectrode(ReturnPath):
 
     area: Annotated[Number, Quantity("m2", 1e-9, 1, "contact area on the second electrode")]
     resistance: Annotated[
-        Number, Quantity("ohm", 0, 1e12, "through the finger between the contacts", "a choice")
+        Number, Quantity("ohm", 0, 1e12, "resistance through the finger between the contacts", "a choice")
     ] = 1000.0
 
     def element(self) -> SeriesElement:
@@ -153,7 +158,9 @@ class Circuit(Model):
 
     amplifier: Amplifier | None = None
     return_path: ReturnPath
-    source_resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "between amplifier and plate")] = 0.0
+    source_resistance: Annotated[
+        Number, Quantity("ohm", 0, 1e12, "resistance between amplifier and plate")
+    ] = 0.0
 
     def element(self) -> SeriesElement:
         """Return source resistance and return path in series."""

@@ -46,11 +46,11 @@ class LossColumn(Model, family=True):
         Parameters
         ----------
         frequency : ndarray, shape (N,)
-            Hz.
+            Frequency [Hz].
         permittivity : ndarray, shape (N,)
-            Relative permittivity eps', 1.
+            Relative permittivity eps', dimensionless.
         values : ndarray, shape (N,)
-            The column, SI.
+            Values of the column, in SI units.
 
         Returns
         -------

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Resonant = Annotated[
     Number, Quantity("Hz", 0.1, 1e7, "natural frequency of the sensor with the parts that move on it")
 ]
-Damped = Annotated[Number, Quantity("1", 1e-4, 1e3, "damping of that resonance, 1 is critical")]
+Damped = Annotated[Number, Quantity("1", 1e-4, 1e3, "damping ratio of that resonance; 1 is critical damping")]
 Noise = Annotated[
     Number, Quantity("N", 0, 1e3, "root mean square of the noise of one reading; 0: not modelled")
 ]
@@ -176,7 +176,7 @@ class Digitiser(Model):
         Returns
         -------
         levels : ndarray, shape of `force`
-            Whole numbers as floats [1]; one level is full_scale/2^(bits - 1).
+            Numbers of the nearest levels, whole numbers as floats [1]; one level is full_scale/2^(bits - 1).
         """
         return np.asarray(np.round(np.asarray(force, dtype=float) / full_scale * 2.0 ** (self.bits - 1)))
 
@@ -186,7 +186,7 @@ class Digitiser(Model):
         Parameters
         ----------
         force, full_scale
-            As for `levels` [N].
+            Force and range of the channel [N], as for `levels`.
 
         Returns
         -------

@@ -39,7 +39,7 @@ class CurrentSine(Swing):
 
     amplitude: Annotated[Number, Quantity("A", 0, 10, "peak current about the offset")]
     offset: Annotated[Number, Quantity("A", -10, 10, "constant current added, from time 0 on")] = 0.0
-    frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency")]
+    frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency of the sine")]
     phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
 
     def parts(self) -> tuple[Part, ...]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from electrovib.physics.drive.parts import Part
 
-_FREQUENCY = Quantity("Hz", 1e-3, 1e8, "frequency")
+_FREQUENCY = Quantity("Hz", 1e-3, 1e8, "frequency of the sine")
 _DEPTH = Quantity("1", 0, 1, "modulation depth m")
 
 
@@ -125,8 +125,8 @@ class ModulatedCarrier(Swing, family=True):
     }
 
     amplitude: Annotated[Number, Quantity("V", 0, 1e5, "carrier amplitude without modulation")]
-    carrier: Annotated[Number, _FREQUENCY]
-    modulation: Annotated[Number, _FREQUENCY]
+    carrier: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency of the carrier")]
+    modulation: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency of the modulation")]
     depth: Annotated[Number, _DEPTH]
 
     @classmethod
@@ -152,7 +152,8 @@ class AmplitudeModulation(ModulatedCarrier):
     """A carrier with the envelope 1 + m cos: the force has components at the modulation frequency and its double."""
 
     equation: ClassVar[Mapping[str, str]] = {
-        "voltage": "offset + amplitude*(1 + depth*cos(2*pi*modulation*time))*cos(2*pi*carrier*time)",
+        "envelope": "1 + depth*cos(2*pi*modulation*time)",
+        "voltage": "offset + amplitude*envelope*cos(2*pi*carrier*time)",
     }
 
     @staticmethod
@@ -182,10 +183,10 @@ class SquareRootModulation(ModulatedCarrier):
     """
 
     equation: ClassVar[Mapping[str, str]] = {
-        "voltage": (
-            "offset + amplitude*sqrt(1 + depth*cos(2*pi*modulation*time))*cos(2*pi*carrier*time) if depth < 1"
-            " else offset + amplitude*sqrt(2)*cos(pi*modulation*time)*cos(2*pi*carrier*time)"
+        "envelope": (
+            "sqrt(1 + depth*cos(2*pi*modulation*time)) if depth < 1 else sqrt(2)*cos(pi*modulation*time)"
         ),
+        "voltage": "offset + amplitude*envelope*cos(2*pi*carrier*time)",
     }
 
     @staticmethod
@@ -238,10 +239,8 @@ class Chirp(Swing):
     """A sine about an offset whose frequency changes linearly from one value to another."""
 
     equation: ClassVar[Mapping[str, str]] = {
-        "voltage": (
-            "offset + amplitude*sin(2*pi*(first*time + (last - first)*time**2/(2*length))) if time < length"
-            " else offset"
-        ),
+        "turns": "first*time + (last - first)*time**2/(2*length)",
+        "voltage": "offset + amplitude*sin(2*pi*turns) if time < length else offset",
     }
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "first": 10, "last": 1000, "length": 0.2}
 

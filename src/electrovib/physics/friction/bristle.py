@@ -120,7 +120,7 @@ class BristleFriction(Friction, family=True):
         Parameters
         ----------
         deflection : float or ndarray
-            z [m], along the motion.
+            Deflection of the contact [m], along the motion.
         speed : float or ndarray, same shape
             Speed of the skin over the plate [m/s].
         strength : float or ndarray, same shape
@@ -141,7 +141,7 @@ class BristleFriction(Friction, family=True):
         Parameters
         ----------
         deflection : float or ndarray
-            z [m].
+            Deflection of the contact [m].
         rate : float or ndarray, same shape
             Rate of change of the deflection [m/s].
         speed : float or ndarray, same shape

@@ -38,7 +38,7 @@ class GratingWaveform(Model, family=True):
         Returns
         -------
         value : ndarray, same shape
-            Dimensionless, from -1 to 1.
+            Value of the waveform, dimensionless, from -1 to 1.
         """
 
 

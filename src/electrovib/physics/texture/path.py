@@ -39,12 +39,12 @@ class FingerPath(Model, family=True):
         Parameters
         ----------
         time : ndarray, shape (n,)
-            From the beginning of the path [s]; before it and after its end the finger is at its ends.
+            Time from the beginning of the path [s]; before it and after its end the finger is at its ends.
 
         Returns
         -------
         position : ndarray, shape (n, 2)
-            x and y [m].
+            Position of the finger, x and y [m].
         """
 
     @property

@@ -183,7 +183,8 @@ class RecordedFrictionForce(FrictionRecord):
     value_si: ClassVar[str] = "N"
     equation: ClassVar[Mapping[str, str]] = {
         "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
-        "recorded": "interpolated(along(position), position_samples, friction_force_samples)",
+        "place": "position_samples[first] + along(position)",
+        "recorded": "interpolated(place, position_samples, friction_force_samples)",
         "added_friction": "scale*(recorded - baseline)",
     }
     example: ClassVar[Mapping[str, Any]] = {
@@ -225,7 +226,8 @@ class RecordedFrictionCoefficient(FrictionRecord):
     value_si: ClassVar[str] = "1"
     equation: ClassVar[Mapping[str, str]] = {
         "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
-        "recorded": "interpolated(along(position), position_samples, friction_coefficient_samples)",
+        "place": "position_samples[first] + along(position)",
+        "recorded": "interpolated(place, position_samples, friction_coefficient_samples)",
         "added_friction": "plate.normal_force*scale*(recorded - baseline)",
     }
     example: ClassVar[Mapping[str, Any]] = {
