@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import shlex
@@ -85,6 +86,18 @@ MARKED = [block["text"].strip() for block in blocks(TEXTS["README.md"]) if is_ma
 SHOWN = {"toml", "python", "csv", "sh", "text"}
 
 
+TRANSCRIPT = re.compile(
+    r"^    \$ (?P<command>electrovib (?:.*\\\n)*.*)\n(?P<shown>(?:    .*\n)*)", re.MULTILINE
+)
+TRANSCRIPTS = [
+    (match["command"].replace("\\\n", " "), match["shown"])
+    for text in OTHERS.values()
+    for match in TRANSCRIPT.finditer(text)
+    if match["shown"]
+]
+"""Commands with what they print, from every page of the documentation; ``...`` stands for what is not shown."""
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """Return a folder with the files that the pages show."""
@@ -157,7 +170,9 @@ def test_every_block_is_run_by_one_of_these_tests():
         for line in (
             line for block in shown if block["language"] == "sh" for line in block["text"].splitlines()
         ):
-            assert line.startswith("electrovib ") or "install" in line, f"{page}: {line}"
+            assert line.startswith("electrovib ") or "install" in line or line == "python record.py", (
+                f"{page}: {line}"
+            )
     assert sum(len([block for block in blocks(text) if file_of(block)]) for text in TEXTS.values()) == len(
         FILES
     )
@@ -280,7 +295,33 @@ def test_the_commands_of_a_guide_run_one_after_the_other(page, folder):
 
 
 @pytest.mark.slow
-def test_the_tutorial_finds_the_thickness_that_the_recording_was_made_with(folder):
+@pytest.mark.parametrize(("command", "shown"), TRANSCRIPTS)
+def test_a_command_prints_what_the_page_shows(command, shown, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", *shlex.split(command)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == ("No value of" in shown), done.stderr
+    printed = " ".join(done.stdout.split())
+    for line in shown.splitlines():
+        for part in line.split("..."):
+            assert " ".join(part.split()) in printed, printed
+
+
+def test_every_transcript_is_found():
+    pages = [text for text in OTHERS.values() if "    $ electrovib" in text]
+    assert len(TRANSCRIPTS) >= 6
+    # one command of design.md reads a file of the reader and shows no output
+    assert sum(text.count("    $ electrovib") for text in pages) == len(TRANSCRIPTS) + 1
+
+
+@pytest.mark.slow
+def test_the_tutorial_finds_the_thickness_that_the_recording_was_made_with(folder, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
     text = TEXTS["docs/tutorial.md"]
     subprocess.run([sys.executable, "record.py"], cwd=folder, check=True, timeout=120)
     (folder / "my.toml").unlink()  # the tutorial writes its own
@@ -291,4 +332,11 @@ def test_the_tutorial_finds_the_thickness_that_the_recording_was_made_with(folde
     value, low, high = (float(number) for number in re.findall(r"([\d.]+) um", shown))
     assert low < 75 < high
     assert value == pytest.approx(75, abs=0.3)
+    computed = importlib.import_module("computed")  # draws the figure of the page
+    assert value == pytest.approx(1e6 * computed.FITTED, abs=1e-9)
+    table = np.loadtxt("recording.csv", delimiter=",", skiprows=1)
+    assert table[:, 2] == pytest.approx(1e3 * computed.recording().recorded, abs=0.51e-4)
+    (quarter,) = re.findall(r"attraction, ([\d.]+) mN", text)
+    half = float(ev.open_trace("half.nc").electrostatic_force.max())
+    assert 1e3 * half == pytest.approx(float(quarter), abs=0.005)
     assert "not determine" in both

@@ -133,3 +133,32 @@ def readings() -> Readings:
     largest = float(np.max(np.abs(printed)))
     full = np.concatenate([np.zeros(shown.size - after.size), causal])
     return Readings(shown, printed[near][::16] / largest, full / largest)
+
+
+class Recording(NamedTuple):
+    """Recording of the tutorial, and what the scenario gives before and after the fit."""
+
+    time: Real
+    """s."""
+    recorded: Real
+    """Attraction with noise [N]."""
+    curves: dict[float, Real]
+    """Thickness of the film [m] to the attraction [N]."""
+
+
+FITTED: Final = 75.109e-6
+"""Thickness that the fit of the tutorial finds [m]."""
+
+
+def recording() -> Recording:
+    """Compute the recording of the tutorial, and the attraction with the thickness of the scenario and of the fit."""
+    time = np.arange(0, 0.3, 0.5e-3)
+    base = ev.load("vezzoli_2014/fig6")
+    forces = {
+        thickness: ev.simulate(
+            base.replace({"stack.insulator.thickness": thickness}), time=time
+        ).electrostatic_force.values
+        for thickness in (75e-6, 90e-6, FITTED)
+    }
+    noise = 0.05e-3 * np.random.default_rng(1).standard_normal(time.size)
+    return Recording(time, forces[75e-6] + noise, {one: forces[one] for one in (90e-6, FITTED)})

@@ -30,7 +30,7 @@ def write(app: Sphinx) -> None:
     """Draw every figure; a file that is as before keeps its time."""
     folder = Path(app.srcdir) / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in {"mechanism": mechanism, "laws": laws, "causality": causality}.items():
+    for name, draw in FIGURES.items():
         with style():
             text = to_svg(draw())
         file = folder / f"{name}.svg"
@@ -103,6 +103,24 @@ def causality() -> Figure:
     axes.set(xlim=(-20, 40), ylim=(-0.1, 1.35))
     axes.legend(loc="upper right")
     return figure
+
+
+def tutorial() -> Figure:
+    """Draw the recording of the tutorial with the scenario before and after the fit."""
+    found = computed.recording()
+    figure = new_figure((7.0, 3.2))
+    axes = figure.add_subplot()
+    axes.plot(1e3 * found.time, 1e3 * found.recorded, ".", ms=2.5, color=NEUTRAL, label="recording")
+    for number, (thickness, force) in enumerate(found.curves.items()):
+        label = ("my.toml, {:.0f} µm", "fit, {:.1f} µm")[number].format(1e6 * thickness)
+        axes.plot(1e3 * found.time, 1e3 * force, ("--", "-")[number], color=COLOURS[number], label=label)
+    axes.set(xlabel="time [ms]", ylabel="attraction [mN]")
+    axes.legend(loc="upper right")
+    return figure
+
+
+FIGURES: Final = {"mechanism": mechanism, "laws": laws, "causality": causality, "tutorial": tutorial}
+"""File name of each figure to the function that draws it."""
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
