@@ -172,5 +172,12 @@ def _drives() -> list[str]:
 
 def inline(name: str, parameters: Mapping[str, Any]) -> str:
     """Write a model as the inline table that a change takes: ``{ model = "Sine", amplitude = 100 }``."""
-    items = [f'model = "{name}"', *(f"{key} = {json.dumps(value)}" for key, value in parameters.items())]
+    items = [f'model = "{name}"', *(f"{key} = {_number(value)}" for key, value in parameters.items())]
     return "{ " + ", ".join(items) + " }"
+
+
+def _number(value: Any) -> str:
+    """Write a number as short as it is read again without a difference; anything else as TOML."""
+    return (
+        f"{value:.12g}" if isinstance(value, float) and float(f"{value:.12g}") == value else json.dumps(value)
+    )

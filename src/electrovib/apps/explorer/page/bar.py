@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 from typing import TYPE_CHECKING
 
 from nicegui import ui
 
 from electrovib.apps.explorer.downloads import DOWNLOADS, Download
+from electrovib.apps.explorer.page.words import ABOUT
 from electrovib.apps.explorer.runner import apart
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.errors import ElectrovibError
@@ -67,8 +69,17 @@ class Bar:
                 for each in DOWNLOADS:
                     ui.menu_item(each.label, on_click=lambda each=each: self._download(each))
             self._dark = ui.dark_mode(value=False)
+            _button("About", self._about, "What electrovibration is, and what this page shows")
             _button("Dark or light", self._change_theme, "Change the colours of the page")
         ui.timer(0.01, self._take_theme_of_browser, once=True)
+
+    def _about(self) -> None:
+        """Show what the page is about."""
+        with ui.dialog(value=True) as dialog, ui.card().classes("ev-about"):
+            ui.label("Electrovibration").classes("text-lg font-bold").props("role=heading aria-level=2")
+            ui.html("".join(f"<p>{escape(each)}</p>" for each in ABOUT), sanitize=False)
+            ui.button("Close", on_click=dialog.close).props("no-caps")
+        dialog.on("hide", dialog.delete)
 
     @property
     def is_dark(self) -> bool:

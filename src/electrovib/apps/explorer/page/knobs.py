@@ -35,7 +35,7 @@ class Knobs:
         self._blanks: dict[str, Any] = {}
         self._open = {"drive": True, "stack": True}
         self._silent = False
-        self._moving = ""
+        self._moving = self._typing = self._unread = ""
         self._drawer = ui.left_drawer(value=None, bordered=True).props("width=320").classes("p-1")
         with self._drawer:
             self._choices = ui.column().classes("w-full gap-0 px-3")
@@ -87,17 +87,23 @@ class Knobs:
         given = {path for path in values if values[path] is not None}
         if self._blanks.keys() & given or (self._rows.keys() & values.keys()) - given:
             self._rebuild_rows(found.scenario)  # a parameter has got its first value, or has none any more
+            if self._typing in {**self._rows, **self._blanks}:
+                self._field_of(self._typing).run_method("focus")
             return
         self._silent = True
         for path, (control, slider, field) in self._rows.items():
             if (value := values.get(path)) is None:
                 continue
             text = control.written(value)
-            if field.value != text:
+            if field.value != text and path != self._unread:  # what is being typed stays
                 field.set_value(text)
             if path != self._moving and control.position(value) != slider.value:
                 slider.set_value(control.position(value))
         self._silent = False
+
+    def _field_of(self, path: str) -> Any:
+        """Return the field of a parameter."""
+        return self._rows[path][2] if path in self._rows else self._blanks[path]
 
     def _section(self, section: str, heading: str) -> Any:
         """Make a part that opens and closes, and remember whether it is open."""
@@ -153,13 +159,25 @@ class Knobs:
         with ui.row().classes("w-full items-center justify-between no-wrap"):
             ui.label(declared.name).classes("text-sm leading-tight")
             field = (
-                ui.input(value=text, placeholder="not set")
+                ui.input(value=text, placeholder="not set", on_change=lambda _: self._begins(declared))
                 .props(f'dense borderless input-class="text-right" aria-label="{_label(declared)}, value"')
                 .classes("w-24 ev-field")
             )
         for event in ("blur", "keydown.enter"):
             field.on(event, lambda _: self._typed(declared, field))
+        field.on("keydown.esc", lambda _: self._give_up(declared, field))
         return field
+
+    def _begins(self, declared: Declared) -> None:
+        """Remember that a value is being typed, so that no result replaces it."""
+        if not self._silent:
+            self._unread = declared.path
+
+    def _give_up(self, declared: Declared, field: Any) -> None:
+        """Show the present value again in place of what was typed."""
+        value = self._value(declared.path)
+        field.set_value("" if value is None else declared.written(value))
+        self._unread = ""
 
     def _moved(self, control: Control, position: float) -> None:
         if not self._silent:
@@ -170,13 +188,14 @@ class Knobs:
 
     def _typed(self, declared: Declared, field: Any) -> None:
         """Take what was typed; an empty field gives the parameter back the value of the scenario."""
-        text, state = field.value.strip(), self._session.state
+        text, state = (field.value or "").strip(), self._session.state
+        self._unread = ""
         value = self._value(declared.path)
         if text == ("" if value is None else declared.written(value)) or text == state.changes.get(
             declared.path
         ):
             return
-        self._moving = ""
+        self._moving, self._typing = "", declared.path
         self._ask(state.changed(declared.path, text) if text else state.reset(declared.path), True)
 
     def _value(self, path: str) -> float | None:
