@@ -131,7 +131,8 @@ class Session:
             except ElectrovibError as error:
                 self._report(str(error))
                 return
-            self._shown, self.further = state, Further(band=self.further.band)
+            self._shown = state
+            self.further = Further(band=self.further.band, drawn=self.further.drawn)
             self._report("")
         self.show(self.computed, self.further)
         await self._compute_further(self.computed)
