@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from nicegui import ui
@@ -94,7 +95,7 @@ class Plots:
     def _content(self, found: Computed, further: Further) -> tuple[list[dict[str, Any]], str]:
         """Return plots and text of the open tab."""
         pinned = [each.computed for each in self._session.pinned]
-        tab, words = self._session.tab, "<br>".join(further.problems)
+        tab, words = self._session.tab, "<br>".join(map(escape, further.problems))
         figures: list[dict[str, Any]] = []
         if tab == TIME:
             figures = over_time(found, pinned)
