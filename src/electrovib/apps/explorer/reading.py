@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -11,6 +12,7 @@ import numpy as np
 from electrovib.apps.explorer.limits import LONGEST_LINE, LONGEST_NAME, MOST_COLUMNS, MOST_VALUES
 from electrovib.apps.explorer.runner import closed_at_end
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.parsing import read_toml
 from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits
 
 if TYPE_CHECKING:
@@ -27,6 +29,10 @@ _READER: Final = Reader(
     ("numpy", "xarray", "electrovib.data.traces", "electrovib.recordings.importing"),
     "a recording",
 )
+_TOML_LIMITS: Final = ReaderLimits(
+    memory=200_000_000, content=20_000_000, processor_time=5.0, waiting_time=30.0
+)
+_TOML_READER: Final = Reader(f"{__name__}:tables", ("electrovib.core.parsing",), "a TOML file")
 _PLAIN: Final = "fiucb"
 """Kinds of arrays that are handed over as bytes."""
 _DIMENSIONS: Final = ("time", "frequency", "layer", "sample")
@@ -73,6 +79,45 @@ def contents(
     _limit_children_and_files()
     found = read_here(path, columns, step=step, title=title)
     yield from _packed_trace(found) if hasattr(found, "data_vars") else _packed_columns(found)
+
+
+def read_tables_apart(path: Path) -> Any:
+    """Read a TOML file in a process of its own, as some short texts take the parser minutes.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    dict
+        Its tables; dates and times as texts.
+
+    Raises
+    ------
+    ElectrovibError
+        If it is not valid, nested too deeply, or takes too much time or memory.
+    """
+    with (
+        GuardedReading(_TOML_READER, path, limits=_TOML_LIMITS) as reading,
+        closed_at_end(reading.close),
+    ):
+        return reading.content()["tables"]
+
+
+def tables(path: Path) -> Iterator[tuple[str, Any]]:
+    """Yield the tables of a TOML file; called in the process of its own."""
+    _limit_children_and_files()
+    yield "tables", read_tables_here(path)
+
+
+def read_tables_here(path: Path) -> Any:
+    """Read a TOML file in this process; as `read_tables_apart`."""
+    try:
+        return json.loads(json.dumps(read_toml(path.read_text(encoding="utf-8")), default=str))
+    except ValueError as error:
+        raise InputError(f"not valid TOML: {error}") from None
 
 
 def read_here(

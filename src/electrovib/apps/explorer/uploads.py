@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from electrovib.apps.explorer.limits import (
     LARGEST_SCENARIO,
@@ -14,10 +14,9 @@ from electrovib.apps.explorer.limits import (
     LONGEST_NAME,
     MOST_PARAMETERS,
 )
-from electrovib.apps.explorer.reading import read_apart
+from electrovib.apps.explorer.reading import read_apart, read_tables_apart
 from electrovib.apps.explorer.state import refuse_files, refuse_many_samples
 from electrovib.core.errors import ElectrovibError, InputError, printable
-from electrovib.core.parsing import read_toml
 from electrovib.core.signals import SIGNALS
 from electrovib.data.readers.recorded import Recorded
 from electrovib.scenario import Scenario, read_scenario
@@ -25,6 +24,7 @@ from electrovib.scenario import Scenario, read_scenario
 if TYPE_CHECKING:
     import xarray
 
+R = TypeVar("R")
 SCENARIO_SUFFIX: Final = ".toml"
 OVER_TIME: Final = tuple(name for name, each in SIGNALS.items() if each.dims == ("time",))
 """Signals that a column of a recording can be."""
@@ -114,11 +114,16 @@ def _read(
 ) -> xarray.Dataset | Recorded:
     """Read a recording through a file in a folder of its own."""
     refuse_large(name, len(content))
+    return _through_a_file(name, content, lambda path: read_apart(path, columns, step=step, title=name))
+
+
+def _through_a_file(name: str, content: bytes, read: Callable[[Path], R]) -> R:
+    """Write the bytes into a folder of their own, which is removed when they have been read."""
     with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
         path = Path(folder) / f"upload{_suffix(name)}"
         path.write_bytes(content)
         try:
-            return read_apart(path, columns, step=step, title=name)
+            return read(path)
         except ElectrovibError as error:
             text = str(error).replace(str(path), name)
             raise InputError(text if name in text else f"{name}: {text}") from None
@@ -134,10 +139,7 @@ def read_uploaded_scenario(name: str, content: bytes) -> Scenario:
     """
     name = shown_name(name)
     refuse_large(name, len(content), most=LARGEST_SCENARIO)
-    try:
-        tables: Any = read_toml(content.decode("utf-8"))
-    except ValueError as error:
-        raise InputError(f"{name}: not valid TOML: {error}") from None
+    tables: Any = _through_a_file(name, content, read_tables_apart)
     refuse_files(tables)
     scenario = refuse_many_samples(read_scenario(tables))
     if (count := len(list(scenario.parameters()))) > MOST_PARAMETERS:

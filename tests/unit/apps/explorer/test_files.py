@@ -51,6 +51,7 @@ def scratch(tmp_path, monkeypatch):
 def here(monkeypatch):
     """Read in this process, without the second that another one takes to start."""
     monkeypatch.setattr("electrovib.apps.explorer.uploads.read_apart", reading.read_here)
+    monkeypatch.setattr("electrovib.apps.explorer.uploads.read_tables_apart", reading.read_tables_here)
 
 
 def test_the_scenario_reads_back(content, shown, tmp_path):
@@ -160,9 +161,11 @@ def test_malformed_recordings_give_a_sentence_and_leave_nothing(seed, scratch, h
         b"a = " + b"[" * 5000,
         b"x = 1\n" * 1000,
         b'drive = "os.system"',
+        b"schema = 1979-05-27",
+        b"a = " + b"9" * 5000,
     ],
 )
-def test_malformed_scenarios_give_a_sentence(content):
+def test_malformed_scenarios_give_a_sentence(content, here):
     with pytest.raises(InputError) as error:
         read_uploaded_scenario("mine.toml", content)
     assert str(error.value)
@@ -198,7 +201,7 @@ def test_names_of_files_are_shown_as_one_short_line():
     assert shown_name("x" * 300 + ".csv").endswith(".csv")
 
 
-def test_large_scenarios_are_refused():
+def test_large_scenarios_are_refused(here):
     with pytest.raises(InputError, match=r"at most 0\.5 MB"):
         read_uploaded_scenario("a.toml", b"#" * (LARGEST_SCENARIO + 1))
     sine = {"model": "Sine", "amplitude": 1, "frequency": 100}
@@ -223,6 +226,13 @@ def test_another_process_returns_what_this_one_reads(content, tmp_path, scratch)
     for mine, its in zip(here.channels, there.channels, strict=True):
         assert (mine.name, mine.unit) == (its.name, its.unit)
         np.testing.assert_array_equal(mine.values, its.values)
+
+
+@pytest.mark.slow
+def test_a_text_that_the_parser_never_ends_is_given_up(scratch):
+    with pytest.raises(InputError, match="computing"):
+        read_uploaded_scenario("a.toml", b"a." * 240_000 + b"a = 1")
+    assert list(scratch.iterdir()) == []
 
 
 @pytest.mark.slow
