@@ -46,6 +46,12 @@ class Model(Immutable, DeclaresFile, Written):
     reference: ClassVar[str] = ""
     status: ClassVar[str] = ""
     equation: ClassVar[Mapping[str, str]] = {}
+    """Formulas by the name of the method that computes them, in Python's notation.
+
+    ``a if time < b else c`` is a formula by cases, ``sum(term.x for term in terms)`` a sum over parameters, ``%`` the
+    remainder, ``I`` the imaginary unit; other methods and the parts of a model can be called. ``state'`` is a rate of change
+    in time, and a name that is neither a method nor a rate an abbreviation that other formulas use.
+    """
     checks: ClassVar[tuple[Any, ...]] = ()
     example: ClassVar[Mapping[str, Any]] = {}
     """Parameters without a default, for tests and documents."""
