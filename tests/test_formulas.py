@@ -61,6 +61,8 @@ def lines(monkeypatch):
         ("-a**2", ["-a^{2}"]),
         ("a % b - c", [r"\left(a\ \mathrm{mod}\ b\right) - c"]),
         ("load*speed", [r"\mathrm{load} \cdot \mathrm{speed}"]),
+        ("a*load**2*part.at(x)", [r"a\,\mathrm{load}^{2} \cdot \mathrm{part.\!at}\left(x\right)"]),
+        ("-load*speed", [r"-\mathrm{load} \cdot \mathrm{speed}"]),
         ("sum(term.x for term in terms)", [r"\sum_{\mathrm{term}\,\in\,\mathrm{terms}} \mathrm{term.\!x}"]),
         ("part.whole().at(x)", [r"\mathrm{part.\!at}\left(x\right)"]),
         ("(a, b[x])", [r"\left(a,\ b_{x}\right)"]),

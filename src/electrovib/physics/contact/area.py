@@ -200,7 +200,7 @@ class GrowingArea(Contact):
     """
 
     equation: ClassVar[Mapping[str, str]] = {
-        "mean_pressure": "at_force/area*(sign(normal_force)*(Abs(normal_force)/at_force)**(1 - exponent))"
+        "mean_pressure": "at_force/area*sign(normal_force)*(Abs(normal_force)/at_force)**(1 - exponent)"
     }
     example: ClassVar[Mapping[str, Any]] = {
         "area": 1e-4,
