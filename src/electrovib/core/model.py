@@ -21,6 +21,7 @@ from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import DeclaresFile
 from electrovib.core.immutable import Immutable
+from electrovib.core.meant import explained as explained_path
 from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
@@ -240,7 +241,7 @@ class Model(Immutable, DeclaresFile, Written):
         """
         content = self.to_dict()
         changes, problems = stored_changes(self, changes)
-        problems += self.put_into(content, changes)
+        problems += [explained_path(self, problem) for problem in self.put_into(content, changes)]
         try:
             changed = self.rebuilt(content)
         except InputError as error:
