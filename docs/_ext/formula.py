@@ -195,7 +195,7 @@ def in_words(condition: ast.expr) -> str:
 
 
 def dotted(node: ast.expr) -> str:
-    """Return a name, or a path of names with dots; methods without arguments on the way are omitted."""
+    """Return a name, or a path of names with dots; methods without arguments in it are omitted."""
     match node:
         case ast.Name(id=name):
             return name
