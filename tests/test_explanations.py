@@ -198,3 +198,29 @@ def test_the_numbers_of_what_is_not_known():
     assert layer.initial_charge == 0
     point = ev.load("vezzoli_2014/fig6").stack.layers["stratum_corneum"].material
     assert 1 / point.conductivity == pytest.approx(one(r"resistivity of ([\d.e+]+) ohm m", text), rel=2e-3)
+
+
+SYMBOL = re.compile(r"\\?[A-Za-z]+(?:_\\?[A-Za-z0-9]+)?(?:\^\*)?")
+COMMANDS = {"\\frac", "\\left", "\\right", "\\quad", "\\cos", "\\sin"}
+
+
+def symbols_of(text):
+    """Return the symbols in the equations of a text."""
+    equations = re.findall(r"\$\$?(.+?)\$\$?", text, re.DOTALL)
+    found = {symbol for equation in equations for symbol in SYMBOL.findall(equation.replace("\\,", " "))}
+    return found - COMMANDS
+
+
+def test_every_symbol_of_the_explanations_is_in_the_nomenclature():
+    assert symbols_of(r"$E_g$ and $$\frac{\tau s}{2}\,v$$ or $\varepsilon_s^*$") == {
+        "E_g",
+        "\\tau",
+        "s",
+        "v",
+        "\\varepsilon_s^*",
+    }
+    nomenclature = (FOLDER.parent / "nomenclature.md").read_text(encoding="utf-8")
+    listed = symbols_of(nomenclature.partition("<!-- symbols -->")[2].partition("<!-- end -->")[0])
+    used = set().union(*(symbols_of(file.read_text(encoding="utf-8")) for file in FOLDER.glob("*.md")))
+    assert len(used) > 35
+    assert used == listed
