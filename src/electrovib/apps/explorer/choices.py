@@ -7,11 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.apps.explorer.carried import carried, carried_drive
+from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.discovery import find_members
+from electrovib.core.errors import InputError
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.material.library import materials
-from electrovib.scenario.offers import skins
+from electrovib.scenario.offers import skins, with_offers
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
@@ -36,12 +39,33 @@ class Choice:
     path : str
         Dotted path that is set.
     options : mapping of str to str
-        Value to what is shown for it; the value `AS_GIVEN` keeps the part of the scenario.
+        Name of a model or material to what is shown for it; `AS_GIVEN` keeps the part of the scenario.
     """
 
     label: str
     path: str
     options: Mapping[str, str]
+
+    def present(self, state: PageState, scenario: Scenario) -> str:
+        """Return the name of what a page shows for this part; `AS_GIVEN` where the part was not replaced.
+
+        Parameters
+        ----------
+        state : PageState
+            Changes of the page.
+        scenario : Scenario
+            Scenario with these changes.
+
+        Returns
+        -------
+        name : str
+            One of `options`, or the name of another model that a link gives.
+        """
+        if self.path not in state.changes and f"{self.path}.model" not in state.changes:
+            return AS_GIVEN
+        if self.path in _FAMILIES:
+            return type(getattr(scenario, self.path)).__name__
+        return state.changes.get(self.path, AS_GIVEN)
 
 
 def choices(scenario: Scenario) -> list[Choice]:
@@ -50,7 +74,7 @@ def choices(scenario: Scenario) -> list[Choice]:
     Parameters
     ----------
     scenario : Scenario
-        Its layers decide which materials can be chosen.
+        As it is without any change: its layers decide which materials can be chosen.
 
     Returns
     -------
@@ -59,36 +83,101 @@ def choices(scenario: Scenario) -> list[Choice]:
         does not fit the rest of the scenario is refused with a sentence when it is chosen.
     """
     found = [
-        Choice("Drive", "drive", {AS_GIVEN: "as in the scenario"} | _drives()),
+        Choice("Drive", "drive", _as_given(scenario.drive) | {name: name for name in _drives()}),
         Choice(
-            "Force law",
-            "force.model",
-            {AS_GIVEN: "as in the scenario"} | {name: name for name in find_members(ForceLaw)},
+            "Force law", "force", _as_given(scenario.force) | {name: name for name in find_members(ForceLaw)}
         ),
     ]
     layers = scenario.stack.layers
     if "stratum_corneum" in layers:
         others = {name: name for name in skins() if name not in DRY_AND_MOIST}
-        options = {AS_GIVEN: "as in the scenario"} | DRY_AND_MOIST | others
+        options = _as_given(layers["stratum_corneum"].material) | DRY_AND_MOIST | others
         found.append(Choice("Skin", "stack.stratum_corneum.material", options))
     if "insulator" in layers:
         library = {each.name: each.name.replace("_", " ") for each in materials()}
-        found.append(
-            Choice("Insulator", "stack.insulator.material", {AS_GIVEN: "as in the scenario"} | library)
-        )
+        given = _as_given(layers["insulator"].material)
+        found.append(Choice("Insulator", "stack.insulator.material", given | library))
     return found
 
 
-def _drives() -> dict[str, str]:
-    """Return each drive with its example as an inline table; drives that hold samples or other drives are left out."""
-    return {
-        inline(name, kind.example): name
+def chosen(state: PageState, choice: Choice, name: str, own: Mapping[str, Scenario]) -> PageState:
+    """Return the state in which a part is replaced, with the parameters that still apply.
+
+    Parameters
+    ----------
+    state : PageState
+        Present state.
+    choice : Choice
+        What is replaced.
+    name : str
+        One of its options.
+    own : mapping of str to Scenario
+        Scenarios that the page was started with, by name.
+
+    Returns
+    -------
+    PageState
+        A drive keeps highest and lowest voltage, frequency and what else both drives have; a force law the parameters that
+        both laws have; a material or skin keeps what was changed and what its source does not state.
+    """
+    if name == AS_GIVEN:
+        return state.reset(choice.path)
+    if choice.path not in _FAMILIES:
+        return _with_material(state, choice.path, name, own)
+    try:
+        scenario = scenario_of(state, own=own)
+    except InputError:  # of another choice, which this one may mend
+        scenario = scenario_of(state.reset(), own=own)
+    present = getattr(scenario, choice.path)
+    kind: Any = find_members(_FAMILIES[choice.path])[name]
+    if choice.path == "drive":
+        limit = getattr(scenario.limits, kind.quantity, None)
+        return state.changed("drive", inline(name, carried_drive(kind, present, limit=limit)))
+    plain = {key: value for key, value in kind.example.items() if isinstance(value, (int, float))}
+    return state.changed(choice.path, inline(name, plain | carried(kind, present)))
+
+
+def _with_material(state: PageState, path: str, name: str, own: Mapping[str, Scenario]) -> PageState:
+    """Replace a material; changes of parameters that its source does not state are kept where the new material has them."""
+    found = state.changed(path, name)
+    stated = with_offers({path: name})[1]
+    for inner, text in state.changes.items():
+        if not inner.startswith(f"{path}.") or inner in stated:
+            continue
+        trial = found.changed(inner, text)
+        try:
+            scenario_of(trial, own=own)
+        except InputError:
+            continue
+        found = trial
+    return found
+
+
+_FAMILIES: Final[Mapping[str, Any]] = {"drive": Drive, "force": ForceLaw}
+"""Paths whose alternatives are the models of a family."""
+
+
+def _as_given(part: Any) -> dict[str, str]:
+    return {AS_GIVEN: f"{type(part).__name__}, as in the scenario"}
+
+
+def _drives() -> list[str]:
+    """Return the names of the drives whose example has numbers alone; drives of samples or other drives are left out."""
+    return [
+        name
         for name, kind in find_members(Drive).items()  # type: ignore[type-abstract]  # a family is abstract
         if kind.example and all(isinstance(value, (int, float)) for value in kind.example.values())
-    }
+    ]
 
 
 def inline(name: str, parameters: Mapping[str, Any]) -> str:
     """Write a model as the inline table that a change takes: ``{ model = "Sine", amplitude = 100 }``."""
-    items = [f'model = "{name}"', *(f"{key} = {json.dumps(value)}" for key, value in parameters.items())]
+    items = [f'model = "{name}"', *(f"{key} = {_number(value)}" for key, value in parameters.items())]
     return "{ " + ", ".join(items) + " }"
+
+
+def _number(value: Any) -> str:
+    """Write a number as short as it is read again without a difference; anything else as TOML."""
+    return (
+        f"{value:.12g}" if isinstance(value, float) and float(f"{value:.12g}") == value else json.dumps(value)
+    )

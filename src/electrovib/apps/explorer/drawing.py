@@ -20,7 +20,7 @@ _STRIP: Final = 18.0
 _TRUE_LEFT, _TRUE_WIDTH = 4.0, 34.0
 _LEFT, _WIDTH = 78.0, 60.0
 _TEXT: Final = 148.0
-_TOTAL: Final = 420.0
+_TOTAL: Final = 346.0
 
 
 def drawing(shown: Computed) -> str:

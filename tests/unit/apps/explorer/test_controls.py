@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import electrovib as ev
-from electrovib.apps.explorer.choices import AS_GIVEN, choices
-from electrovib.apps.explorer.controls import STEPS, Control, controls
+from electrovib.apps.explorer.choices import AS_GIVEN, choices, chosen
+from electrovib.apps.explorer.controls import STEPS, Control, blanks, controls
 from electrovib.apps.explorer.state import PageState, presets, scenario_of
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.paths import value_at
@@ -83,18 +83,39 @@ def test_choices_name_what_a_scenario_takes():
     assert "Skin" not in {each.label for each in choices(without)}
 
 
+def test_a_parameter_without_a_value_has_an_empty_field():
+    scenario = ev.load("vezzoli_2014/fig6_gap")
+    empty = {each.path: each for each in blanks(scenario)}
+    assert {"limits.voltage", "drive.repeat", "time.duration"} <= set(empty)
+    assert not set(empty) & {each.path for each in controls(scenario)}
+    assert (
+        empty["limits.voltage"].help
+        == "largest voltage of the plate (limits.voltage); allowed from 1 mV to 1 MV."
+    )
+
+
+def test_what_is_written_has_the_letters_of_its_unit_and_is_read_again():
+    by_path = {each.path: each for each in controls(ev.load("vezzoli_2014/fig6_gap"))}
+    thickness = by_path["stack.gap.thickness"]
+    assert thickness.written(thickness.value) == "1 µm"
+    changed = ev.load("vezzoli_2014/fig6_gap").replace({"stack.gap.thickness": thickness.written(2e-6)})
+    assert changed.stack.layers["gap"].thickness == pytest.approx(2e-6)
+    assert "slider from 10 nm to 100 µm, logarithmic. Source: not in the paper" in thickness.help
+    assert by_path["stack.gap.material.permittivity"].name == "gap, permittivity"
+
+
 @pytest.mark.parametrize("place", range(4))
 def test_every_choice_gives_a_scenario_or_a_sentence(place):
     name = "vezzoli_2014/fig6_gap"
     choice = choices(ev.load(name))[place]
     fitting = 0
     for value in choice.options:
-        if value == AS_GIVEN:
-            continue
+        state = chosen(PageState(name), choice, value, {})
         try:
-            changed = scenario_of(PageState(name).changed(choice.path, value), own={})
+            changed = scenario_of(state, own={})
         except ElectrovibError as error:
             assert str(error)
         else:
+            assert choice.present(state, changed) == value
             fitting += changed != ev.load(name)
     assert fitting >= min(4, len(choice.options) - 2)

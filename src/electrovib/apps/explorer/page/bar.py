@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
+from html import escape
 from typing import TYPE_CHECKING
 
 from nicegui import ui
 
 from electrovib.apps.explorer.downloads import DOWNLOADS, Download
-from electrovib.apps.explorer.runner import apart
+from electrovib.apps.explorer.page.words import ABOUT
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.errors import ElectrovibError
 from electrovib.study.catalogue import scenarios
@@ -28,10 +30,17 @@ class Bar:
         Called with the state to show next.
     redraw : callable
         Called when the present result has to be drawn again.
+    toggle : callable
+        Called to show or hide the parameters.
     """
 
     def __init__(
-        self, session: Session, *, ask: Callable[[PageState], None], redraw: Callable[[], None]
+        self,
+        session: Session,
+        *,
+        ask: Callable[[PageState], None],
+        redraw: Callable[[], None],
+        toggle: Callable[[], None],
     ) -> None:
         self._session, self._ask, self._redraw = session, ask, redraw
         meanings = {each.name: each.meaning for each in scenarios()}
@@ -39,7 +48,10 @@ class Bar:
             name: f"{name}: {meanings.get(name, 'the scenario of this page')}"
             for name in presets(session.own)
         }
-        with ui.header().classes("items-center gap-3 px-3 py-1"):
+        with ui.header().classes("items-center gap-x-2 gap-y-0 px-2 py-1"):
+            ui.button(icon="menu", on_click=toggle).props(
+                'flat dense color=white aria-label="Show or hide the parameters"'
+            ).tooltip("Show or hide the parameters")
             ui.label("electrovib").classes("text-lg font-bold").props("role=heading aria-level=1")
             self._select = ui.select(
                 self._names,
@@ -49,19 +61,25 @@ class Bar:
             )
             self._select.props(
                 "dense dark options-dense use-input hide-selected fill-input input-debounce=0"
-            ).classes("w-96")
-            ui.button("Reset", on_click=lambda: ask(self._session.state.reset())).props(
-                "flat color=white no-caps"
-            )
-            ui.button("Keep curve", on_click=self._pin).props("flat color=white no-caps")
-            ui.button("Drop curves", on_click=self._unpin).props("flat color=white no-caps")
-            with ui.button("Download").props("flat color=white no-caps"), ui.menu():
+            ).classes("ev-scenario")
+            _button("Reset", lambda: ask(self._session.state.reset()), "Take all changes back")
+            _button("Keep curve", self._pin, "Keep the present curves, dashed, beside the next ones")
+            _button("Drop curves", self._unpin, "Remove the curves that were kept")
+            with _button("Download", None, "Scenario, numbers, figures, report and references"), ui.menu():
                 for each in DOWNLOADS:
                     ui.menu_item(each.label, on_click=lambda each=each: self._download(each))
-            ui.space()
             self._dark = ui.dark_mode(value=False)
-            ui.button("Dark or light", on_click=self._change_theme).props("flat color=white no-caps")
+            _button("About", self._about, "What electrovibration is, and what this page shows")
+            _button("Dark or light", self._change_theme, "Change the colours of the page")
         ui.timer(0.01, self._take_theme_of_browser, once=True)
+
+    def _about(self) -> None:
+        """Show what the page is about."""
+        with ui.dialog(value=True) as dialog, ui.card().classes("ev-about"):
+            ui.label("Electrovibration").classes("text-lg font-bold").props("role=heading aria-level=2")
+            ui.html("".join(f"<p>{escape(each)}</p>" for each in ABOUT), sanitize=False)
+            ui.button("Close", on_click=dialog.close).props("no-caps")
+        dialog.on("hide", dialog.delete)
 
     @property
     def is_dark(self) -> bool:
@@ -73,11 +91,11 @@ class Bar:
         self._redraw()
 
     async def _take_theme_of_browser(self) -> None:
-        wanted = await ui.run_javascript(
-            "window.matchMedia('(prefers-color-scheme: dark)').matches", timeout=5
-        )
-        if wanted:
-            self._change_theme()
+        with suppress(TimeoutError):  # of a browser that does not answer; the page is then a light one
+            if await ui.run_javascript(
+                "window.matchMedia('(prefers-color-scheme: dark)').matches", timeout=5
+            ):
+                self._change_theme()
 
     def offer(self, name: str) -> None:
         """Add a scenario to the list, and choose it."""
@@ -89,7 +107,7 @@ class Bar:
         if found is None:
             return
         try:
-            content = await apart(self._session.patient, lambda: wanted.make(found))
+            content = await self._session.work(lambda: wanted.make(found))
         except ElectrovibError as error:
             ui.notify(f"{wanted.label}: {error}", type="negative", multi_line=True)
         else:
@@ -99,6 +117,10 @@ class Bar:
         if name != self._session.state.preset:
             self._ask(PageState(name))
 
+    def show(self, name: str) -> None:
+        """Show the name of a scenario that was chosen elsewhere."""
+        self._select.set_value(name)
+
     def _pin(self) -> None:
         self._session.pin()
         self._redraw()
@@ -106,3 +128,11 @@ class Bar:
     def _unpin(self) -> None:
         self._session.unpin()
         self._redraw()
+
+
+def _button(words: str, on_click: Callable[[], object] | None, explained: str) -> ui.button:
+    """Make a button of the bar, with what it does on hover."""
+    button = ui.button(words, on_click=on_click).props("flat dense color=white no-caps").classes("px-2")
+    with button:
+        ui.tooltip(explained)
+    return button

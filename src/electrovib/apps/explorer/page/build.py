@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from fastapi import Request
-from nicegui import app, ui
+from nicegui import app, events, ui
 
 from electrovib.apps.explorer.page.bar import Bar
 from electrovib.apps.explorer.page.knobs import Knobs
 from electrovib.apps.explorer.page.plots import Plots
 from electrovib.apps.explorer.page.recording import DROPPED, RecordingPanel
+from electrovib.apps.explorer.runner import end_work
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState, read_query
 from electrovib.core.errors import InputError
@@ -24,12 +25,15 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 _STYLE: Final = (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
+_BACK: Final = (
+    "window.addEventListener('popstate', () => emitEvent('explorer_back', window.location.search));"
+)
 _PRIMARY: Final = "#1c5d94"
 """Dark enough for white text."""
 WORKERS: Final = 2
 """Threads in which the simulations of all visitors run."""
-PATIENT_WORKERS: Final = 2
-"""Threads in which their fits, reports and uploads run, so that no simulation waits for one."""
+PATIENT_WORKERS: Final = 4
+"""Threads in which their long simulations, fits, reports and uploads run, so that no short simulation waits for one."""
 
 
 def build(own: Mapping[str, Scenario], first: str) -> None:
@@ -46,6 +50,7 @@ def build(own: Mapping[str, Scenario], first: str) -> None:
     patient = ThreadPoolExecutor(PATIENT_WORKERS, thread_name_prefix="explorer-patient")
 
     def close() -> None:
+        end_work()
         for each in (executor, patient):
             each.shutdown(wait=False, cancel_futures=True)
 
@@ -81,10 +86,10 @@ class VisitorPage:
                 "The link could not be read: " + "; ".join(map(str, error.problems)),
             )
         self.session = Session(own, state, *executors, self._show, self._complain)
-        self.client = ui.context.client
+        self.client, self.first = ui.context.client, first
         ui.add_css(_STYLE)
         ui.colors(primary=_PRIMARY)
-        self.bar = Bar(self.session, ask=self._ask, redraw=self._redraw)
+        self.bar = Bar(self.session, ask=self._ask, redraw=self._redraw, toggle=self._toggle)
         self.knobs = Knobs(self.session, ask=self._ask)
         with ui.column().classes("w-full gap-2"):
             self.message = ui.label(mistake).props("role=alert").classes("text-negative whitespace-pre-line")
@@ -94,7 +99,12 @@ class VisitorPage:
                 make_recording=lambda: self._recording().element,
             )
         self.client.on_delete(self._leave)
+        ui.on("explorer_back", self._went_back)
+        ui.timer(0.01, lambda: ui.run_javascript(_BACK), once=True)
         ui.timer(0.01, lambda: self.session.ask(self.session.state), once=True)
+
+    def _toggle(self) -> None:
+        self.knobs.toggle()
 
     def _leave(self) -> None:
         self.session.stop()
@@ -113,15 +123,40 @@ class VisitorPage:
         self.session.state = PageState(self.session.state.preset)
         self._ask(PageState(DROPPED))
 
-    def _ask(self, state: PageState) -> None:
-        """Compute another state, and write it into the address."""
+    def _ask(self, state: PageState, is_step: bool = True) -> None:
+        """Compute another state, and write it into the address.
+
+        Parameters
+        ----------
+        state : PageState
+            What is shown next.
+        is_step : bool
+            Whether the button `back` of the browser leads to the present state; not while a slider moves.
+        """
+        history = ui.navigate.history
+        with self.client:
+            (history.push if is_step else history.replace)(f"/?{state.to_query()}")
+        self._change(state)
+
+    def _change(self, state: PageState) -> None:
         other = state.preset != self.session.state.preset
         self.session.ask(state)
         self.message.set_text("")
         if other or not state.changes:
             self.knobs.rebuild()
-        with self.client:
-            ui.navigate.history.replace(f"/?{state.to_query()}")
+
+    def _went_back(self, event: events.GenericEventArguments) -> None:
+        """Show the state of an address to which the visitor went back or forward."""
+        try:
+            state = read_query(str(event.args).removeprefix("?"), own=self.session.own, default=self.first)
+        except InputError as error:
+            self._complain(f"The link could not be read: {'; '.join(map(str, error.problems))}")
+            return
+        self.session.state = state
+        self.bar.show(state.preset)
+        self.session.ask(state)
+        self.message.set_text("")
+        self.knobs.rebuild()
 
     def _show(self, found: Computed, further: Further) -> None:
         with self.client:

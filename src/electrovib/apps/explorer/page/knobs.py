@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from electrovib.apps.explorer.choices import AS_GIVEN, Choice, choices
-from electrovib.apps.explorer.controls import SECTIONS, STEPS, Control, controls
+from electrovib.apps.explorer.choices import Choice, choices, chosen
+from electrovib.apps.explorer.controls import SECTIONS, STEPS, Blank, Control, Declared, blanks, controls
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
     from electrovib.apps.explorer.session import Session
+    from electrovib.scenario import Scenario
 
 
 class Knobs:
@@ -25,99 +26,192 @@ class Knobs:
     session : Session
         Of the visitor.
     ask : callable
-        Called with the state to show next.
+        Called with the state to show next, and with whether the browser goes back to the present one.
     """
 
-    def __init__(self, session: Session, *, ask: Callable[[PageState], None]) -> None:
+    def __init__(self, session: Session, *, ask: Callable[[PageState, bool], None]) -> None:
         self._session, self._ask = session, ask
         self._rows: dict[str, tuple[Control, Any, Any]] = {}
+        self._blanks: dict[str, Any] = {}
+        self._open = {"drive": True, "stack": True}
         self._silent = False
-        self._moving = ""
-        with ui.left_drawer(value=True, bordered=True).props("width=330").classes("p-1"):
+        self._moving = self._typing = self._unread = ""
+        self._drawer = ui.left_drawer(value=None, bordered=True).props("width=320").classes("p-1")
+        with self._drawer:
+            self._choices = ui.column().classes("w-full gap-0 px-3")
             self._place = ui.column().classes("w-full gap-0")
         self.rebuild()
 
+    def toggle(self) -> None:
+        """Show or hide the parameters."""
+        self._drawer.toggle()
+
     def rebuild(self) -> None:
-        """Make the controls of another scenario; they begin at its own values, whatever was changed."""
-        own = self._session.own
+        """Make the lists and controls of another scenario."""
+        own, state = self._session.own, self._session.state
+        base, scenario = scenario_of(state.reset(), own=own), self._scenario()
+        self._choices.clear()
+        with self._choices:
+            for choice in choices(base):
+                self._choose(choice, choice.present(state, scenario))
+        self._rebuild_rows(scenario)
+
+    def _scenario(self) -> Scenario:
+        """Return the scenario of the page; the one that is shown where the page has a mistake."""
+        own, state = self._session.own, self._session.state
         try:
-            scenario = scenario_of(self._session.state, own=own)
+            return scenario_of(state, own=own)
         except InputError:
-            scenario = scenario_of(self._session.state.reset(), own=own)
-        found = controls(scenario)
-        self._rows, self._moving = {}, ""
+            found = self._session.computed
+            return found.scenario if found is not None else scenario_of(state.reset(), own=own)
+
+    def _rebuild_rows(self, scenario: Scenario) -> None:
+        """Make the controls of a scenario; they begin at its values."""
+        found, empty = controls(scenario), blanks(scenario)
+        self._rows, self._blanks, self._moving = {}, {}, ""
         self._place.clear()
         with self._place:
-            for choice in choices(scenario):
-                self._choose(choice)
             for section, heading in SECTIONS.items():
                 mine = [each for each in found if each.section == section]
-                if mine:
-                    with (
-                        ui.expansion(heading, value=section in ("drive", "stack"))
-                        .classes("w-full")
-                        .props("dense")
-                    ):
+                others = [each for each in empty if each.section == section]
+                if mine or others:
+                    with self._section(section, heading):
                         for each in mine:
                             self._row(each)
+                        for blank in others:
+                            self._blank(blank)
 
     def show(self, found: Computed) -> None:
         """Write the values of a result into fields and sliders."""
-        self._silent = True
         values = {path: value for path, value, _ in found.scenario.parameters()}
+        given = {path for path in values if values[path] is not None}
+        if self._blanks.keys() & given or (self._rows.keys() & values.keys()) - given:
+            self._rebuild_rows(found.scenario)  # a parameter has got its first value, or has none any more
+            if self._typing in {**self._rows, **self._blanks}:
+                self._field_of(self._typing).run_method("focus")
+            return
+        self._silent = True
         for path, (control, slider, field) in self._rows.items():
             if (value := values.get(path)) is None:
                 continue
             text = control.written(value)
-            if field.value != text:
+            if field.value != text and path != self._unread:  # what is being typed stays
                 field.set_value(text)
             if path != self._moving and control.position(value) != slider.value:
                 slider.set_value(control.position(value))
         self._silent = False
 
-    def _choose(self, choice: Choice) -> None:
-        """Make the list of alternatives for one part."""
-        chosen = self._session.state.changes.get(choice.path, AS_GIVEN)
-        options = (
-            dict(choice.options) if chosen in choice.options else {chosen: chosen} | dict(choice.options)
+    def _field_of(self, path: str) -> Any:
+        """Return the field of a parameter."""
+        return self._rows[path][2] if path in self._rows else self._blanks[path]
+
+    def _section(self, section: str, heading: str) -> Any:
+        """Make a part that opens and closes, and remember whether it is open."""
+        return (
+            ui.expansion(
+                heading,
+                value=self._open.get(section, False),
+                on_value_change=lambda e: self._open.update({section: e.value}),
+            )
+            .classes("w-full")
+            .props("dense header-class=font-bold")
         )
+
+    def _choose(self, choice: Choice, present: str) -> None:
+        """Make the list of alternatives for one part."""
+        options = dict(choice.options)
+        options.setdefault(present, present)
         ui.select(
-            options, value=chosen, label=choice.label, on_change=lambda e: self._chosen(choice, e.value)
+            options, value=present, label=choice.label, on_change=lambda e: self._chosen(choice, e.value)
         ).props("dense options-dense").classes("w-full")
 
-    def _chosen(self, choice: Choice, value: str) -> None:
+    def _chosen(self, choice: Choice, name: str) -> None:
         state = self._session.state
-        self._ask(state.reset(choice.path) if value == AS_GIVEN else state.changed(choice.path, value))
-        self.rebuild()
+        if name not in choice.options or name == choice.present(state, self._scenario()):
+            return
+        try:
+            wanted = chosen(state, choice, name, self._session.own)
+        except InputError:  # which is reported when it is computed
+            wanted = state.changed(choice.path, name)
+        self._ask(wanted, True)
+        self._rebuild_rows(self._scenario())
 
     def _row(self, control: Control) -> None:
-        label = f"{SECTIONS[control.section]}: {control.name}"
-        with ui.column().classes("w-full gap-0 pb-1"):
-            with ui.row().classes("w-full items-center justify-between no-wrap"):
-                ui.label(control.name).classes("text-sm").tooltip(control.help)
-                field = (
-                    ui.input(value=control.written(control.value))
-                    .props(f'dense borderless input-class="text-right" aria-label="{label}, value"')
-                    .classes("w-28")
-                )
+        with ui.column().classes("w-full gap-0 ev-row") as row:
+            field = self._field(control, control.written(control.value))
             slider = ui.slider(
                 min=0,
                 max=STEPS,
                 step=1,
                 value=control.position(control.value),
                 on_change=lambda e, c=control: self._moved(c, e.value),
-            ).props(f'aria-label="{label}" dense')
-        field.on("blur", lambda _, c=control, f=field: self._typed(c, f.value))
-        field.on("keydown.enter", lambda _, c=control, f=field: self._typed(c, f.value))
+            ).props(f'aria-label="{_label(control)}" dense')
+        _explain(row, control)
         self._rows[control.path] = (control, slider, field)
+
+    def _blank(self, blank: Blank) -> None:
+        with ui.column().classes("w-full gap-0 ev-row") as row:
+            self._blanks[blank.path] = self._field(blank, "")
+        _explain(row, blank)
+
+    def _field(self, declared: Declared, text: str) -> Any:
+        """Make the name of a parameter and the field of its value."""
+        with ui.row().classes("w-full items-center justify-between no-wrap"):
+            ui.label(declared.name).classes("text-sm leading-tight")
+            field = (
+                ui.input(value=text, placeholder="not set", on_change=lambda _: self._begins(declared))
+                .props(f'dense borderless input-class="text-right" aria-label="{_label(declared)}, value"')
+                .classes("w-24 ev-field")
+            )
+        for event in ("blur", "keydown.enter"):
+            field.on(event, lambda _: self._typed(declared, field))
+        field.on("keydown.esc", lambda _: self._give_up(declared, field))
+        return field
+
+    def _begins(self, declared: Declared) -> None:
+        """Remember that a value is being typed, so that no result replaces it."""
+        if not self._silent:
+            self._unread = declared.path
+
+    def _give_up(self, declared: Declared, field: Any) -> None:
+        """Show the present value again in place of what was typed."""
+        value = self._value(declared.path)
+        field.set_value("" if value is None else declared.written(value))
+        self._unread = ""
 
     def _moved(self, control: Control, position: float) -> None:
         if not self._silent:
+            is_other = control.path != self._moving
             self._moving = control.path  # a slider is not set while it is moved: it would jump back
-            self._ask(self._session.state.changed(control.path, control.written(control.at(position))))
+            text = control.written(control.at(position))
+            self._ask(self._session.state.changed(control.path, text), is_other)
 
-    def _typed(self, control: Control, text: str) -> None:
-        shown = self._session.state.changes.get(control.path, control.written(control.value))
-        if text.strip() and text != shown:
-            self._moving = ""
-            self._ask(self._session.state.changed(control.path, text.strip()))
+    def _typed(self, declared: Declared, field: Any) -> None:
+        """Take what was typed; an empty field gives the parameter back the value of the scenario."""
+        text, state = (field.value or "").strip(), self._session.state
+        self._unread = ""
+        value = self._value(declared.path)
+        if text == ("" if value is None else declared.written(value)) or text == state.changes.get(
+            declared.path
+        ):
+            return
+        self._moving, self._typing = "", declared.path
+        self._ask(state.changed(declared.path, text) if text else state.reset(declared.path), True)
+
+    def _value(self, path: str) -> float | None:
+        """Return the value of a parameter in the result that is shown."""
+        found = self._session.computed
+        values = {} if found is None else {path: value for path, value, _ in found.scenario.parameters()}
+        return values.get(path)
+
+
+def _label(declared: Declared) -> str:
+    return f"{SECTIONS[declared.section]}: {declared.name}"
+
+
+def _explain(row: Any, declared: Declared) -> None:
+    """Show meaning, range and source beside a row while the pointer is on it."""
+    with row:
+        ui.tooltip(declared.help).props(
+            'anchor="center right" self="center left" max-width=22rem delay=300'
+        ).classes("text-sm")

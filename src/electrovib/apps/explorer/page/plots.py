@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from nicegui import ui
 
 from electrovib.apps.explorer.drawing import drawing
 from electrovib.apps.explorer.further import FELT, FREQUENCY, LAWS, RECORDING, SAFETY, TABS, TIME, Further
-from electrovib.apps.explorer.page.words import felt_words, judged_words, law_words, safety_words
+from electrovib.apps.explorer.page.words import (
+    felt_words,
+    judged_words,
+    kept_words,
+    law_words,
+    safety_words,
+    verdict_words,
+)
 from electrovib.apps.explorer.pictures.felt import felt
 from electrovib.apps.explorer.pictures.laws import laws
 from electrovib.apps.explorer.pictures.over_frequency import over_frequency
@@ -22,6 +30,8 @@ if TYPE_CHECKING:
 
 MOST_PLOTS: Final = 4
 """Plots that are visible at once; more would make a slider lag."""
+_FEW_PLOTS: Final = 2
+"""Plots that are higher than where there are more."""
 _LIGHTER: Final = {
     "#0072b2": "#5bb4f0",
     "#d55e00": "#ff8a3c",
@@ -58,7 +68,7 @@ class Plots:
     ) -> None:
         self._session, self._is_dark = session, is_dark
         with ui.element("div").classes("w-full grid grid-cols-1 lg:grid-cols-2 gap-4"):
-            self._stack = ui.html("", sanitize=False).classes("w-full max-w-xl")
+            self._stack = ui.html("", sanitize=False).classes("w-full max-w-md")
             with ui.column().classes("gap-1"):
                 ui.label("Validity").classes("text-base font-bold").props("role=heading aria-level=2")
                 self._judged = ui.html("", sanitize=False).classes("text-sm").props("aria-live=polite")
@@ -68,47 +78,68 @@ class Plots:
                 ui.tab(name)
         tabs.set_value(TABS[0])
         self._recording = make_recording()
-        self._words = ui.html("", sanitize=False).classes("w-full text-sm")
+        self._lead = ui.html("", sanitize=False).classes("w-full text-sm").props("aria-live=polite")
         self._grid = ui.element("div").classes("w-full grid grid-cols-1 xl:grid-cols-2 gap-2")
+        self._words = ui.html("", sanitize=False).classes("w-full text-sm overflow-x-auto")
         self._plots: list[Any] = []
         self._sent: dict[Any, str] = {}
+        self._height = ""
 
     def show(self, found: Computed, further: Further) -> None:
         """Show a result, and what is known beside it."""
         self._set(self._stack, drawing(found))
         self._set(self._judged, judged_words(found.diagnostics))
         self._recording.set_visibility(self._session.tab == RECORDING)
-        figures, words = self._content(found, further)
+        figures, lead, words = self._content(found, further)
+        self._set(self._lead, lead)
         self._set(self._words, words)
-        while len(self._plots) < len(figures):
-            with self._grid:
-                self._plots.append(ui.plotly({"data": [], "layout": {}}).classes("w-full h-64"))
+        self._make_room(len(figures))
         for plot, figure in zip(self._plots, figures, strict=False):
             if plot.figure != (themed := self._themed(figure)):
                 plot.props(f'role=img aria-label="{figure["layout"]["title"]["text"]}"')
                 plot.update_figure(themed)
-        for plot in self._plots[len(figures) :]:  # a hidden plot cannot be resized
-            plot.delete()
-        del self._plots[len(figures) :]
 
-    def _content(self, found: Computed, further: Further) -> tuple[list[dict[str, Any]], str]:
-        """Return plots and text of the open tab."""
-        pinned = [each.computed for each in self._session.pinned]
-        tab, words = self._session.tab, "<br>".join(further.problems)
+    def _make_room(self, count: int) -> None:
+        """Make the elements of some plots, higher ones where there are few, and remove the others."""
+        height = "h-64" if count > _FEW_PLOTS else "h-96"
+        kept = count if height == self._height else 0  # the framework does not resize a plot
+        for plot in self._plots[kept:]:
+            plot.delete()
+        del self._plots[kept:]
+        self._height = height
+        while len(self._plots) < count:
+            with self._grid:
+                self._plots.append(ui.plotly({"data": [], "layout": {}}).classes(f"w-full {height}"))
+
+    def _content(self, found: Computed, further: Further) -> tuple[list[dict[str, Any]], str, str]:
+        """Return plots, the text above them, and the text below them, of the open tab."""
+        kept = self._session.pinned
+        pinned = [each.computed for each in kept]
+        tab, words = self._session.tab, ""
+        lead = "".join(f"<p>{escape(each)}</p>" for each in further.problems)
         figures: list[dict[str, Any]] = []
+        if tab in (TIME, FREQUENCY):
+            lead += kept_words([each.name for each in kept])
         if tab == TIME:
             figures = over_time(found, pinned)
         elif tab == FREQUENCY:
-            figures = over_frequency(found, pinned, band=further.band)
+            figures, words = (
+                over_frequency(found, pinned, band=further.band),
+                f"<p>{escape(further.drawn)}</p>",
+            )
         elif tab == LAWS:
-            figures, words = laws(found, further.laws), words + law_words(found, further)
+            figures, words = laws(found, further.laws), law_words(found, further)
         elif tab == FELT and further.percept is not None:
-            figures, words = felt(further.percept), words + felt_words(further.percept)
+            figures = felt(further.percept, found.scenario)
+            lead, words = lead + verdict_words(further.percept), felt_words(further.percept)
         elif tab == SAFETY and further.check is not None:
             words += safety_words(further.check)
         elif tab == RECORDING and self._session.measured is not None:
             figures = recorded(found, self._session.measured)
-        return figures[:MOST_PLOTS], words
+            lead += "" if figures else "<p>No signal of this recording is over time or over frequency.</p>"
+        elif tab in (FELT, SAFETY) and not further.problems:
+            lead = "<p>Being computed …</p>"
+        return figures[:MOST_PLOTS], lead, words
 
     def _themed(self, figure: dict[str, Any]) -> dict[str, Any]:
         ink, grid = _INK[self._is_dark()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from nicegui import events, ui
 
@@ -11,7 +11,6 @@ from electrovib.apps.explorer.controls import controls
 from electrovib.apps.explorer.fitting import RunningFit
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.words import fit_words
-from electrovib.apps.explorer.runner import apart
 from electrovib.apps.explorer.state import PageState
 from electrovib.apps.explorer.uploads import (
     OVER_TIME,
@@ -35,8 +34,11 @@ document.querySelectorAll('.q-uploader__input').forEach(e => e.setAttribute('ari
 document.querySelectorAll('.q-uploader__header a').forEach(e => e.setAttribute('aria-label', 'Choose a file'));
 """
 """Names of the controls of the framework's element for files, which it leaves without one."""
+MOST_COLUMNS: Final = 12
+"""Columns of a recording for which the page asks."""
+_UNUSED: Final = ""
 _REFRESH: Final = 0.25
-"""Time between two looks at the progress of a fit [s]."""
+"""Time between two updates of the progress of a fit [s]."""
 
 
 class RecordingPanel:
@@ -101,9 +103,9 @@ class RecordingPanel:
         self._complain("")
         try:
             if name.lower().endswith(SCENARIO_SUFFIX):
-                self._take(await apart(self._session.patient, lambda: read_uploaded_scenario(name, content)))
+                self._take(await self._session.read(lambda: read_uploaded_scenario(name, content)))
                 return
-            found = await apart(self._session.patient, lambda: read_upload(name, content))
+            found = await self._session.read(lambda: read_upload(name, content))
         except ElectrovibError as error:
             self._complain(f"{error}")
             return
@@ -117,41 +119,47 @@ class RecordingPanel:
     def _choose_columns(self, found: Uploaded) -> None:
         """Let the visitor state which column is which signal."""
         assert found.recorded is not None
-        headings = {
-            each.name: f"{each.name} [{each.unit or 'unit not stated'}]"
-            for each in found.recorded.channels
-            if each.name != found.recorded.time
-        }
+        channels = [each for each in found.recorded.channels if each.name != found.recorded.time]
+        signals = {_UNUSED: "not used"} | {each: each.replace("_", " ") for each in OVER_TIME}
+        rows: list[tuple[str, Any, Any]] = []
         with self._columns:
             ui.label(f"{found.name}: {found.recorded.size} samples. Which column is which signal?").classes(
                 "text-sm"
             )
-            with ui.row().classes("items-end"):
-                column = ui.select(headings, label="column", value=next(iter(headings), None)).classes("w-60")
-                signal = ui.select(
-                    {each: each.replace("_", " ") for each in OVER_TIME},
-                    label="signal",
-                    value="lateral_force_measured",
-                ).classes("w-60")
-                unit = ui.input("unit where the file states none").classes("w-60")
-                step = ui.input("time between samples where the file has no times").classes("w-80")
-                if found.recorded.time or found.recorded.step is not None:
-                    step.set_visibility(False)
-                ui.button(
-                    "Compare",
-                    on_click=lambda: self._import(
-                        str(column.value), str(signal.value), str(unit.value), str(step.value)
-                    ),
-                ).props("no-caps")
+            for place, each in enumerate(channels[:MOST_COLUMNS]):
+                with ui.row().classes("items-end"):
+                    ui.label(f"{each.name} [{each.unit or 'unit not stated'}]").classes("text-sm w-40 pb-2")
+                    signal = ui.select(
+                        signals,
+                        label=f"signal of {each.name}",
+                        value=_UNUSED if place else "lateral_force_measured",
+                    ).classes("w-60")
+                    unit = ui.input(f"unit of {each.name}, if the file states none").classes("w-72")
+                    unit.set_visibility(not each.unit)
+                    rows.append((each.name, signal, unit))
+            step = ui.input("time between samples, for instance 0.1 ms").classes("w-80")
+            step.set_visibility(not found.recorded.time and found.recorded.step is None)
+            ui.button("Compare", on_click=lambda: self._import(rows, str(step.value))).props("no-caps")
 
-    async def _import(self, column: str, signal: str, unit: str, step: str) -> None:
+    async def _import(self, rows: Sequence[tuple[str, Any, Any]], step: str) -> None:
         assert self._uploaded is not None
         name, content = self._uploaded.name, self._content
-        heading = f"{column} [{unit.strip()}]" if unit.strip() else column
+        wanted: dict[str, str] = {}
+        for column, signal, unit in rows:
+            if signal.value == _UNUSED:
+                continue
+            if signal.value in wanted:
+                self._complain(
+                    f"Two columns are chosen as {signal.value.replace('_', ' ')}; choose one of them."
+                )
+                return
+            text = str(unit.value or "").strip()
+            wanted[signal.value] = f"{column} [{text}]" if text else column
+        if not wanted:
+            self._complain("No column is chosen; state for at least one which signal it is.")
+            return
         try:
-            found = await apart(
-                self._session.patient, lambda: named(name, content, {signal: heading}, step=step.strip())
-            )
+            found = await self._session.read(lambda: named(name, content, wanted, step=step.strip()))
         except ElectrovibError as error:
             self._complain(str(error))
             return
@@ -197,7 +205,7 @@ class RecordingPanel:
         self._cancel_button.set_visibility(True)
         timer = ui.timer(_REFRESH, lambda: self._progress.set_text(running.progress))
         try:
-            result = await apart(session.patient, running.run)
+            result = await session.work(running.run)
         except ElectrovibError as error:
             self._progress.set_text(str(error))
         else:

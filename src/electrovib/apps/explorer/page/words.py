@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.apps.explorer.pictures.figure import PINNED
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.view.units import pretty_quantity, typeset
 
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from electrovib.study.check.result import CheckResult
     from electrovib.study.percept import Percept
 
+_DASHES: Final = {"dash": "8 5", "dot": "2 4", "dashdot": "8 4 2 4", "longdash": "13 5"}
+"""Dashes of Plotly as SVG writes them."""
 CLASSES: Final = {
     "ok": "ev-ok",
     "pass": "ev-ok",
@@ -28,17 +31,34 @@ CLASSES: Final = {
 """Classes of the style sheet for each state; the state is written as a word as well, never as a colour alone."""
 
 
+ABOUT: Final = (
+    "A voltage between the electrode of a plate and a finger attracts the skin to the plate. The attraction adds to the force"
+    " with which the finger presses, so the friction of a sliding finger follows the voltage, and the finger feels a vibration or"
+    " a texture on a smooth surface: electrovibration. A finger at rest feels nothing of it.",
+    "The attraction is caused by the electric field between plate and skin. The voltage is shared between the layers: at fast"
+    " changes as between capacitors, under a constant voltage as between resistors. Charge that passes through the skin and the"
+    " gap therefore makes the force fade within the time constant of these layers, although the voltage stays. 'Voltage across"
+    " each layer', and 'Over frequency', show this.",
+    "Move a slider, or type a value with its unit into the field beside it; an empty field gives the value of the scenario back."
+    " The pointer on a parameter shows its meaning, range and source. The button 'back' of the browser takes the last change"
+    " back, and the address of the page reproduces what is shown.",
+    "'Validity' states whether the models hold for this result: 'ok', 'warning' (outside the range in which a model was"
+    " verified, or above a strength), or 'unknown' where no statement is possible.",
+)
+"""What the page shows, for a person who has not met electrovibration, a paragraph each."""
+
+
 def judged_words(diagnostics: Sequence[Diagnostic]) -> str:
     """List what limits the validity of a result, the worst first, and count what is in order."""
     worst_first = sorted(diagnostics, key=lambda each: -STATES.index(each.state))
     rows = [
-        f"<li>{_state(each.state)} <b>{escape(each.name)}</b>: {escape(typeset(each.text))}</li>"
+        f"<li>{_state(each.state)} <b>{escape(_plain(each.name))}</b>: {escape(typeset(each.text))}</li>"
         for each in worst_first
         if each.state != "ok"
     ]
-    fine = [each.name for each in diagnostics if each.state == "ok"]
+    fine = [_plain(each.name) for each in diagnostics if each.state == "ok"]
     if fine:
-        rows.append(f"<li>{_state('ok')} {escape(', '.join(fine))}</li>")
+        rows.append(f"<li>{_state('ok')} {escape('; '.join(fine))}</li>")
     return f'<ul class="ev-list">{"".join(rows)}</ul>'
 
 
@@ -50,16 +70,33 @@ def law_words(found: Computed, further: Further) -> str:
         peak = _peak(case)
         ratio = f"{peak / own:.3g}" if own > 0 and np.isfinite(peak) else "–"
         law = case.scenario.force
-        rows.append((name, law.evaluation_surface, law.status, pretty_quantity(peak, "N", digits=3), ratio))
+        rows.append(
+            (name, _plain(law.evaluation_surface), law.status, pretty_quantity(peak, "N", digits=3), ratio)
+        )
     rows += [(name, "", "", "cannot run here", why) for name, why in further.left_out.items()]
-    headings = ("law", "stress evaluated in", "source status", "largest force", "relative to this law")
+    headings = (
+        "law",
+        "stress evaluated in",
+        "source status",
+        "largest force",
+        "relative to the law of the page",
+    )
     return _table(headings, rows)
 
 
+def verdict_words(percept: Percept) -> str:
+    """State the verdict of perception, the strongest channel, and where nothing varies."""
+    strongest = f"; strongest channel {percept.loudest}" if percept.loudest else ""
+    words = f"<p><b>{escape(percept.verdict)}</b>{escape(strongest)}</p>"
+    if not percept.loudest:
+        words += "<p>The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show.</p>"
+    return words
+
+
 def felt_words(percept: Percept) -> str:
-    """State the verdict of perception and the level of each channel."""
+    """Tabulate the level of each channel, and list what the levels are based on."""
     rows = [
-        (each.channel, f"{each.level:.1f} dB re 1 {percept.unit}", f"{each.relative:.1f} dB", each.status)
+        (each.channel, _decibels(each.level, f" re 1 {percept.unit}"), _decibels(each.relative), each.status)
         for each in percept.channels
     ]
     headings = (
@@ -69,11 +106,17 @@ def felt_words(percept: Percept) -> str:
         "source status",
     )
     notes = "".join(f"<li>{escape(typeset(text))}</li>" for text in percept.calibrated_on)
-    strongest = f"; strongest channel {percept.loudest}" if percept.loudest else ""
-    return (
-        f"<p><b>{escape(percept.verdict)}</b>{escape(strongest)}</p>{_table(headings, rows)}"
-        f'<ul class="ev-list">{notes}</ul>'
-    )
+    return f'{_table(headings, rows)}<ul class="ev-list">{notes}</ul>'
+
+
+def kept_words(names: Sequence[str]) -> str:
+    """List the results that are kept, each with the dash of its curves."""
+    rows = [
+        f'<li><svg width="36" height="8" aria-hidden="true"><line x1="0" y1="4" x2="36" y2="4" stroke="currentColor"'
+        f' stroke-width="2" stroke-dasharray="{_DASHES[dash]}"/></svg> kept {place}: {escape(name)}</li>'
+        for place, (name, dash) in enumerate(zip(names, PINNED, strict=False), 1)
+    ]
+    return f'<ul class="ev-kept">{"".join(rows)}</ul>' if rows else ""
 
 
 def safety_words(check: CheckResult) -> str:
@@ -91,7 +134,7 @@ def safety_words(check: CheckResult) -> str:
     notes = "".join(f"<li>{escape(typeset(text))}</li>" for text in check.notes)
     table = _table(("state", "quantity", "value", "limit", "source of the limit"), rows, states=True)
     return (
-        f"<p>This page makes nothing safe: hardware has to limit the current.</p>{table}"
+        f"<p>A comparison with limits protects nobody: hardware has to limit the current.</p>{table}"
         f'<ul class="ev-list">{notes}</ul>'
     )
 
@@ -117,6 +160,16 @@ def _peak(found: Computed) -> float:
     if "electrostatic_force" not in found.trace:
         return float("nan")
     return float(np.nanmax(np.abs(found.trace["electrostatic_force"].values)))
+
+
+def _decibels(value: float, unit: str = "") -> str:
+    """Write a level; minus infinity, the level of nothing, as a dash."""
+    return f"{value:.1f} dB{unit}".replace("-", "\N{MINUS SIGN}") if np.isfinite(value) else "–"
+
+
+def _plain(name: str) -> str:
+    """Write a name of the program in words."""
+    return name.replace("_", " ")
 
 
 def _state(state: str) -> str:

@@ -2,51 +2,106 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import math
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import Axis, figure
+from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure
 from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
+from electrovib.physics.perception import Perception
 from electrovib.view.style import COLOURS
 from electrovib.view.units import prefix_for, pretty_unit
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from electrovib.scenario import Scenario
     from electrovib.study.percept import Percept
 
+LOWEST, HIGHEST = 1.0, 2000.0
+"""Frequencies of the plot [Hz]."""
+_FREQUENCIES: Final = np.geomspace(LOWEST, HIGHEST, 120)
 
-def felt(percept: Percept) -> list[dict[str, Any]]:
-    """Plot the lines of the spectrum that perception evaluates, from 1 Hz to 2 kHz.
+
+def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
+    """Plot the lines of the spectrum that perception evaluates, from 1 Hz to 2 kHz, and the level at which a sine is felt.
 
     Parameters
     ----------
     percept : Percept
         From `electrovib.perceive`.
+    scenario : Scenario
+        Scenario that was perceived: its channels and the compliance of the skin.
 
     Returns
     -------
     figures : list of dict
-        One plot with a stem for each line; empty where nothing varies.
+        One plot with a bar for each line, and the amplitude over frequency of a single sine at the detection threshold, or,
+        without a calibrated threshold, of one that is felt as strongly as the drive; empty where nothing varies.
     """
     lines = percept.spectrum
-    kept = (lines.frequency >= 1) & (lines.frequency <= 2000) & (lines.amplitude > 0)
+    kept = (lines.frequency >= LOWEST) & (lines.frequency <= HIGHEST) & (lines.amplitude > 0)
     if not np.any(kept):
         return []
     kept &= lines.amplitude > 1e-5 * lines.amplitude[kept].max()
     frequency, amplitude = lines.frequency[kept], lines.amplitude[kept]
     unit = "m" if lines.signal == "skin_displacement" else "N"
-    plot = figure("Spectrum", FREQUENCY, Axis("amplitude", unit), [])
+    title = f"Spectrum of the {'displacement of the skin' if unit == 'm' else 'lateral force'}"
     prefix, scale = prefix_for(float(amplitude.max()), unit)
-    del plot["layout"]["yaxis"]["range"]  # that of no curves
-    plot["layout"]["yaxis"]["title"]["text"] = f"amplitude [{pretty_unit(prefix + unit)}]"
+    shown_unit = pretty_unit(prefix + unit)
+    level, name = detection(percept, scenario)
+    words = Axis(f"amplitude [{shown_unit}]", "1", is_logarithmic=True)
+    plot = figure(title, FREQUENCY, words, [PlottedCurve(_FREQUENCIES, level / scale, name, COLOURS[1])])
+    (curve,) = plot["data"]
+    bars = {
+        "type": "bar",
+        "x": frequency.tolist(),
+        "y": (amplitude / scale).tolist(),
+        "width": (0.02 * frequency).tolist(),
+        "marker": {"color": COLOURS[0]},
+        "name": "lines of the spectrum",
+        "hovertemplate": f"%{{y:.4~g}} {shown_unit}<extra>line</extra>",
+    }
     plot["data"] = [
-        {
-            "type": "bar",
-            "x": frequency.tolist(),
-            "y": (amplitude / scale).tolist(),
-            "width": (0.04 * frequency).tolist(),
-            "marker": {"color": COLOURS[0]},
-            "name": lines.signal.replace("_", " "),
-        }
+        bars,
+        curve | {"showlegend": True, "hovertemplate": f"%{{y:.4~g}} {shown_unit}<extra>{name}</extra>"},
     ]
+    layout, top = plot["layout"], float(amplitude.max())
+    lowest = max(float(amplitude.min()), 1e-4 * top)
+    highest = max(top, min(float(np.nanmin(level)), 100 * top))
+    layout["xaxis"]["range"] = [math.log10(LOWEST), math.log10(HIGHEST)]
+    layout["yaxis"]["range"] = [math.log10(lowest / scale) - 0.2, math.log10(highest / scale) + 0.3]
+    layout["showlegend"], layout["margin"]["b"] = True, 62
     return [plot]
+
+
+def detection(percept: Percept, scenario: Scenario) -> tuple[NDArray[Any], str]:
+    """Return the amplitude of a single sine of a certain level over frequency, and its name.
+
+    Parameters
+    ----------
+    percept, scenario : Percept, Scenario
+        As for `felt`.
+
+    Returns
+    -------
+    amplitude : ndarray, shape (n,)
+        Amplitude [N or m], in the unit of the spectrum, from `LOWEST` to `HIGHEST`; NaN where no channel is sensitive.
+    name : str
+        The detection threshold; without a calibrated one, the sine that is felt as strongly as the drive.
+
+    Notes
+    -----
+    A = 10^(L/20) / (max_c w_c(f) |C(f)|) with level L, weights w_c of the channels and compliance C of the skin: the inverse
+    of the level that `electrovib.perceive` computes for one line.
+    """
+    person = scenario.perception or Perception()
+    given = person.compliance or scenario.finger
+    weight = np.max([channel.weight(_FREQUENCIES) for channel in person.channels], axis=0)
+    if given is not None and percept.spectrum.signal != "skin_displacement":
+        weight = weight * np.abs(given.compliance(_FREQUENCIES))
+    level, name = percept.level, "a single sine felt as strongly (threshold not calibrated)"
+    if percept.sensation is not None:
+        level, name = percept.level - percept.sensation, "detection threshold of a single sine"
+    return np.divide(10 ** (level / 20), weight, out=np.full(weight.shape, np.nan), where=weight > 0), name

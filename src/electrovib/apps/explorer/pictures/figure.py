@@ -16,12 +16,20 @@ from electrovib.view.units import prefix_for, pretty_unit
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+    from electrovib.apps.explorer.computed import Computed
+
 PINNED: Final = ("dash", "dot", "dashdot", "longdash")
 """Dashes of the curves that are kept for comparison."""
+LAYER_DASHES: Final = ("solid", "dash", "dot", "dashdot")
+"""Dashes of the curves of layers, from the plate on: one that coincides with another one hides nothing."""
 DIGITS: Final = 5
 """Significant digits of the numbers that are sent."""
-_LOWEST: Final = 1e-4
+_LOWEST: Final = 1e-6
 """Part of the largest value below which a logarithmic axis does not begin by itself."""
+_FEW_DECADES: Final = 3.0
+"""Decades up to which a logarithmic axis has plain numbers in a prefixed unit, and above which it has powers of ten."""
+_LEGEND: Final = 520.0
+"""Width of a row of the legend, in points; a letter takes about 6.2, a line 48."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,8 @@ class PlottedCurve:
         As Plotly calls it.
     fill_from : array_like, shape (n,), optional
         Lower edge of a band whose upper edge is `y`; the band is filled and has no line.
+    in_legend : bool
+        Whether the legend names it; the text on hover always does.
     """
 
     x: ArrayLike
@@ -48,6 +58,7 @@ class PlottedCurve:
     colour: str = COLOURS[0]
     dash: str = "solid"
     fill_from: ArrayLike | None = None
+    in_legend: bool = True
 
 
 @dataclass(frozen=True)
@@ -60,11 +71,14 @@ class Axis:
         What it shows, and the SI unit of the data.
     is_logarithmic : bool
         Scale.
+    lowest : float
+        Part of the largest value, dimensionless, below which a logarithmic axis does not begin.
     """
 
     words: str
     unit: str
     is_logarithmic: bool = False
+    lowest: float = _LOWEST
 
 
 def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict[str, Any]:
@@ -85,24 +99,26 @@ def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict
         Tables ``data``, ``layout`` and ``config`` for Plotly, without colours of the page.
     """
     x_unit, x_scale = _unit(x, [each.x for each in curves])
-    y_unit, y_scale = _unit(y, [each.y for each in curves])
+    y_unit, y_scale = _unit(y, _heights(curves))
     data: list[dict[str, Any]] = []
     named: set[str] = set()
     for each in curves:
-        data += _lines(each, x_scale, y_scale, show=each.name not in named)
-        named.add(each.name)
+        data += _lines(each, x_scale, y_scale, y_unit, show=each.in_legend and each.name not in named)
+        if each.in_legend:
+            named.add(each.name)
     return {
         "data": data,
         "layout": {
-            "title": {"text": title, "x": 0.02, "font": {"size": 14}},
-            "xaxis": _axis(x, x_unit),
-            "yaxis": _axis(y, y_unit) | _range(y, curves, y_scale),
-            "margin": {"l": 62, "r": 12, "t": 34, "b": 44},
+            "title": {"text": title, "x": 0.02, "y": 0.98, "yanchor": "top", "font": {"size": 14}},
+            "xaxis": _axis(x, x_unit, _span(x, [each.x for each in curves])),
+            "yaxis": _axis(y, y_unit, _span(y, _heights(curves))) | _range(y, curves, y_scale),
+            "margin": {"l": 62, "r": 12, "t": 30, "b": 44 + (18 * _rows(named) if len(named) > 1 else 0)},
             "legend": {
                 "orientation": "h",
-                "x": 1,
-                "xanchor": "right",
-                "y": 1.0,
+                "x": 0,
+                "xanchor": "left",
+                "y": 0,
+                "yref": "container",
                 "yanchor": "bottom",
                 "bgcolor": "rgba(0,0,0,0)",
                 "font": {"size": 11},
@@ -113,6 +129,25 @@ def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict
         },
         "config": {"displaylogo": False, "responsive": True, "displayModeBar": False},
     }
+
+
+def with_kept(shown: Computed, pinned: Sequence[Computed]) -> list[tuple[Computed, str, str]]:
+    """Return the present result and those that are kept, each with its dash and with what follows the name of its curves."""
+    kept = [
+        (each, dash, f", kept {place}")
+        for place, (each, dash) in enumerate(zip(pinned, PINNED, strict=False), 1)
+    ]
+    return [(shown, "solid", ""), *kept]
+
+
+def _heights(curves: Sequence[PlottedCurve]) -> list[ArrayLike]:
+    """Return what the vertical axis covers: all curves, and the lower edges of bands."""
+    return [y for each in curves for y in (each.y, each.fill_from) if y is not None]
+
+
+def _rows(names: set[str]) -> int:
+    """Estimate the rows of a legend."""
+    return math.ceil(sum(48 + 6.2 * len(name) for name in names) / _LEGEND)
 
 
 def thinned(x: NDArray[Any], y: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -129,7 +164,9 @@ def thinned(x: NDArray[Any], y: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any
     return x[places], y[places]
 
 
-def _lines(curve: PlottedCurve, x_scale: float, y_scale: float, *, show: bool) -> list[dict[str, Any]]:
+def _lines(
+    curve: PlottedCurve, x_scale: float, y_scale: float, unit: str, *, show: bool
+) -> list[dict[str, Any]]:
     x, y = thinned(np.asarray(curve.x, dtype=float), np.asarray(curve.y, dtype=float))
     line = {
         "type": "scatter",
@@ -139,7 +176,8 @@ def _lines(curve: PlottedCurve, x_scale: float, y_scale: float, *, show: bool) -
         "name": curve.name,
         "legendgroup": curve.name,
         "showlegend": show,
-        "line": {"color": curve.colour, "dash": curve.dash, "width": 1.8},
+        "line": {"color": curve.colour, "dash": curve.dash, "width": 1.8, "simplify": False},
+        "hovertemplate": f"%{{y:.4~g}} {unit}<extra>{curve.name}</extra>",
     }
     if curve.fill_from is None:
         return [line]
@@ -148,6 +186,7 @@ def _lines(curve: PlottedCurve, x_scale: float, y_scale: float, *, show: bool) -
         "x": _numbers(np.asarray(curve.x, dtype=float) / x_scale),
         "showlegend": False,
         "line": {"width": 0},
+        "hovertemplate": None,
     }
     lower = {**edge, "y": _numbers(np.asarray(curve.fill_from, dtype=float) / y_scale), "hoverinfo": "skip"}
     upper = {
@@ -161,8 +200,11 @@ def _lines(curve: PlottedCurve, x_scale: float, y_scale: float, *, show: bool) -
     return [lower, upper]
 
 
-def _numbers(values: NDArray[Any]) -> list[float | None]:
-    """Round to a few digits, so that little is sent; numbers that are not finite become gaps."""
+def _numbers(values: NDArray[Any]) -> tuple[float | None, ...]:
+    """Round to a few digits, so that little is sent; numbers that are not finite become gaps.
+
+    The framework watches every item of a list for changes, which takes longer than the simulation; a tuple is sent as it is.
+    """
     finite = np.isfinite(values)
     sizes = np.abs(np.where(finite & (values != 0), values, 1.0))
     places = DIGITS - 1 - np.floor(np.log10(sizes))
@@ -171,32 +213,60 @@ def _numbers(values: NDArray[Any]) -> list[float | None]:
         10.0 ** np.clip(-places, 0, 300),
     )  # exact, so that few digits are written
     rounded = np.round(np.where(finite, values, 0.0) * up / down) / up * down
-    return [value if kept else None for value, kept in zip(rounded.tolist(), finite.tolist(), strict=True)]
+    if finite.all():
+        return tuple(rounded.tolist())
+    return tuple(
+        value if kept else None for value, kept in zip(rounded.tolist(), finite.tolist(), strict=True)
+    )
 
 
 def _unit(axis: Axis, data: Sequence[ArrayLike]) -> tuple[str, float]:
-    """Return the unit of the label and its size: one prefix for the whole axis, none on a logarithmic one."""
-    sizes = [float(np.nanmax(np.abs(each), initial=0.0)) for each in map(np.asarray, data) if each.size]
-    largest = max((each for each in sizes if math.isfinite(each)), default=0.0)
-    prefix, scale = ("", 1.0) if axis.is_logarithmic else prefix_for(largest, axis.unit)
+    """Return the unit of the label and its size: one prefix for the whole axis, none where it has powers of ten."""
+    largest = max((high for low, high in map(_ends, data)), default=0.0)
+    has_powers = axis.is_logarithmic and (axis.unit == "Hz" or _span(axis, data) > _FEW_DECADES)
+    prefix, scale = ("", 1.0) if has_powers else prefix_for(largest, axis.unit)
     return pretty_unit(f"{prefix}{axis.unit}" if axis.unit != "1" else "1"), scale
 
 
-def _axis(axis: Axis, unit: str) -> dict[str, Any]:
+def _ends(values: ArrayLike) -> tuple[float, float]:
+    """Return the smallest and the largest finite magnitude above 0; infinity and 0 where there is none."""
+    sizes = np.abs(np.asarray(values, dtype=float))
+    sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
+    return (float(sizes.min()), float(sizes.max())) if sizes.size else (math.inf, 0.0)
+
+
+def _span(axis: Axis, data: Sequence[ArrayLike]) -> float:
+    """Return the decades that a logarithmic axis covers; 0 for a linear one."""
+    if not axis.is_logarithmic:
+        return 0.0
+    ends = [_ends(each) for each in data]
+    low, high = min((low for low, _ in ends), default=math.inf), max((high for _, high in ends), default=0.0)
+    return math.log10(high / max(low, axis.lowest * high)) if 0 < low < high else 0.0
+
+
+def _axis(axis: Axis, unit: str, span: float) -> dict[str, Any]:
     shown: dict[str, Any] = {
         "title": {"text": f"{axis.words} [{unit}]" if unit else axis.words, "standoff": 6},
         "zeroline": False,
         "ticks": "outside",
         "automargin": True,
+        "hoverformat": ".4~g",
     }
     if axis.is_logarithmic:
-        shown |= {"type": "log", "exponentformat": "power", "dtick": 1 if axis.unit == "Hz" else None}
+        shown |= {"type": "log", "exponentformat": "power"}
+        if span > _FEW_DECADES or axis.unit == "Hz":
+            shown["dtick"] = math.ceil(span / 8) or 1
+        elif span > 1:  # a decade or less is left to Plotly, which then has linear steps
+            digits = (1, 2, 5) if span <= 2 else (1,)
+            ticks = [digit * 10.0**power for power in range(-4, 5) for digit in digits]
+            shown |= {"tickvals": ticks, "ticktext": [f"{each:g}" for each in ticks]}
     return shown
 
 
 def _range(axis: Axis, curves: Sequence[PlottedCurve], scale: float) -> dict[str, Any]:
     """Keep a logarithmic axis from decades of values that are almost zero, and a linear one from showing rounding."""
-    values = np.concatenate([np.ravel(np.asarray(each.y, dtype=float)) for each in curves] or [np.zeros(1)])
+    drawn = [np.asarray(each, dtype=float).ravel() for each in _heights(curves)]
+    values = np.concatenate(drawn or [np.zeros(1)])
     values = values[np.isfinite(values)]
     if not values.size:
         return {}
@@ -204,8 +274,8 @@ def _range(axis: Axis, curves: Sequence[PlottedCurve], scale: float) -> dict[str
     if axis.is_logarithmic:
         if high <= 0:
             return {}
-        floor = max(float(values[values > 0].min()), _LOWEST * high)
-        return {"range": [math.log10(floor) - 0.1, math.log10(high) + 0.15]}
+        floor = max(float(values[values > 0].min()), axis.lowest * high)
+        return {"range": [math.log10(floor / scale) - 0.1, math.log10(high / scale) + 0.15]}
     if high - low > 1e-6 * max(abs(low), abs(high)):
         return {}
     size = max(abs(low), abs(high)) or 1.0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import PINNED, Axis, PlottedCurve, figure
+from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, Axis, PlottedCurve, figure, with_kept
 from electrovib.view.style import COLOURS, NEUTRAL, layer_colours
 
 if TYPE_CHECKING:
@@ -58,8 +58,14 @@ def _force(
             )
         )
     curves += [
-        PlottedCurve(each.trace["frequency"].values, each.trace["mean_force"].values, "mean force", dash=dash)
-        for each, dash in zip([shown, *pinned], ("solid", *PINNED), strict=False)
+        PlottedCurve(
+            each.trace["frequency"].values,
+            each.trace["mean_force"].values,
+            f"mean force of the scenario{kept}",
+            dash=dash,
+            in_legend=not kept,
+        )
+        for each, dash, kept in with_kept(shown, pinned)
         if "mean_force" in each.trace
     ]
     return figure("Mean force under a sine", FREQUENCY, Axis("force", "N", is_logarithmic=True), curves)
@@ -70,17 +76,18 @@ def _time_constant(shown: Computed) -> dict[str, Any] | None:
     colours = layer_colours(list(shown.scenario.stack.layers))
     frequency = shown.trace["frequency"].values
     curves = []
-    for name in shown.scenario.stack.layers:
+    for place, name in enumerate(shown.scenario.stack.layers):
         value = shown.trace["permittivity"].sel(layer=name).values
         loss = -value.imag * 2 * np.pi * frequency
         if np.any(loss > 0):
             with np.errstate(divide="ignore"):
                 tau = np.where(loss > 0, value.real / np.where(loss > 0, loss, 1.0), np.nan)
-            curves.append(PlottedCurve(frequency, tau, name.replace("_", " "), colours[name]))
+            dash = LAYER_DASHES[place % len(LAYER_DASHES)]
+            curves.append(PlottedCurve(frequency, tau, name.replace("_", " "), colours[name], dash))
     if not curves:
         return None
-    words = Axis("permittivity / conductivity", "s", is_logarithmic=True)
-    return figure("Time constant of each layer", FREQUENCY, words, curves)
+    words = Axis("time constant", "s", is_logarithmic=True)
+    return figure("Time constant of each layer: permittivity / conductivity", FREQUENCY, words, curves)
 
 
 def _shares(shown: Computed) -> dict[str, Any] | None:
@@ -93,11 +100,12 @@ def _shares(shown: Computed) -> dict[str, Any] | None:
             np.abs(shown.trace["field_gain"].sel(layer=name).values),
             name.replace("_", " "),
             colours[name],
+            LAYER_DASHES[place % len(LAYER_DASHES)],
         )
-        for name in shown.scenario.stack.layers
+        for place, name in enumerate(shown.scenario.stack.layers)
     ]
-    words = Axis("share of the voltage", "1")
-    return figure("Share of each layer", FREQUENCY, words, curves)
+    words = Axis("share", "1", is_logarithmic=True)
+    return figure("Share of the voltage across each layer", FREQUENCY, words, curves)
 
 
 def _impedance(shown: Computed, pinned: Sequence[Computed]) -> dict[str, Any] | None:
@@ -105,13 +113,15 @@ def _impedance(shown: Computed, pinned: Sequence[Computed]) -> dict[str, Any] | 
         PlottedCurve(
             each.trace["frequency"].values,
             np.abs(each.trace["impedance"].values),
-            "magnitude",
-            NEUTRAL if dash != "solid" else COLOURS[2],
+            f"magnitude{kept}",
+            NEUTRAL if kept else COLOURS[2],
             dash,
+            in_legend=not kept,
         )
-        for each, dash in zip([shown, *pinned], ("solid", *PINNED), strict=False)
+        for each, dash, kept in with_kept(shown, pinned)
         if "impedance" in each.trace
     ]
     if not curves:
         return None
-    return figure("Impedance", FREQUENCY, Axis("impedance", "ohm", is_logarithmic=True), curves)
+    words = Axis("impedance", "ohm", is_logarithmic=True, lowest=1e-12)
+    return figure("Magnitude of the impedance", FREQUENCY, words, curves)

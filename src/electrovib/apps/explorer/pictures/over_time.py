@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.apps.explorer.pictures.figure import PINNED, Axis, PlottedCurve, figure
+import numpy as np
+
+from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, Axis, PlottedCurve, figure, with_kept
 from electrovib.view.style import COLOURS, layer_colours
+from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
@@ -17,6 +20,8 @@ _VOLTAGES: Final = {
     "plate_voltage": "plate, behind the amplifier",
     "effective_voltage": "effective",
 }
+_COMPARABLE: Final = 20.0
+"""Ratio of the largest voltages of two layers up to which both can be read on one axis."""
 _FORCES: Final = {
     "lateral_force": "friction",
     "lateral_force_measured": "friction as the tribometer reads it",
@@ -54,28 +59,50 @@ def _signals(
     title: str, axis: Axis, names: dict[str, str], shown: Computed, pinned: Sequence[Computed]
 ) -> dict[str, Any] | None:
     curves = [
-        PlottedCurve(each.trace["time"].values, each.trace[signal].values, words, COLOURS[index], dash)
-        for each, dash in zip([shown, *pinned], ("solid", *PINNED), strict=False)
+        PlottedCurve(
+            each.trace["time"].values,
+            each.trace[signal].values,
+            f"{words}{kept}",
+            COLOURS[index],
+            dash,
+            in_legend=not kept,
+        )
+        for each, dash, kept in with_kept(shown, pinned)
         for index, (signal, words) in enumerate(names.items())
         if signal in each.trace and each.trace[signal].dims == ("time",)
     ]
-    return figure(title, TIME, axis, curves) if curves else None
+    if not curves:
+        return None
+    present = [words for signal, words in names.items() if signal in shown.trace]
+    if len(names) > 1 and len(present) == 1:  # the legend, which would name the only curve, is omitted
+        title = f"{title}: {present[0]}"
+    return figure(title, TIME, axis, curves)
 
 
 def _layers(shown: Computed) -> dict[str, Any] | None:
-    """Plot the voltage across each layer: its field times its thickness."""
+    """Plot the voltage across each layer, its field times its thickness; relative ones where they differ by much."""
     if "field" not in shown.trace:
         return None
     layers = shown.scenario.stack.layers
     colours = layer_colours(list(layers))
     field = shown.trace["field"]
+    voltages = {name: field.sel(layer=name).values * layer.thickness for name, layer in layers.items()}
+    largest = {name: float(np.nanmax(np.abs(each), initial=0.0)) for name, each in voltages.items()}
+    sizes = [each for each in largest.values() if each > 0]
+    is_relative = bool(sizes) and max(sizes) > _COMPARABLE * min(sizes)
     curves = [
         PlottedCurve(
             shown.trace["time"].values,
-            field.sel(layer=name).values * layer.thickness,
-            name.replace("_", " "),
+            each / largest[name] if is_relative and largest[name] > 0 else each,
+            name.replace("_", " ")
+            + (f" (1 is {pretty_quantity(largest[name], 'V', digits=3)})" if is_relative else ""),
             colours[name],
+            LAYER_DASHES[place % len(LAYER_DASHES)],
         )
-        for name, layer in layers.items()
+        for place, (name, each) in enumerate(voltages.items())
     ]
+    if is_relative:
+        return figure(
+            "Voltage across each layer over its largest", TIME, Axis("voltage / largest", "1"), curves
+        )
     return figure("Voltage across each layer", TIME, Axis("voltage", "V"), curves)
