@@ -70,7 +70,8 @@ def test_a_long_run_of_one_visitor_does_not_hold_up_another(monkeypatch):
     async def actions(session):
         busy, other = session(), session()
         busy.ask(PageState(FIG6, LONG))
-        await asyncio.sleep(0.05)
+        while len(threads) < 2:
+            await asyncio.sleep(0.005)
         other.ask(PageState(FIG6))
         await asyncio.wait_for(idle(other), 20)
         assert not busy.is_idle
