@@ -151,6 +151,13 @@ TOO_LONG = [
 ]
 
 
+async def _opened(port: int) -> Visitor:
+    visitor = Visitor(port)
+    assert await visitor.load() == 200
+    await visitor.connect()
+    return visitor
+
+
 def _encoded(link: str) -> str:
     from urllib.parse import quote
 
@@ -201,11 +208,17 @@ def test_more_than_a_hundred_malformed_links_and_files_give_a_sentence_each(watc
             await visitor.until(lambda visitor=visitor: visitor.alert)
             sentences.append((link, visitor.alert))
             await visitor.close()
-        visitor = Visitor(watched.port)
-        await visitor.load()
-        await visitor.connect()
+        visitor = await _opened(watched.port)
         for name, content in FILES:
-            sentences.append((name, await visitor.sentence_on(name, content)))
+            if not visitor.socket.connected:  # a busy machine answered too late
+                await visitor.close()
+                visitor = await _opened(watched.port)
+            try:
+                sentences.append((name, await visitor.sentence_on(name, content)))
+            except TimeoutError:
+                assert not visitor.socket.connected, (name, content[:40])
+                visitor = await _opened(watched.port)
+                sentences.append((name, await visitor.sentence_on(name, content)))
         assert await visitor.upload(b"a.csv", bytes(21_000_000)) == 413
         await visitor.close()
         after = Visitor(watched.port)

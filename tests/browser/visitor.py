@@ -90,13 +90,15 @@ class Visitor:
         """All texts of the page."""
         return "\n".join(str(each.get("text") or "") for each in self.elements.values())
 
-    async def until(self, true, seconds: float = 60.0) -> None:
+    async def until(self, true, seconds: float = 90.0) -> None:
         """Wait until something is true."""
         for _ in range(int(20 * seconds)):
             if true():
                 return
+            if not self.socket.connected:
+                break
             await asyncio.sleep(0.05)
-        raise TimeoutError(self.alert)
+        raise TimeoutError
 
     async def upload(self, name: bytes, content: bytes) -> int:
         """Send a file as a browser does, whatever its name, and return the status of the answer."""

@@ -87,20 +87,8 @@ def contents(
 def read_tables_apart(path: Path) -> Any:
     """Read a TOML file in a process of its own, as some short texts take the parser minutes.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    dict
-        Its tables; dates and times as texts.
-
-    Raises
-    ------
-    ElectrovibError
-        If it is not valid, nested too deeply, or takes too much time or memory.
+    Its dates and times become texts. A text that is not valid, nested too deeply, or takes too much time or memory is
+    refused with an `ElectrovibError`.
     """
     with (
         GuardedReading(_TOML_READER, path, limits=_TOML_LIMITS) as reading,
