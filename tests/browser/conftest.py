@@ -27,10 +27,10 @@ WAIT = 30_000
 class Server:
     """The command, serving on loopback until it is stopped."""
 
-    def __init__(self, *arguments: str, folder: Path) -> None:
+    def __init__(self, *arguments: str, folder: Path, place: Path | None = None, **settings: str) -> None:
         self.folder = folder
         kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
-        environment = {**kept, "TMPDIR": str(folder), "OMP_NUM_THREADS": "1"}
+        environment = {**kept, "TMPDIR": str(folder), "OMP_NUM_THREADS": "1", **settings}
         self.log = folder.parent / f"{folder.name}.log"
         with self.log.open("w") as errors:
             self.process = subprocess.Popen(
@@ -39,6 +39,7 @@ class Server:
                 stderr=errors,
                 text=True,
                 env=environment,
+                cwd=place,
             )
         line = self.process.stdout.readline()
         self.address = re.search(r"http://\S+", line)[0]
@@ -52,13 +53,13 @@ class Server:
         return self.log.read_text()
 
 
-def started(factory, name: str, *arguments: str) -> Server:
+def started(factory, name: str, *arguments: str, **settings) -> Server:
     """Start a server, and wait until it answers."""
     import time
     import urllib.error
     import urllib.request
 
-    server = Server(*arguments, folder=factory.mktemp(name))
+    server = Server(*arguments, folder=factory.mktemp(name), **settings)
     for _ in range(300):
         try:
             urllib.request.urlopen(f"http://127.0.0.1:{server.port}/", timeout=5).close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -33,6 +34,8 @@ _TOML_LIMITS: Final = ReaderLimits(
     memory=200_000_000, content=20_000_000, processor_time=5.0, waiting_time=30.0
 )
 _TOML_READER: Final = Reader(f"{__name__}:tables", ("electrovib.core.parsing",), "a TOML file")
+_FOLDERS: Final = ("HOME", "TMPDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "MPLCONFIGDIR")
+"""Settings that state where a library may keep files."""
 _PLAIN: Final = "fiucb"
 """Kinds of arrays that are handed over as bytes."""
 _DIMENSIONS: Final = ("time", "frequency", "layer", "sample")
@@ -76,7 +79,7 @@ def contents(
     path: Path, *, columns: Mapping[str, str] | None, step: str, title: str
 ) -> Iterator[tuple[str, Any]]:
     """Yield the parts of a recording; called in the process of its own."""
-    _limit_children_and_files()
+    _limit_children_and_files(path.parent)
     found = read_here(path, columns, step=step, title=title)
     yield from _packed_trace(found) if hasattr(found, "data_vars") else _packed_columns(found)
 
@@ -84,20 +87,8 @@ def contents(
 def read_tables_apart(path: Path) -> Any:
     """Read a TOML file in a process of its own, as some short texts take the parser minutes.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    dict
-        Its tables; dates and times as texts.
-
-    Raises
-    ------
-    ElectrovibError
-        If it is not valid, nested too deeply, or takes too much time or memory.
+    Its dates and times become texts. A text that is not valid, nested too deeply, or takes too much time or memory is
+    refused with an `ElectrovibError`.
     """
     with (
         GuardedReading(_TOML_READER, path, limits=_TOML_LIMITS) as reading,
@@ -108,7 +99,7 @@ def read_tables_apart(path: Path) -> Any:
 
 def tables(path: Path) -> Iterator[tuple[str, Any]]:
     """Yield the tables of a TOML file; called in the process of its own."""
-    _limit_children_and_files()
+    _limit_children_and_files(path.parent)
     yield "tables", read_tables_here(path)
 
 
@@ -151,8 +142,12 @@ def _refuse_long_lines(path: Path) -> None:
         )
 
 
-def _limit_children_and_files() -> None:
-    """Let no process that is started from here have more memory than this one, and let none write into a file."""
+def _limit_children_and_files(folder: Path) -> None:
+    """Let no process that is started from here have more memory than this one, and let none write into a file.
+
+    Libraries that keep a cache get a folder that is removed with the file that is read.
+    """
+    os.environ.update(dict.fromkeys(_FOLDERS, str(folder)))
     try:
         import resource
     except ImportError:  # no such limits here

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+import logging
+import signal
 import socket
-from collections.abc import Callable, Mapping
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from types import FrameType
 from typing import Any, Final
 
 from electrovib.apps.explorer.access import LOOPBACK, TOKEN, AccessControl, is_loopback, new_token
@@ -81,19 +87,37 @@ def explore(
     address = f"http://{shown}:{chosen}/" + (f"?{TOKEN}={token}" if token else "")
     say(f"The page is at {address} ; Ctrl-C ends it.")
     path = f"/?{TOKEN}={token}" if token else "/"
-    ui.run(
-        host=host,
-        port=chosen,
-        title="electrovib explorer",
-        reload=False,
-        language="en-US",
-        show=path if browser else False,
-        show_welcome_message=False,
-        message_history_length=HISTORY,
-        dark=None,
-        favicon="〰",
-        proxy_headers=False,
-    )
+    with _orderly_end():
+        ui.run(
+            host=host,
+            port=chosen,
+            title="electrovib explorer",
+            reload=False,
+            language="en-US",
+            show=path if browser else False,
+            show_welcome_message=False,
+            message_history_length=HISTORY,
+            dark=None,
+            favicon="〰",
+            proxy_headers=False,
+        )
+
+
+@contextmanager
+def _orderly_end() -> Iterator[None]:
+    """Let SIGTERM end the process by an exit of Python, at which the folders of files that are read are removed."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def end(number: int, _: FrameType | None) -> None:
+        sys.exit(128 + number)
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _guard(app: Any, host: str, port: int, token: str) -> None:
@@ -113,6 +137,12 @@ def _guard(app: Any, host: str, port: int, token: str) -> None:
         return AccessControl(limited, hosts=names, port=port, token=token, any_address=host in EVERYWHERE)
 
     app.build_middleware_stack = stack
+    logging.getLogger("nicegui").addFilter(_is_no_silent_browser)
+
+
+def _is_no_silent_browser(record: logging.LogRecord) -> bool:
+    """Return False for the report that a browser has not answered, which every visitor causes who leaves early."""
+    return not isinstance(record.msg, TimeoutError)
 
 
 def _first(scenario: Source, changes: Mapping[str, Any] | None) -> tuple[dict[str, Scenario], str]:

@@ -124,6 +124,8 @@ def scenario_of(state: PageState, *, own: Mapping[str, Scenario]) -> Scenario:
     InputError
         If the name is unknown, a change does not fit, names a file, or asks for more samples than a page computes.
     """
+    if not all(isinstance(each, str) for each in (state.preset, *state.changes, *state.changes.values())):
+        raise InputError("The name of a scenario, and the paths and values of its changes, have to be texts.")
     known = presets(own)
     if state.preset not in known:
         raise InputError(

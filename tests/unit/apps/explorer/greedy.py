@@ -9,7 +9,7 @@ def contents(path, *, columns, step, title):
     """Take memory or time, or write a file, as the name of the file states."""
     import numpy as np
 
-    _limit_children_and_files()
+    _limit_children_and_files(path.parent)
     if path.stem == "memory":
         yield "size", float(np.ones(100_000_000).sum())
     elif path.stem == "file":

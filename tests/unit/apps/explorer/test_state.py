@@ -136,6 +136,15 @@ def test_files_are_found_in_every_depth():
             refuse_files(content)
 
 
+@pytest.mark.parametrize(
+    "state",
+    [PageState(None), PageState(FIG6, {"drive.high": None}), PageState(FIG6, {1: "2"}), PageState([])],
+)
+def test_a_state_of_anything_but_texts_is_refused(state):
+    with pytest.raises(InputError, match="have to be texts"):
+        scenario_of(state, own={})
+
+
 def test_samples_are_limited():
     state = PageState(FIG6, {"time.samples": str(MOST_SAMPLES)})
     assert scenario_of(state, own={}).time.samples == MOST_SAMPLES

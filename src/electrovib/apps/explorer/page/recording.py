@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
@@ -227,5 +228,9 @@ class RecordingPanel:
         self._ask(state)
 
     def stop(self) -> None:
-        """End what runs, when the visitor has left."""
+        """End what runs, when the visitor has left, and forget the file."""
         self._cancel()
+        self._content, self._uploaded = b"", None
+        asyncio.get_running_loop().call_soon(
+            vars(self._upload).clear
+        )  # the web framework keeps it, and all it refers to
