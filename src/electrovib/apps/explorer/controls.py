@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.errors import InputError
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -177,18 +178,31 @@ def controls(scenario: Scenario) -> list[Control]:
     Returns
     -------
     controls : list of Control
-        In the order of `SECTIONS`, within it in that of the scenario.
+        In the order of `SECTIONS`, within it in that of the scenario; without parameters that can only be 0, such as the
+        initial charge of the layer that touches the finger.
     """
-    found = [
+    declared = [
         _control(path, value, quantity, scenario.sources.get(path, ""))
         for path, value, quantity in scenario.parameters()
         if value is not None
     ]
+    found = [each for each in declared if each is not None and (each.value != 0 or _moves(scenario, each))]
     order = list(SECTIONS)
     return sorted(
-        (each for each in found if each is not None and each.section in SECTIONS),
+        (each for each in found if each.section in SECTIONS),
         key=lambda each: order.index(each.section),
     )
+
+
+def _moves(scenario: Scenario, control: Control) -> bool:
+    """Return whether a parameter that is 0 can have another value: some are 0 by the nature of their place."""
+    for value in {control.low, control.high} - {control.value}:
+        try:
+            scenario.replace({control.path: value})
+        except InputError:
+            continue
+        return True
+    return False
 
 
 def _control(path: str, value: float, quantity: Quantity, source: str) -> Control | None:

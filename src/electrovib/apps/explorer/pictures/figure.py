@@ -48,6 +48,8 @@ class PlottedCurve:
         As Plotly calls it.
     fill_from : array_like, shape (n,), optional
         Lower edge of a band whose upper edge is `y`; the band is filled and has no line.
+    width : float
+        Width of the line, in points.
     in_legend : bool
         Whether the legend names it; the text on hover always does.
     """
@@ -58,6 +60,7 @@ class PlottedCurve:
     colour: str = COLOURS[0]
     dash: str = "solid"
     fill_from: ArrayLike | None = None
+    width: float = 1.8
     in_legend: bool = True
 
 
@@ -176,7 +179,7 @@ def _lines(
         "name": curve.name,
         "legendgroup": curve.name,
         "showlegend": show,
-        "line": {"color": curve.colour, "dash": curve.dash, "width": 1.8, "simplify": False},
+        "line": {"color": curve.colour, "dash": curve.dash, "width": curve.width, "simplify": False},
         "hovertemplate": f"%{{y:.4~g}} {unit}<extra>{curve.name}</extra>",
     }
     if curve.fill_from is None:

@@ -39,12 +39,16 @@ def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
         if name not in SIGNALS or dims not in (("time",), ("frequency",)):
             continue
         dimension = str(dims[0])
-        cases = [("recorded", measured, NEUTRAL), ("computed", shown.trace, COLOURS[0])]
+        cases = [("recorded", measured, NEUTRAL, 4.0), ("computed", shown.trace, COLOURS[0], 1.8)]
         curves = [
             PlottedCurve(
-                each[dimension].values, np.abs(values) if np.iscomplexobj(values) else values, words, colour
+                each[dimension].values,
+                np.abs(values) if np.iscomplexobj(values) else values,
+                words,
+                colour,
+                width=width,
             )
-            for words, each, colour in cases
+            for words, each, colour, width in cases
             if name in each and each[name].dims == dims
             for values in [each[name].values]
         ]
