@@ -26,6 +26,8 @@ extensions = [
     "numpydoc",
     "sphinx_gallery.gen_gallery",
     "equations",
+    "figures",
+    "gallery_results",
     "reference",
 ]
 exclude_patterns = ["_build", "_ext", "_static", "_gallery"]
@@ -47,6 +49,8 @@ html_title = "electrovib"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
+html_sidebars = {"tutorial": [], "search": []}
+html_context = {"default_mode": "auto"}
 html_show_search_summary = False  # a page opened as a file may not read the others
 html_copy_source = False
 html_theme_options = {

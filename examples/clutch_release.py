@@ -75,5 +75,6 @@ def main(file: str = "") -> FittedRelease:
 
 if __name__ == "__main__":
     release = main(*sys.argv[1:])
+    print(f"the force falls {1e3 * release.delay:.2f} ms after the end of the drive")
     print("\n".join(release.words))
     draw(release).savefig("clutch_release.png", dpi=150)

@@ -311,4 +311,4 @@ if __name__ == "__main__":
     if len(sys.argv) > 1:  # the name of a picture
         draw(sys.argv[1])
     for error, name in zip(main(), ("planar law", "virtual work", "correction", "leaky stack"), strict=True):
-        print(f"{name}: {error:+.1e}")
+        print(f"{name}: relative deviation {error:+.1e}")

@@ -24,6 +24,7 @@ def main() -> np.ndarray:
 
 if __name__ == "__main__":
     found = sweep()
-    for force in found[QUANTITY].values:
-        print(f"{1e3 * force:.3f} mN")
+    for force in found[QUANTITY]:
+        thickness = 1e6 * float(force["stack.insulator.thickness"])
+        print(f"insulator of {thickness:.3g} um: {1e3 * float(force):.3f} mN")
     ev.plot.quantity(found, QUANTITY).figure.savefig("insulator_sweep.png")

@@ -35,5 +35,5 @@ def main() -> float:
 
 if __name__ == "__main__":
     trace = simulate()
-    print(f"{1e3 * float(trace.electrostatic_force.max()):.3f} mN")
+    print(f"largest force: {1e3 * float(trace.electrostatic_force.max()):.3f} mN")
     ev.plot.force(trace).figure.savefig("measured_drive.png")

@@ -83,5 +83,7 @@ def main(file: str = "") -> SwipeResult:
 
 if __name__ == "__main__":
     found = main(*sys.argv[1:])
+    low, high = found.friction.interval
+    print(f"friction {found.friction.value:.3f} ({low:.3f} to {high:.3f})")
     print("\n".join(found.words))
     draw(found).savefig("measured_swipe.png", dpi=150)

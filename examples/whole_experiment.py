@@ -164,6 +164,9 @@ def draw(found: dict[str, list[Subject]]) -> Figure:
 
 if __name__ == "__main__":
     found = {law: main(scenario) for law, scenario in LAWS.items()}
-    for law, subjects in found.items():
-        print(law, table(subjects), sep="\n")
+    tables = {law: table(subjects) for law, subjects in found.items()}
+    for law, text in tables.items():
+        print(f"{law}: {text.splitlines()[-1]}")
+    for law, text in tables.items():
+        print(law, text, sep="\n")
     draw(found).savefig("whole_experiment.png", dpi=150)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import electrovib as ev
@@ -12,9 +14,27 @@ import electrovib as ev
 FOLDER = Path(__file__).parent.parent / "docs" / "explanation"
 
 
+@pytest.fixture
+def computed(monkeypatch):
+    """Return the part of the build of the documentation that computes its figures."""
+    monkeypatch.syspath_prepend(str(FOLDER.parent / "_ext"))
+    return importlib.import_module("computed")
+
+
 def page(name):
     (found,) = FOLDER.glob(f"*_{name}.md")
     return found.read_text(encoding="utf-8")
+
+
+def section(name, title):
+    """Return one section of a page."""
+    return page(name).partition(f"## {title}\n")[2].partition("\n## ")[0]
+
+
+def one(pattern, text):
+    """Return the only number that a pattern finds in a text, line breaks ignored."""
+    (found,) = re.findall(pattern, " ".join(text.split()))
+    return float(found)
 
 
 def test_the_table_of_the_force_laws_is_that_of_compare():
@@ -36,7 +56,7 @@ def test_the_table_of_the_force_laws_is_that_of_compare():
 
 
 def test_the_forces_of_floating_bodies_are_those_of_the_solver():
-    text = page("how_it_works")
+    text = section("how_it_works", "The return path")
     shown = [float(number) for number in re.findall(r"([\d.]+) mN", text)]
     returns = [{}] + [
         {"circuit.return_path": {"model": "Floating", "capacitance": c}} for c in ("400 pF", "100 pF")
@@ -64,3 +84,117 @@ def test_what_a_held_voltage_does_depends_on_what_conducts():
     assert 1 <= late_over_early["kept"] < 1.02
     assert late_over_early["lost"] < 1e-6
     assert late_over_early["raised"] > 100
+
+
+def test_the_mechanism_has_the_numbers_of_the_text(computed):
+    """Time constant, corner frequency and shares of the law of Vezzoli et al. 2014, from its curves in the figure."""
+    text = section("how_it_works", "Why the attraction fades after a step, and grows with frequency")
+    tau = computed.time_constant()
+    assert 1e3 * tau == pytest.approx(one(r"which is ([\d.]+) ms", text), abs=0.005)
+    half, share = one(r"within ([\d.]+) ms", text), one(r"to ([\d.]+) % of its first value", text)
+    law, leaky, sealed = computed.responses().values()
+    assert 100 * np.interp(half * 1e-3, law.time, law.force) == pytest.approx(share, abs=0.5)
+    corner = one(r"here ([\d.]+) Hz", text)
+    assert 1 / (2 * np.pi * tau) == pytest.approx(corner, abs=0.05)
+    shown = {frequency: float(each) for each, frequency in re.findall(r"([\d.]+) % at (\d+) Hz", text)}
+    assert set(shown) == {"5", "100"}
+    for frequency, each in (shown | {f"{corner}": 50.0}).items():
+        found = np.interp(np.log(float(frequency)), np.log(law.frequency), law.mean)
+        assert 100 * found == pytest.approx(each, abs=0.6)
+        assert found == pytest.approx(1 / (1 + (corner / float(frequency)) ** 2), abs=0.006)
+    film, skin = ev.load("vezzoli_2014/fig6").stack.layers.values()
+    of_film = film.thickness / film.material.permittivity
+    on_film = of_film / (of_film + skin.thickness / skin.material.permittivity)
+    assert 100 * on_film == pytest.approx(one(r"the insulator has ([\d.]+) %", text), abs=0.05)
+    # the leaking gap of 1 um has nearly the same time constant; without a leak the force rises by 1 %
+    assert np.max(np.abs(leaky.force - law.force)) < 0.02
+    rise = one(r"it rises by (\d+) %", section("how_it_works", "What has to conduct"))
+    assert 100 * (sealed.force[-1] - 1) == pytest.approx(rise, abs=0.1)
+    assert 0 < sealed.mean[0] - 1 < 0.011
+
+
+def test_the_laws_without_a_gap_give_the_force_of_some_gap(computed):
+    text = page("why_forces_differ")
+    table = text.partition("<!-- equivalent gaps -->")[2].partition("<!-- end -->")[0]
+    rows = {
+        cells[0]: cells[1:] for cells in (line.strip("| ").split(" | ") for line in table.split("\n")[3:-1])
+    }
+    assert len(rows) == 3
+    micro = {"um": 1.0, "mm": 1e3}
+    for place, found in enumerate(computed.forces()):
+        at_five = computed.static(found.stack.scenario("MaxwellStressInGap", gap=5e-6))
+        for law, cells in rows.items():
+            ratio, (gap, unit) = cells[2 * place], cells[2 * place + 1].split()
+            assert found.others[law] / at_five == pytest.approx(float(ratio), rel=5e-3)
+            there = found.stack.scenario("MaxwellStressInGap", gap=float(gap) * micro[unit] * 1e-6)
+            assert computed.static(there) == pytest.approx(found.others[law], rel=1e-2)
+        largest = one(r"a factor of up to (\d+)", text)
+        assert max(found.others.values()) / min(found.others.values()) <= largest * (1 + 1e-9)
+        loss = 1 - at_five / found.others["MaxwellStressInGap"]
+        shown = float(re.findall(r"takes ([\d.]+) %", section("why_forces_differ", "The gap"))[place])
+        assert 100 * loss == pytest.approx(shown, abs=0.5 if place == 0 else 0.05)
+    assert found.others["MaxwellStressInGap"] / found.others[
+        "MaxwellStressInStratumCorneum"
+    ] == pytest.approx(largest)
+
+
+def test_the_laws_differ_in_the_skin_and_in_time(computed):
+    text = " ".join(page("why_forces_differ").split())
+    gain = {}
+    for law in ("EffectiveMedium", "MaxwellStressInGap"):
+        thin, thick = (
+            computed.static(
+                computed.FILM.scenario(law).replace({"stack.stratum_corneum.thickness": thickness})
+            )
+            for thickness in ("100 um", "400 um")
+        )
+        gain[law] = thin / thick
+    assert gain["EffectiveMedium"] == pytest.approx(one(r"gains a factor of ([\d.]+)", text), abs=0.005)
+    assert 100 * (gain["MaxwellStressInGap"] - 1) == pytest.approx(
+        one(r"vanishing gap ([\d.]+) %", text), abs=0.05
+    )
+    skin = ev.load("vezzoli_2014/fig6").stack.layers["stratum_corneum"].material.conductivity
+    change = {"stack.stratum_corneum.material.conductivity": skin}
+    fades, rises = (
+        ev.simulate(
+            computed.SCREEN.scenario(law, gap=gap).replace(change), time=[1e-9, 0.2]
+        ).electrostatic_force
+        for law, gap in (("MaxwellStressInStratumCorneum", 0.0), ("MaxwellStressInGap", 5e-6))
+    )
+    assert 1e3 * fades[0] == pytest.approx(one(r"falls from ([\d.]+) mN to 0", text), abs=0.05)
+    assert fades[1] < 1e-9
+    early, late = map(float, re.search(r"rises from (\d+) to (\d+) mN", text).groups())
+    assert [1e3 * float(force) for force in rises] == pytest.approx([early, late], abs=0.5)
+
+
+def test_the_reading_as_printed_responds_before_its_cause(computed):
+    from electrovib.papers.vezzoli_2014.compute import causality_residual
+
+    found = computed.readings()
+    before = found.time < 0
+    early = float(np.interp(-1e-3, found.time, found.as_printed))
+    assert 100 * early == pytest.approx(one(r"gives ([\d.]+) % of its largest", page("causality")), abs=0.5)
+    skin = ev.load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.material": computed.SKIN})
+    material = skin.stack.layers["stratum_corneum"].material
+    assert early == pytest.approx(causality_residual(material, ramp=computed.RAMP), rel=1e-2)
+    assert np.all(found.causal[before] == 0)
+    assert np.all(found.causal[~before][1:] > 0)
+
+
+def test_the_numbers_of_what_is_not_known():
+    text = " ".join(page("unknowns").split())
+    gap = one(r"a gap of (\d+) um is beyond the breakdown of air", text)
+    cells = {
+        row[2]: row[3] for row in ev.compare_surfaces().rows if row[0] == "MaxwellStressInGap" or not row[0]
+    }
+    assert "beyond breakdown" in cells[f"{gap:g} um"]
+    assert "beyond breakdown" not in cells["10 um"]
+    offset, ratio = (
+        one(r"one of (\d+) % of the effective voltage", text),
+        one(r"pulses to ([\d.]+) of that", text),
+    )
+    assert ((1 - offset / 100) / (1 + offset / 100)) ** 2 == pytest.approx(ratio, abs=0.005)
+    layer = ev.load("vezzoli_2014/fig6").stack.layers["insulator"]
+    assert layer.initial_charge == 0
+    point = ev.load("vezzoli_2014/fig6").stack.layers["stratum_corneum"].material
+    assert 1 / point.conductivity == pytest.approx(one(r"resistivity of ([\d.e+]+) ohm m", text), rel=2e-3)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import shlex
 import subprocess
 import sys
 import time
+import tomllib
 import urllib.error
 import urllib.request
 from pathlib import Path
 
 import matplotlib as mpl
+import numpy as np
 import pytest
 
 import electrovib as ev
@@ -77,10 +80,22 @@ FRAGMENTS = [
     block["text"]
     for text in TEXTS.values()
     for block in blocks(text)
-    if block["language"] == "toml" and "schema" not in block["text"]
+    if block["language"] == "toml" and "schema" not in block["text"] and not file_of(block)
 ]
 MARKED = [block["text"].strip() for block in blocks(TEXTS["README.md"]) if is_marked(block)]
 SHOWN = {"toml", "python", "csv", "sh", "text"}
+
+
+TRANSCRIPT = re.compile(
+    r"^    \$ (?P<command>electrovib (?:.*\\\n)*.*)\n(?P<shown>(?:    .*\n)*)", re.MULTILINE
+)
+TRANSCRIPTS = [
+    (match["command"].replace("\\\n", " "), match["shown"])
+    for text in OTHERS.values()
+    for match in TRANSCRIPT.finditer(text)
+    if match["shown"]
+]
+"""Commands with what they print, from every page of the documentation; ``...`` stands for what is not shown."""
 
 
 @pytest.fixture
@@ -141,6 +156,9 @@ def test_every_block_is_run_by_one_of_these_tests():
         "force.csv",
         "law.py",
         "record.py",
+        "bench.toml",
+        "example_2099.py",
+        "pyproject.toml",
     }
     for page, text in TEXTS.items():
         shown = blocks(text)
@@ -152,7 +170,9 @@ def test_every_block_is_run_by_one_of_these_tests():
         for line in (
             line for block in shown if block["language"] == "sh" for line in block["text"].splitlines()
         ):
-            assert line.startswith("electrovib ") or "install" in line, f"{page}: {line}"
+            assert line.startswith("electrovib ") or "install" in line or line == "python record.py", (
+                f"{page}: {line}"
+            )
     assert sum(len([block for block in blocks(text) if file_of(block)]) for text in TEXTS.values()) == len(
         FILES
     )
@@ -229,9 +249,33 @@ def test_the_commands_of_the_readme_run_one_after_the_other(folder):
     assert "gap 4.956 um" in states
 
 
+def install(folder):
+    """Lay the project of `pyproject.toml` down as an installer does, with its entry points in a dist-info folder."""
+    project = tomllib.loads(FILES["pyproject.toml"])["project"]
+    name, version = project["name"].replace("-", "_"), project["version"]
+    about = folder / f"{name}-{version}.dist-info"
+    about.mkdir()
+    metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n"
+    about.joinpath("METADATA").write_text(metadata, encoding="utf-8")
+    groups = [
+        "\n".join([f"[{group}]", *(f"{entry} = {module}" for entry, module in entries.items())])
+        for group, entries in project["entry-points"].items()
+    ]
+    about.joinpath("entry_points.txt").write_text("\n".join(groups), encoding="utf-8")
+
+
 NUMBERS = {
-    "docs/how_to/my_paper.md": ("force.model=Saturating", "electrostatic force: 0 N to 208.2 mN"),
-    "docs/how_to/my_screen.md": ("equilibrium", "gap 4.956 um"),
+    "docs/how_to/my_paper.md": {
+        "force.model=Saturating": "electrostatic force: 0 N to 208.2 mN",
+        "reproduce": "attraction at 500 V: 276.3 mN (paper: 280)",
+        "models example_2099": "attraction at 500 V [N]: 0.28 within 5 %",
+    },
+    "docs/how_to/my_screen.md": {"equilibrium": "gap 4.956 um"},
+    "docs/how_to/my_bench.md": {
+        "bench.toml --set": "limits, the strictest of scenario and bench: voltage 600 V, current 250 uA",
+        " fit ": "friction.coefficient: 0.4999",
+        "bench run my.toml": "peak 1 kV at the plate",
+    },
 }
 """A word of a command of a page, and a number that this command prints."""
 
@@ -241,13 +285,43 @@ NUMBERS = {
     "page", [page for page in TEXTS if page.startswith("docs/how_to") and commands(TEXTS[page])]
 )
 def test_the_commands_of_a_guide_run_one_after_the_other(page, folder):
+    install(folder)
     said = {command: electrovib(command, folder) for command in commands(TEXTS[page])}
-    word, number = NUMBERS.get(page, ("", ""))
-    assert any(word in command and number in text for command, text in said.items())
+    for word, number in NUMBERS.get(page, {}).items():
+        assert any(word in command and number in text for command, text in said.items()), word
+    if page == "docs/how_to/my_bench.md":
+        steps = np.diff(np.unique(ev.open_trace("played.nc").lateral_force))
+        assert steps.min() == pytest.approx(1e-3, rel=1e-6)  # as the page states
 
 
 @pytest.mark.slow
-def test_the_tutorial_finds_the_thickness_that_the_recording_was_made_with(folder):
+@pytest.mark.parametrize(("command", "shown"), TRANSCRIPTS)
+def test_a_command_prints_what_the_page_shows(command, shown, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", *shlex.split(command)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == ("No value of" in shown), done.stderr
+    printed = " ".join(done.stdout.split())
+    for line in shown.splitlines():
+        for part in line.split("..."):
+            assert " ".join(part.split()) in printed, printed
+
+
+def test_every_transcript_is_found():
+    pages = [text for text in OTHERS.values() if "    $ electrovib" in text]
+    assert len(TRANSCRIPTS) >= 6
+    # one command of design.md reads a file of the reader and shows no output
+    assert sum(text.count("    $ electrovib") for text in pages) == len(TRANSCRIPTS) + 1
+
+
+@pytest.mark.slow
+def test_the_tutorial_finds_the_thickness_that_the_recording_was_made_with(folder, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
     text = TEXTS["docs/tutorial.md"]
     subprocess.run([sys.executable, "record.py"], cwd=folder, check=True, timeout=120)
     (folder / "my.toml").unlink()  # the tutorial writes its own
@@ -258,4 +332,11 @@ def test_the_tutorial_finds_the_thickness_that_the_recording_was_made_with(folde
     value, low, high = (float(number) for number in re.findall(r"([\d.]+) um", shown))
     assert low < 75 < high
     assert value == pytest.approx(75, abs=0.3)
+    computed = importlib.import_module("computed")  # draws the figure of the page
+    assert value == pytest.approx(1e6 * computed.FITTED, abs=1e-9)
+    table = np.loadtxt("recording.csv", delimiter=",", skiprows=1)
+    assert table[:, 2] == pytest.approx(1e3 * computed.recording().recorded, abs=0.51e-4)
+    (quarter,) = re.findall(r"attraction, ([\d.]+) mN", text)
+    half = float(ev.open_trace("half.nc").electrostatic_force.max())
+    assert 1e3 * half == pytest.approx(float(quarter), abs=0.005)
     assert "not determine" in both

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import html
 import importlib
+import json
 import os
 import re
 import shutil
@@ -12,7 +14,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-import sympy
 
 import electrovib as ev
 from electrovib.study.catalogue.items import everything, paper_items, scenario_items
@@ -38,6 +39,10 @@ SCRIPT = re.compile(
 )
 
 
+OUTSIDE = re.compile(r"https://(doi\.org|arxiv\.org|experts\.illinois\.edu|ieeexplore\.ieee\.org)/")
+"""Addresses of the network that a page may link to: those of publications."""
+
+
 class Page(HTMLParser):
     """What a page loads, and what it shows as equations."""
 
@@ -45,12 +50,17 @@ class Page(HTMLParser):
         super().__init__()
         self.loaded: list[str] = []
         self.equations: list[str] = []
+        self.links: list[str] = []
+        self.anchors: set[str] = {""}
         text = file.read_text(encoding="utf-8")
         self.feed(text)
         self.loaded += [found for pair in STYLE.findall(text) for found in pair if found]
 
     def handle_starttag(self, tag, attrs):
         values = dict(attrs)
+        self.anchors |= {values[name] for name in ("id", "name") if values.get(name)}
+        if tag == "a" and values.get("href"):
+            self.links.append(values["href"])
         if tag in LOADED and values.get(LOADED[tag]):
             self.loaded.append(values[LOADED[tag]])
         self.loaded += [part.split()[0] for part in (values.get("srcset") or "").split(",") if part.strip()]
@@ -114,6 +124,26 @@ def test_what_a_page_loads_is_there(site):
 
 
 @pytest.mark.slow
+def test_links_lead_to_pages_of_the_site_and_outside_only_from_references(site):
+    """No link inside the site is broken, and none leads outside but those of publications."""
+    found = {file: Page(file) for file in pages_of(site)}
+    assert sum(len(page.links) for page in found.values()) > 5000
+    outside = set()
+    for file, page in found.items():
+        for address in page.links:
+            target, _, anchor = address.partition("#")
+            if is_of_network(address):
+                assert OUTSIDE.match(address), f"{file}: {address}"
+                outside.add(file.relative_to(site).parts[0])
+                continue
+            there = (file.parent / target).resolve() if target else file
+            assert there.exists(), f"{file}: {address}"
+            if anchor and there in found:
+                assert anchor in found[there].anchors, f"{file}: {address}"
+    assert outside == {"reference"}
+
+
+@pytest.mark.slow
 def test_every_model_paper_function_and_material_has_a_page(site):
     generated = site / "reference" / "generated"
     for item in everything(own=True):
@@ -140,7 +170,8 @@ def test_every_model_paper_function_and_material_has_a_page(site):
 
 
 @pytest.mark.slow
-def test_every_text_and_every_example_is_a_page(site):
+def test_every_text_and_every_example_is_a_page(site, part):
+    results = part("gallery_results")
     texts = [
         path.relative_to(ROOT / "docs")
         for path in (ROOT / "docs").rglob("*.md")
@@ -152,14 +183,24 @@ def test_every_text_and_every_example_is_a_page(site):
     for guide in ("bench", "fitting", "importing", "populations"):
         assert f'href="../{guide}.html"' in guides
     gallery = (site / "gallery" / "index.html").read_text(encoding="utf-8")
-    for example in (ROOT / "examples").glob("*.py"):
+    for example in [*(ROOT / "examples").glob("*.py"), *(ROOT / "examples").glob("*.ipynb")]:
         assert f"{example.stem}.html" in gallery
         (shown,) = (site / "gallery").rglob(f"{example.stem}.html")
         text = shown.read_text(encoding="utf-8")
         if example.stem == NOT_RUN:
             continue
-        assert "sphx-glr-script-out" in text, example.stem
         assert re.search("sphx-glr-(single|multi)-img", text), example.stem
+        question = html.escape(results.question_of(example.stem), quote=False)
+        assert question
+        assert question in gallery
+        for label in ("Question", "Number", "Time to run"):
+            (entry,) = re.findall(rf"<dt[^>]*>{label}<.*?</dt>\s*<dd[^>]*>(.*?)</dd>", text, re.DOTALL)
+            shown_number = re.sub("<[^>]+>", "", entry).strip()
+            assert shown_number, f"{example.stem}: {label}"
+            assert label == "Question" or re.search(r"\d", shown_number), f"{example.stem}: {shown_number}"
+    notebook = next((site / "gallery").rglob("from_load_to_plot.html")).read_text(encoding="utf-8")
+    for shown_text in ("notebook-output", "Validity: 1 warning", "largest attraction: 1.342 mN"):
+        assert shown_text in notebook
 
 
 @pytest.fixture
@@ -177,14 +218,16 @@ def models(part):
 
 def test_the_pages_of_papers_have_what_the_papers_declare(part):
     pages = part("papers_pages").pages()
-    plain = part("rst").plain
+    plain, linked = part("rst").plain, part("rst").linked
     for item in paper_items(own=True):
         page = pages[f"papers/{item.record.name}.rst"]
         assert f":doc:`papers/{item.record.name}`" in pages["bibliography.rst"]
         assert f"{{{item.record.name},\n" in pages["electrovib.bib"]
         for citation in item.thing.CITATIONS:
-            assert plain(str(citation)) in pages["bibliography.rst"]
-            assert plain(str(citation)) in page
+            shown = linked(plain(str(citation)))
+            assert not citation.doi or f"<https://doi.org/{citation.doi}>`__" in shown
+            assert shown in pages["bibliography.rst"]
+            assert shown in page
         assert page.count("\n- ") >= len(getattr(item.thing, "CHECKS", ()))
     for item in scenario_items():
         assert f"``{item.record.name}``" in pages["scenarios.rst"]
@@ -201,15 +244,26 @@ def test_a_text_is_shown_as_it_is(part):
     plain = part("rst").plain
     assert plain("E. Vezzoli, |u|*2 and rms_") == r"\E. Vezzoli, \|u\|\*2 and rms\_"
     assert plain("use `a_b*c`") == "use `a_b*c`"
+    assert plain("at tcp://host:1, not https://a.org") == "at tcp\\://host:1, not https://a.org"
+    linked = part("rst").linked
+    assert linked("A, doi:10.1/a-b (abstract)") == "A, `doi:10.1/a-b <https://doi.org/10.1/a-b>`__ (abstract)"
+    assert linked("arXiv:1805.08714; doi:10.1/x") == (
+        "`arXiv:1805.08714 <https://arxiv.org/abs/1805.08714>`__; `doi:10.1/x <https://doi.org/10.1/x>`__"
+    )
 
 
 def test_every_example_is_in_the_gallery_under_its_question(part, tmp_path):
     gallery = part("gallery")
     gallery.collect(ROOT / "examples", tmp_path / "gallery")
     found = {path.stem: path for path in (tmp_path / "gallery").rglob("*.py")}
-    assert set(found) == {path.stem for path in (ROOT / "examples").glob("*.py")}
+    assert set(found) == {
+        path.stem for path in (ROOT / "examples").iterdir() if path.suffix in {".py", ".ipynb"}
+    }
     for names in gallery.QUESTIONS.values():
         assert len({found[name].parent for name in names}) == 1
+    listed = [name for names in gallery.QUESTIONS.values() for name in names]
+    assert sorted(listed) == sorted(found), "an example without a question is among the further examples"
+    assert all(text.endswith("?") for names in gallery.QUESTIONS.values() for text in names.values())
     text = found["stick_slip"].read_text(encoding="utf-8")
     title = text.splitlines()[1]
     assert title.startswith("Stick-slip of a slowly sliding fingertip")
@@ -229,6 +283,43 @@ def test_every_example_is_in_the_gallery_under_its_question(part, tmp_path):
     assert {path.name for path in built.rglob("*")} == {other.parent.name, "another.rst", "index.rst"}
 
 
+def test_a_notebook_is_a_script_of_cells(part, tmp_path):
+    cells = [
+        {"cell_type": "markdown", "source": ["# A title\n", "\n", "What it shows."]},
+        {"cell_type": "code", "source": ["a = 1\n", "a"]},
+        {"cell_type": "markdown", "source": ["Then\n", "\n", "this."]},
+    ]
+    file = tmp_path / "a.ipynb"
+    file.write_text(json.dumps({"cells": cells}), encoding="utf-8")
+    script = part("gallery").from_notebook(file)
+    assert script == '"""A title.\n\nWhat it shows.\n"""\n\n# %%\na = 1\na\n\n# %%\n# Then\n#\n# this.\n'
+
+
+def test_question_number_and_time_are_those_of_the_run(part, tmp_path):
+    results = part("gallery_results")
+    page = (
+        ".. _label:\n\n\nA title\n=======\n\ntext\n\n.. rst-class:: sphx-glr-script-out\n\n .. code-block:: none\n\n"
+        "    pull-in at 201.78 V\n    more\n\n   **Total running time of the script:** (1 minutes 2.541 seconds)\n"
+    )
+    assert results.result_of(page) == ("A title", "pull-in at 201.78 V", "63 s")
+    headed = results.headed(page, "pull_in")
+    assert "A title\n=======\n\n:Question: At which voltage" in headed
+    assert ":Number: ``pull-in at 201.78 V``\n:Time to run: 63 s\n" in headed
+    assert results.headed("A title\n=====\n\nunlisted", "other") == "A title\n=====\n\n\n\nunlisted"
+    for folder, name, text in (
+        ("1_b", "stick_slip", "A title\n====\n"),
+        ("1_b", "pull_in", page),
+        ("0_a", "z", page),
+    ):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        (tmp_path / folder / f"{name}.rst").write_text(text, encoding="utf-8")
+    (tmp_path / "1_b" / "index.rst").touch()
+    table = results.table(tmp_path)
+    assert re.findall(r"<([\w/]+)>`", table) == ["0_a/z", "1_b/stick_slip", "1_b/pull_in"]
+    assert table.count("not run in this build") == 1
+    assert table.count("63 s") == 2
+
+
 @pytest.mark.slow  # needs Sphinx, as the site does
 def test_an_equation_is_a_picture_that_stands_on_the_line_of_the_text(part):
     drawn = part("equations").drawn
@@ -236,26 +327,6 @@ def test_an_equation_is_a_picture_that_stands_on_the_line_of_the_text(part):
     assert picture.startswith(b"<?xml")
     assert 0 < depth < height < width + height
     assert drawn("V")[3] == pytest.approx(0, abs=0.1)
-
-
-def test_an_equation_is_shown_in_the_order_in_which_it_is_declared(models):
-    assert models.formula("1/stiffness") == r"\frac{1}{\mathrm{stiffness}}"
-    assert models.formula("eps0*E**2/2") == r"\frac{\varepsilon_0\,E^{2}}{2}"
-    assert models.formula("2*(a + b)") == r"2\,\left(a + b\right)"
-    assert models.formula("1 - free_gap") == r"1 - \mathrm{free\_gap}"
-
-
-def test_the_formula_of_a_declaration_has_its_value(models):
-    """The form that is shown, and the declaration as it is computed, at one point."""
-    for item in everything(own=True):
-        for text in getattr(item.thing, "equation", {}).values() if isinstance(item.thing, type) else ():
-            names = sorted(set(re.findall(r"[A-Za-z_]\w*", text)) - models.FUNCTIONS)
-            symbols = {name: sympy.Symbol(name) for name in names}
-            parsed = sympy.parsing.sympy_parser.parse_expr(text, local_dict=symbols, evaluate=False)
-            shown = models.without_factors_of_one(parsed)
-            at = {symbol: 1.25 + 0.5 * place for place, symbol in enumerate(symbols.values())}
-            computed = complex(sympy.sympify(text, locals=symbols).subs(at))
-            assert complex(shown.subs(at)) == pytest.approx(computed, rel=1e-12), text
 
 
 @pytest.mark.parametrize(

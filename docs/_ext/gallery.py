@@ -1,21 +1,47 @@
-"""The gallery: the scripts of examples/, ordered by the question that each answers, run while the site is built."""
+"""The gallery: scripts and notebooks of examples/, ordered by the question that each answers, run while the site is built."""
 
 from __future__ import annotations
 
 import ast
+import json
 import re
 import shutil
 from pathlib import Path
 from typing import Any, Final
 
+import xarray as xr
+
+from electrovib.scenario import Scenario
+
 QUESTIONS: Final = {
-    "How does the attraction depend on voltage, time and layers?": ("step_by_hand", "insulator_sweep"),
-    "Is a stack of layers in series a good description of a finger?": ("field_solution",),
-    "What happens while the finger slides, or before it touches?": ("stick_slip", "pull_in"),
-    "Which drive gives a wanted force or texture?": ("constant_force", "picture_texture"),
-    "What would a published experiment have recorded?": ("whole_experiment",),
-    "How is a recording evaluated?": ("measured_drive", "measured_swipe", "clutch_release"),
+    "How does the attraction depend on voltage, time and layers?": {
+        "from_load_to_plot": "How do I begin in a notebook?",
+        "insulator_sweep": "How much more does a thinner insulator attract?",
+        "step_by_hand": "Does the attraction after a step follow its closed form?",
+    },
+    "Is a stack of layers in series a good description of a finger?": {
+        "field_solution": "How far does the field of a finger with edges deviate from layers in series?",
+    },
+    "What happens while the finger slides, or before it touches?": {
+        "stick_slip": "What does a voltage change in the stick-slip of a slowly sliding finger?",
+        "pull_in": "At which voltage is a compliant surface pulled in, and at which is it released?",
+    },
+    "Which drive gives a wanted force or texture?": {
+        "constant_force": "How large a constant force can be held for 1 s?",
+        "picture_texture": "Which drive renders a picture as a texture along the path of a finger?",
+    },
+    "What would a published experiment have recorded?": {
+        "whole_experiment": "Which lateral forces would the set-up of Vezzoli et al. 2014 have recorded, law by law?",
+    },
+    "How is a recording evaluated?": {
+        "measured_drive": "Which force does a measured voltage with uneven time stamps give?",
+        "measured_swipe": "What is the friction of a recorded swipe, and how uncertain is it?",
+        "clutch_release": "How long after the end of the drive does a clutch let go?",
+    },
 }
+"""Sections of the gallery, each a question, and the examples in it with the question that each answers."""
+TABLE: Final = "{examples}"
+"""Place of the table of all examples on the first page of the gallery, which `gallery_results` writes."""
 OTHERS: Final = "Further examples"
 ARGUMENTS: Final = {name: [f"{name}.png"] for name in ("constant_force", "field_solution")}
 """What a script is started with, where it draws only on demand."""
@@ -35,12 +61,13 @@ def settings(docs: Path) -> dict[str, Any]:
         "examples_dirs": "_gallery",
         "gallery_dirs": "gallery",
         "filename_pattern": r"\.py$",
-        "image_scrapers": ("gallery.saved_pictures",),
+        "image_scrapers": ("gallery.shown_results",),
         "reset_argv": "gallery.arguments",
         "within_subsection_order": "FileNameSortKey",
-        "min_reported_time": 1e9,
+        "min_reported_time": 0,
         "show_memory": False,
         "show_signature": False,
+        "ignore_repr_types": ".*",  # what a notebook shows is added by `shown_results`
         "write_computation_times": False,  # its page loads scripts from a network
         "download_all_examples": False,
         "remove_config_comments": True,
@@ -51,17 +78,14 @@ def settings(docs: Path) -> dict[str, Any]:
 
 
 def collect(examples: Path, target: Path) -> None:
-    """Copy every script into the folder of its question; those without one come last."""
+    """Copy every script into the folder of its question, a notebook as a script; those without a question come last."""
     shutil.rmtree(target, ignore_errors=True)
-    scripts = {path.stem: path for path in sorted(examples.glob("*.py"))}
+    scripts = {path.stem: path.read_text(encoding="utf-8") for path in sorted(examples.glob("*.py"))}
+    scripts |= {path.stem: from_notebook(path) for path in sorted(examples.glob("*.ipynb"))}
     listed = {name for names in QUESTIONS.values() for name in names}
-    sections = QUESTIONS | {OTHERS: tuple(name for name in scripts if name not in listed)}
+    sections = QUESTIONS | {OTHERS: {name: "" for name in scripts if name not in listed}}
     target.mkdir()
-    _head(
-        target,
-        "Gallery",
-        "Each example is a script of the folder `examples`, run by a test and by the build of this page.",
-    )
+    _head(target, "Gallery", TABLE)
     for number, (question, names) in enumerate(sections.items()):
         present = [name for name in names if name in scripts]
         if not present:
@@ -70,8 +94,20 @@ def collect(examples: Path, target: Path) -> None:
         folder.mkdir()
         _head(folder, question, "", line="-")
         for name in present:
-            text = scripts[name].read_text(encoding="utf-8")
-            (folder / f"{name}.py").write_text(with_title(text), encoding="utf-8")
+            (folder / f"{name}.py").write_text(with_title(scripts[name]), encoding="utf-8")
+
+
+def from_notebook(file: Path) -> str:
+    """Return a notebook as a script with one block for each cell; its first cell is the docstring."""
+    first, *cells = json.loads(file.read_text(encoding="utf-8"))["cells"]
+    title, _, text = "".join(first["source"]).removeprefix("# ").partition("\n\n")
+    parts = [f'"""{title}.\n\n{text}\n"""']
+    for cell in cells:
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            source = "\n".join(f"# {line}".rstrip() for line in source.splitlines())
+        parts.append(f"# %%\n{source}")
+    return "\n\n".join(parts) + "\n"
 
 
 def remove_old(built: Path, scripts: Path) -> None:
@@ -104,14 +140,48 @@ def arguments(gallery_conf: dict[str, Any], script_vars: dict[str, Any]) -> list
     return ARGUMENTS.get(Path(script_vars["src_file"]).stem, [])
 
 
-def saved_pictures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
-    """Show the pictures that a script has saved beside itself."""
+def shown_results(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
+    """Show the pictures that a script has saved beside itself, or what a cell of a notebook shows.
+
+    Parameters
+    ----------
+    block : tuple
+        Block of the script; not needed.
+    block_vars : dict
+        Variables of sphinx-gallery for this block.
+    gallery_conf : dict
+        Settings of sphinx-gallery.
+
+    Returns
+    -------
+    str
+        reStructuredText.
+    """
     from sphinx_gallery.scrapers import figure_rst
 
     del block
-    shown = []
+    shown, text = [], ""
     for picture in sorted(Path(block_vars["src_file"]).parent.glob("*.png")):
         place = next(block_vars["image_path_iterator"])
         shutil.move(picture, place)
         shown.append(place)
-    return figure_rst(shown, gallery_conf["src_dir"])
+    value = block_vars["example_globals"].pop("___", None)  # of the last line of a cell
+    block_vars["example_globals"]["___"] = None
+    if hasattr(value, "figure"):
+        place = next(block_vars["image_path_iterator"])
+        value.figure.savefig(place)
+        shown.append(place)
+    elif value is not None:
+        lines = "\n".join(f"   {line}" for line in as_html(value).splitlines())
+        text = f'.. raw:: html\n\n   <div class="notebook-output">\n{lines}\n   </div>\n\n'
+    return text + figure_rst(shown, gallery_conf["src_dir"])
+
+
+def as_html(value: Any) -> str:
+    """Return what a notebook shows for a Scenario, a Trace, a sweep or a table."""
+    from electrovib.view.notebook import scenario, trace
+
+    if isinstance(value, Scenario):
+        return scenario.scenario_html(value)
+    shown = trace.trace_html(value) if isinstance(value, xr.Dataset) else value._repr_html_()
+    return str(shown)

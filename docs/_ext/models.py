@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Iterator
 from itertools import groupby
-from typing import Any, Final
+from typing import Any, get_type_hints
 
-import sympy
+import formula
 from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
-from sympy.parsing.sympy_parser import parse_expr
 
 from electrovib.core.checks import Check
 from electrovib.core.discovery import paper_of
@@ -17,24 +17,6 @@ from electrovib.core.model import Model
 from electrovib.core.status import STATUSES_EXPLAINED, status_text
 from electrovib.study import catalogue
 from electrovib.study.catalogue.items import Item, everything
-
-FUNCTIONS: Final = {
-    "exp",
-    "log",
-    "sqrt",
-    "erf",
-    "sign",
-    "Abs",
-    "sin",
-    "cos",
-    "tan",
-    "sinh",
-    "cosh",
-    "tanh",
-    "I",
-    "pi",
-}
-SYMBOLS: Final = {"eps0": r"\varepsilon_0"}
 
 
 def pages() -> dict[str, str]:
@@ -127,40 +109,67 @@ def equations(model: type[Model]) -> list[str]:
         return []
     parts = [title("Equation" if len(model.equation) == 1 else "Equations", "-")]
     for name, text in model.equation.items():
-        parts.append(f".. math::\n\n   {latex(name)} = {formula(text)}")
+        parts += [f".. math::\n\n   {line}" for line in formula.lines(name, text)]
+    meanings: dict[str, str] = {}
+    for key in model.equation:
+        for name, words in explained(model, key):
+            if not set(name.split(", ")) <= set(", ".join(meanings).split(", ")):
+                meanings[name] = words
+    if meanings:
+        parts.append(items(f"``{name}``: {plain(words)}" for name, words in meanings.items()))
     return parts
 
 
-def formula(text: str) -> str:
-    """Return an equation in LaTeX, in the order in which it is declared."""
-    names = set(re.findall(r"[A-Za-z_]\w*", text)) - FUNCTIONS
-    symbols = {name: sympy.Symbol(name) for name in names}
-    parsed = without_factors_of_one(parse_expr(text, local_dict=symbols, evaluate=False))
-    shown_as = {symbol: latex(name) for name, symbol in symbols.items()}
-    return str(sympy.latex(parsed, symbol_names=shown_as, order="none", mul_symbol=r"\,"))
+def explained(model: type[Model], key: str) -> Iterator[tuple[str, str]]:
+    """Explain what an equation gives, and the arguments and methods that are used and are no parameters.
+
+    Parameters
+    ----------
+    model : type
+        Its method is documented by itself, or by its family.
+    key : str
+        Name of the equation.
+
+    Yields
+    ------
+    tuple of str
+        Name and meaning.
+    """
+    from numpydoc.docscrape import NumpyDocString
+
+    name, text = key.rpartition(".")[2], " ".join(model.equation.values())
+    method = "voltage" if key == getattr(model, "quantity", None) else name
+    found = [
+        NumpyDocString(inspect.cleandoc(owner.__dict__[method].__doc__ or ""))
+        for owner in owners(model, key)
+        if method in owner.__dict__
+    ]
+    given = next((each["Returns"][0].desc for each in found if each["Returns"]), None)
+    if found:
+        yield name, in_short(given or found[0]["Summary"])
+    for argument in next((each["Parameters"] for each in found if each["Parameters"]), ()):
+        used = [one for one in argument.name.split(", ") if re.search(rf"\b{one}\b", text)]
+        if used:
+            yield ", ".join(used), in_short(argument.desc)
+    for called in re.findall(r"(?<![.\w])(\w+)\(", model.equation.get(key, "")):
+        if called not in model.equation and hasattr(model, called):
+            yield from explained(model, called)
 
 
-def without_factors_of_one(expression: sympy.Expr) -> sympy.Expr:
-    """Return an expression without the factor 1 that a quotient 1/x has before it is evaluated."""
-    if not expression.args:
-        return expression
-    parts = [without_factors_of_one(part) for part in expression.args]
-    if expression.is_Mul:
-        parts = [part for part in parts if part != 1] or [sympy.Integer(1)]
-        return parts[0] if len(parts) == 1 else sympy.Mul(*parts, evaluate=False)
-    return (
-        expression.func(*parts, evaluate=False)
-        if expression.is_Add or expression.is_Pow
-        else expression.func(*parts)
-    )
+def owners(model: type[Model], key: str) -> tuple[type, ...]:
+    """Return the classes in which a method may be documented; that of a dotted key is of what the first part returns."""
+    if key.endswith("'"):
+        return ()
+    first = key.rpartition(".")[0]
+    kind = get_type_hints(getattr(model, first))["return"] if first else model
+    assert isinstance(kind, type)
+    return kind.__mro__
 
 
-def latex(name: str) -> str:
-    """Return the name of a parameter or of an argument in LaTeX."""
-    if name in SYMBOLS or len(name) == 1:
-        return SYMBOLS.get(name, name)
-    escaped = name.replace("_", r"\_")
-    return rf"\mathrm{{{escaped}}}"
+def in_short(lines: list[str]) -> str:
+    """Return a description without what concerns arrays only."""
+    text = re.sub(r"[;.]? NaN gives NaN\b|,? (any|same) shape\b", "", " ".join(lines))
+    return re.sub(r"^Return (the )?(\w)", lambda match: match[2].upper(), text)
 
 
 def checks(found: tuple[Check, ...] | Any) -> list[str]:

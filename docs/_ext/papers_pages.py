@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import Any
 
 from models import checks, is_model, place
-from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
+from rst import fields, grid, hidden_contents, items, joined, linked, literal, plain, shown, title
 
 from electrovib.core.status import STATUSES_EXPLAINED, status_text
 from electrovib.study import catalogue
@@ -78,7 +78,7 @@ def page(item: Item, models: list[Item]) -> str:
 def citations(module: ModuleType) -> list[str]:
     """Return the citations of a paper."""
     found = getattr(module, "CITATIONS", ()) or (module.CITATION,)
-    return [plain(str(citation)) for citation in found]
+    return [linked(plain(str(citation))) for citation in found]
 
 
 def offered(module: ModuleType, name: str) -> list[str]:

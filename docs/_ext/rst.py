@@ -14,9 +14,19 @@ def plain(text: str) -> str:
     escaped = "".join(
         part if part.startswith("`") else re.sub(r"([\\*|`_])", r"\\\1", part) for part in parts
     )
-    return re.sub(
-        r"^(\w+[.)]|[-+])(?= )", r"\\\1", escaped
-    )  # initials and signs at the beginning are no lists
+    escaped = re.sub(r"\b(?!https?:)([a-z]+):(?=//)", r"\1\\:", escaped)  # tcp://host is no link
+    # initials and signs at the beginning are no lists
+    return re.sub(r"^(\w+[.)]|[-+])(?= )", r"\\\1", escaped)
+
+
+def linked(text: str) -> str:
+    """Return a citation, with the numbers of DOI and arXiv in it as links; of a text that `plain` has returned."""
+    text = re.sub(
+        r"\bdoi:(10\.\S+?)(?=[,;)]*(?:\s|$))",
+        lambda match: f"`doi:{match[1]} <https://doi.org/{match[1].replace(chr(92), '')}>`__",
+        text,
+    )
+    return re.sub(r"\barXiv:(\d{4}\.\d{4,5})", r"`arXiv:\1 <https://arxiv.org/abs/\1>`__", text)
 
 
 def title(text: str, line: str = "=") -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from typing import get_args
 
@@ -77,12 +76,6 @@ def test_status_is_known(final_class):
     if final_class.__module__.startswith("electrovib.papers."):
         assert final_class.reference
         assert final_class.status
-
-
-def test_equations_belong_to_methods(final_class):
-    for name in final_class.equation:
-        method = inspect.getattr_static(final_class, name)
-        assert callable(method), f"{final_class.__name__}.equation has '{name}'"
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,7 @@ WHOLE_RECORDS = {
     ("driving", "voltage"),
     ("added_friction", "position"),
     ("along", "vectors"),
+    ("slope", "position"),
     ("positions", "time"),
 }
 """Arguments that are one record, not elements on their own."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 import re
 from pathlib import Path
 
@@ -69,6 +70,16 @@ def test_a_scenario(outputs):
     assert "Vezzoli 2014, section 3.1" in text
     lines = shown(outputs["load"], "text/plain").splitlines()
     assert lines[1] == "  drive: Trapezium(high = 1 kV, rise = 36 ms, hold = 100 ms, fall = 36 ms)"
+
+
+def test_the_number_of_the_example(outputs):
+    """Attraction at the end of a ramp of 36 ms to 500 V over 50 um, by equations (5) and (6) of Vezzoli et al. 2014."""
+    (printed,) = (output.text for output in outputs["number"])
+    film, skin = 50e-6 / 3.35, 200e-6 / 1560
+    tau = 8.8541878128e-12 * 1560 / 1.79384e-6 * (1 + skin / film)
+    effective = 500 * tau / 36e-3 * (1 - math.exp(-36e-3 / tau))
+    force = 8.8541878128e-12 * 1e-4 * effective**2 / (2 * (film + skin) * 250e-6)
+    assert float(re.search(r"[\d.]+", printed)[0]) == pytest.approx(1e3 * force, rel=1e-3)
 
 
 def test_a_trace(outputs):

@@ -21,6 +21,7 @@ from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import DeclaresFile
 from electrovib.core.immutable import Immutable
+from electrovib.core.meant import explained as explained_path
 from electrovib.core.mistakes import explained, near_members, problem, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
@@ -45,6 +46,12 @@ class Model(Immutable, DeclaresFile, Written):
     reference: ClassVar[str] = ""
     status: ClassVar[str] = ""
     equation: ClassVar[Mapping[str, str]] = {}
+    """Formulas by the name of the method that computes them, in Python's notation.
+
+    ``a if time < b else c`` is a formula by cases, ``sum(term.x for term in terms)`` a sum over parameters, ``%`` the
+    remainder, ``I`` the imaginary unit; other methods and the parts of a model can be called. ``state'`` is a rate of change
+    in time, and a name that is neither a method nor a rate an abbreviation that other formulas use.
+    """
     checks: ClassVar[tuple[Any, ...]] = ()
     example: ClassVar[Mapping[str, Any]] = {}
     """Parameters without a default, for tests and documents."""
@@ -234,7 +241,7 @@ class Model(Immutable, DeclaresFile, Written):
         """
         content = self.to_dict()
         changes, problems = stored_changes(self, changes)
-        problems += self.put_into(content, changes)
+        problems += [explained_path(self, problem) for problem in self.put_into(content, changes)]
         try:
             changed = self.rebuilt(content)
         except InputError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, Final
 
 _DEEPEST: Final = 50
@@ -22,8 +23,8 @@ def read_toml(text: str) -> dict[str, Any]:
         content = tomllib.loads(text)
     except RecursionError:
         raise _too_deep() from None
-    except tomllib.TOMLDecodeError:
-        raise
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{error}{_advice(text, str(error))}") from None
     except ValueError:
         raise _too_long() from None
     _check_depth(content)
@@ -77,3 +78,12 @@ def _too_long() -> ValueError:
 
 def _too_deep() -> ValueError:
     return ValueError(f"its tables and lists are nested more than {_DEEPEST} deep")
+
+
+def _advice(text: str, reason: str) -> str:
+    """Write how a value with a unit is quoted, if the line of an error has one that is not; empty otherwise."""
+    place = re.search(r"\(at line (\d+), ", reason)
+    lines = text.splitlines()
+    line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
+    bare = re.search(r"([\w.-]+)\s*=\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[A-Za-z%µμΩ][\w/^µμΩ ]{0,20})", line)
+    return f'; a value with a unit is a text in quotes: {bare[1]} = "{bare[2].strip()}"' if bare else ""

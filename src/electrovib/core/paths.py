@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from electrovib.core.changes import derived_at, number_at, stored_changes, stored_path
 from electrovib.core.errors import InputError, nearest
+from electrovib.core.meant import explained, meant
 from electrovib.core.tables import place_of, unknown
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def value_at(model: Model, path: str) -> Any:
         else:
             if how := type(model).how_to_add(model.to_dict(), path):
                 raise InputError(how, path=path)
-            raise InputError([unknown(table, ".".join(parts[:depth]), key, path)])
+            raise InputError([explained(model, unknown(table, ".".join(parts[:depth]), key, path))])
     return table
 
 
@@ -66,7 +67,8 @@ def quantity_at(model: Model, path: str) -> Quantity:
     today = stored_path(model, path)
     if today not in declared:
         how = type(model).how_to_add(model.to_dict(), path)
-        raise InputError(how or f"no physical parameter has this path.{nearest(path, declared)}", path=path)
+        asked = meant(model, path) or nearest(path, declared)
+        raise InputError(how or f"no physical parameter has this path.{asked}", path=path)
     return declared[today]
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 NAME, LAST, ALIAS, FORMER = "name", "last part of the name", "alias", "former name"
-PREFIX, WORDS, SPELLING = "prefix", "words", "spelling"
-STAGES: Final = (NAME, LAST, ALIAS, FORMER, PREFIX, WORDS, SPELLING)
+KIND, PREFIX, WORDS, SPELLING = "kind", "prefix", "words", "spelling"
+STAGES: Final = (NAME, LAST, ALIAS, FORMER, KIND, PREFIX, WORDS, SPELLING)
 """How an entry was found, from best to worst."""
 
 _PART: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
@@ -162,14 +162,16 @@ def as_question(matches: Iterable[Match]) -> str:
 def _judge(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] | None:
     """Rank one entry, smaller is better; None if it has nothing of the query."""
     low, name, squeezed = query.casefold(), entry.name, _squeezed(query)
-    if squeezed == _squeezed(name):
-        return (0.0, float(name != query)), Match(entry, NAME, "name")
-    if low == name.rpartition("/")[2].casefold():
-        return (1.0,), Match(entry, LAST, LAST)
-    if squeezed in map(_squeezed, entry.aliases):
-        return (2.0,), Match(entry, ALIAS, f"'{query}' is another name of {name}")
-    if low in (former.casefold() for former in entry.former):
-        return (3.0,), Match(entry, FORMER, f"'{query}' is now called {name}")
+    named: tuple[tuple[bool, tuple[float, ...], str, str], ...] = (
+        (squeezed == _squeezed(name), (0.0, float(name != query)), NAME, "name"),
+        (low == name.rpartition("/")[2].casefold(), (1.0,), LAST, LAST),
+        (squeezed in map(_squeezed, entry.aliases), (2.0,), ALIAS, f"'{query}' is another name of {name}"),
+        (low in map(str.casefold, entry.former), (3.0,), FORMER, f"'{query}' is now called {name}"),
+        (low.removesuffix("s") == entry.kind.casefold().removesuffix("s"), (3.5,), KIND, "its kind"),
+    )
+    for is_found, rank, stage, reason in named:
+        if is_found:
+            return rank, Match(entry, stage, reason)
     parts = _PART.findall(name)
     starts = [name, *name.split("/"), *("".join(parts[at:]) for at in range(1, len(parts)))]
     if len(squeezed) > 1 and any(_squeezed(start).startswith(squeezed) for start in starts):

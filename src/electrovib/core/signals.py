@@ -6,6 +6,7 @@ units are therefore written when a Trace is made and when it is saved, and not r
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -87,6 +88,31 @@ SIGNALS: Final = {
         ("layer", "frequency"),
     ),
 }
+
+
+def without(name: str, known: Iterable[str]) -> str:
+    """Write that a scenario has no signal of a name, which ones it has, and what to do.
+
+    Parameters
+    ----------
+    name : str
+        Signal of the nomenclature that was asked for.
+    known : iterable of str
+        Signals of the scenario.
+
+    Returns
+    -------
+    str
+        The message.
+    """
+    names = sorted(known)
+    plain = name.removesuffix("_measured")
+    more = (
+        f" It is a reading of a tribometer: declare [rig], or import the recording as '{plain}'"
+        if plain != name and plain in names
+        else ""
+    )
+    return f"signals: this scenario has no '{name}'. Known: {', '.join(names)}.{more}"
 
 
 def signal(name: str) -> Signal:

@@ -23,6 +23,7 @@ FORMATS: Final[dict[str, Callable[..., list[Path]]]] = {
     ".mat": save_mat,
 }
 """Suffix to writer."""
+_PICTURES: Final = (".png", ".svg", ".pdf", ".html", ".jpg")
 _FORMS: Final = {".nc": Form.NETCDF, ".mat": Form.MATLAB}
 
 
@@ -92,6 +93,8 @@ def _writer(path: Path) -> Callable[..., list[Path]]:
     writer = FORMATS.get(path.suffix.lower())
     if writer is None:
         near = suggestion(path.suffix.lower(), FORMATS) if path.suffix else ""
+        if path.suffix.lower() in _PICTURES:
+            near = " Figures are in the report, --report report.html; ev.plot draws one in Python."
         why = f"a Trace is saved as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}"
         raise InputError(why, path=path)
     return writer

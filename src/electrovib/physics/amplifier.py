@@ -15,21 +15,23 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-_CURRENT = Quantity("A", 1e-12, 1e3, "largest current")
-
 
 class Amplifier(Model):
     """A voltage amplifier with a gain, one pole, a largest voltage and a largest current.
 
     Notes
     -----
-    The target voltage is the gain times the drive, limited to plus and minus `saturation`. The output follows it with
-    one pole of `bandwidth`, v' = 2 pi bandwidth (target - v), while the required current lies between the sink and the
-    source limit. Beyond a limit the amplifier is a source of that current, and the slew rate follows from the plate, the
-    stray capacitance and the finger. The limits do not depend on the voltage; the small-signal response of a real
-    amplifier has more poles.
+    The target voltage `aim` is the gain times the drive, limited to plus and minus `saturation`. The voltage at the plate,
+    `output`, follows it with one pole of `bandwidth`, or without delay if that is absent, while the required current lies
+    between the sink and the source limit. Beyond a limit the amplifier is a source of that current, and the slew rate
+    follows from the plate, the stray capacitance and the finger. The limits do not depend on the voltage; the small-signal
+    response of a real amplifier has more poles.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "aim": "gain*voltage if saturation is None else Max(-saturation, Min(saturation, gain*voltage))",
+        "output'": "2*pi*bandwidth*(aim(voltage) - output)",
+    }
     example: ClassVar[Mapping[str, Any]] = {"gain": 1.0, "source_current": 250e-6}
 
     gain: Annotated[Number, Quantity("1", -1e6, 1e6, "voltage at the plate over voltage of the drive")] = 1.0
@@ -39,13 +41,15 @@ class Amplifier(Model):
     saturation: Annotated[
         Number | None, Quantity("V", 1e-3, 1e6, "largest voltage of either sign; unlimited if absent")
     ] = None
-    source_current: Annotated[Number | None, _CURRENT] = None
+    source_current: Annotated[
+        Number | None, Quantity("A", 1e-12, 1e3, "largest current out of the amplifier; unlimited if absent")
+    ] = None
     sink_current: Annotated[
         Number | None,
         Quantity("A", 1e-12, 1e3, "largest current back into the amplifier; as the source if absent"),
     ] = None
     stray_capacitance: Annotated[
-        Number, Quantity("F", 0, 1e-3, "of plate, cable and amplifier against ground")
+        Number, Quantity("F", 0, 1e-3, "capacitance of plate, cable and amplifier against ground")
     ] = 0.0
 
     @model_validator(mode="after")
@@ -75,12 +79,12 @@ class Amplifier(Model):
         Parameters
         ----------
         voltage : array_like, any shape
-            Of the drive [V]; NaN gives NaN.
+            Voltage of the drive [V]; NaN gives NaN.
 
         Returns
         -------
         target : ndarray
-            V, same shape.
+            Target voltage [V], same shape.
         """
         wanted = self.gain * np.asarray(voltage, dtype=float)
         highest = np.inf if self.saturation is None else self.saturation

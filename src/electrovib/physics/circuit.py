@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex
 
 _BODY = "1 kohm is the usual design value of a body (IEEE guide, second-hand)"
-_RESISTANCE = Quantity("ohm", 0, 1e12, "body", _BODY)
+_RESISTANCE = Quantity("ohm", 0, 1e12, "resistance of the body", _BODY)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,27 +58,29 @@ class ReturnPath(Model, family=True):
     def element(self) -> SeriesElement:
         """Return the impedance of the return path, without a second contact."""
 
-    def second_contact(self, area: float) -> float:
+    def second_contact(self, first_area: float) -> float:
         """Return the area of the first contact over that of the second.
 
         Parameters
         ----------
-        area : float
-            Of the first contact [m2], above 0.
+        first_area : float
+            Area of the first contact [m2], above 0.
 
         Returns
         -------
         area_ratio : float
             Area of the first contact over that of the second, dimensionless; 0 without a second contact.
         """
-        del area
+        del first_area
         return 0.0
 
 
 class Grounded(ReturnPath):
     """A body connected to ground, for instance by a wrist strap."""
 
-    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "body and strap", _BODY)] = 1000.0
+    equation: ClassVar[Mapping[str, str]] = {"element.impedance": "resistance"}
+
+    resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "resistance of body and strap", _BODY)] = 1000.0
 
     def element(self) -> SeriesElement:
         """Return the resistance of body and strap."""
@@ -94,11 +96,20 @@ class Floating(ReturnPath):
     starts with minus the `initial_charge` of the film times the contact area, which is declared as `charge`.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "conductance": "0 if leak is None else 1/leak",
+        "element.impedance": "resistance + 1/(conductance + 2*pi*I*frequency*capacitance)",
+    }
     example: ClassVar[Mapping[str, Any]] = {"capacitance": 150e-12}
 
-    capacitance: Annotated[Number, Quantity("F", 1e-14, 1e-3, "body to ground, 100 to 400 pF standing")]
+    capacitance: Annotated[
+        Number,
+        Quantity("F", 1e-14, 1e-3, "capacitance of the body to ground, 100 to 400 pF for a standing person"),
+    ]
     resistance: Annotated[Number, _RESISTANCE] = 1000.0
-    leak: Annotated[Number | None, Quantity("ohm", 1, 1e18, "shoes and floor, if they conduct")] = None
+    leak: Annotated[
+        Number | None, Quantity("ohm", 1, 1e18, "leakage resistance of shoes and floor, if they conduct")
+    ] = None
     charge: Annotated[Number, Quantity("C", -1e-3, 1e-3, "net charge of finger and body at time 0")] = 0.0
 
     def element(self) -> SeriesElement:
@@ -117,30 +128,39 @@ class SecondElectrode(ReturnPath):
     Both contacts have the same layers; the force is the sum over both. The second contact carries no charge at time 0.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "element.impedance": "resistance",
+        "second_contact": "first_area/area",
+    }
     example: ClassVar[Mapping[str, Any]] = {"area": 0.5e-4}
 
     area: Annotated[Number, Quantity("m2", 1e-9, 1, "contact area on the second electrode")]
     resistance: Annotated[
-        Number, Quantity("ohm", 0, 1e12, "through the finger between the contacts", "a choice")
+        Number, Quantity("ohm", 0, 1e12, "resistance through the finger between the contacts", "a choice")
     ] = 1000.0
 
     def element(self) -> SeriesElement:
         """Return the resistance through the finger."""
         return SeriesElement(resistance=self.resistance)
 
-    def second_contact(self, area: float) -> float:
+    def second_contact(self, first_area: float) -> float:
         """Return the area of the first contact over that of the second, dimensionless."""
-        return area / self.area
+        return first_area / self.area
 
 
 class Circuit(Model):
     """The circuit around the stack; the return path has to be declared."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "element.impedance": "source_resistance + return_path.element().impedance(frequency)",
+    }
     example: ClassVar[Mapping[str, Any]] = {"return_path": {"model": "Grounded"}}
 
     amplifier: Amplifier | None = None
     return_path: ReturnPath
-    source_resistance: Annotated[Number, Quantity("ohm", 0, 1e12, "between amplifier and plate")] = 0.0
+    source_resistance: Annotated[
+        Number, Quantity("ohm", 0, 1e12, "resistance between amplifier and plate")
+    ] = 0.0
 
     def element(self) -> SeriesElement:
         """Return source resistance and return path in series."""

@@ -37,7 +37,7 @@ class Conduction(Model, family=True):
         Returns
         -------
         current_density : ndarray
-            A/m2, same shape.
+            Current density [A/m2], same shape.
         """
 
     @abstractmethod
@@ -52,7 +52,7 @@ class Conduction(Model, family=True):
         Returns
         -------
         slope : ndarray
-            S/m, same shape, >= 0.
+            Derivative of the current density by the field [S/m], same shape, >= 0.
         """
 
     @property
@@ -72,16 +72,19 @@ class PolarityConduction(Conduction):
     """
 
     equation: ClassVar[Mapping[str, str]] = {
-        "current_density": "(conductivity_positive + conductivity_negative)*E/2"
-        " + (conductivity_positive - conductivity_negative)*Abs(E)/2"
+        "current_density": "conductivity_positive*Max(E, 0) + conductivity_negative*Min(E, 0)",
     }
     example: ClassVar[Mapping[str, Any]] = {
         "conductivity_positive": 5.5e-6,
         "conductivity_negative": 1.8e-6,
     }
 
-    conductivity_positive: Annotated[Number, Quantity("S/m", 0, 1e3, "for fields towards the finger")]
-    conductivity_negative: Annotated[Number, Quantity("S/m", 0, 1e3, "for fields towards the plate")]
+    conductivity_positive: Annotated[
+        Number, Quantity("S/m", 0, 1e3, "conductivity for fields towards the finger")
+    ]
+    conductivity_negative: Annotated[
+        Number, Quantity("S/m", 0, 1e3, "conductivity for fields towards the plate")
+    ]
 
     def current_density(self, E: ArrayLike) -> NDArray[np.float64]:
         """Conduction current density [A/m2] at fields [V/m]."""

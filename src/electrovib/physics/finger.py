@@ -61,6 +61,10 @@ class GrowthWithSpeed(Model):
 
     reference: ClassVar[str] = "arXiv:2505.11162"
     status: ClassVar[str] = "abstract"
+    equation: ClassVar[Mapping[str, str]] = {
+        "added_mass": "mass_slope*(speed - known_at)",
+        "added_stiffness": "stiffness_slope*(speed - known_at)",
+    }
     example: ClassVar[Mapping[str, Any]] = {"known_at": 0.05}
 
     known_at: Annotated[Number, Quantity("m/s", 0, 10, "sliding speed at which mass and stiffness are given")]
@@ -74,6 +78,14 @@ class GrowthWithSpeed(Model):
             "N s/m2", -1e6, 1e6, "rise of the stiffness with sliding speed, abstract: 4.04 N/m per mm/s"
         ),
     ] = 4.04e3
+
+    def added_mass(self, speed: float) -> float:
+        """Return the change of the mass [kg] from the speed at which it is given to this one [m/s]."""
+        return self.mass_slope * (speed - self.known_at)
+
+    def added_stiffness(self, speed: float) -> float:
+        """Return the change of the stiffness [N/m] from the speed at which it is given to this one [m/s]."""
+        return self.stiffness_slope * (speed - self.known_at)
 
 
 class MassSpringDamper(Finger):
@@ -143,9 +155,8 @@ class MassSpringDamper(Finger):
         """
         if self.growth is None:
             return self
-        more = speed - self.growth.known_at
-        mass = self.mass + self.growth.mass_slope * more
-        stiffness = self.stiffness + self.growth.stiffness_slope * more
+        mass = self.mass + self.growth.added_mass(speed)
+        stiffness = self.stiffness + self.growth.added_stiffness(speed)
         if not (mass > 0 and stiffness > 0):
             raise InputError(
                 f"at {speed:g} m/s the mass would be {mass:.3g} kg and the stiffness {stiffness:.3g} N/m. Both must"

@@ -13,6 +13,8 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.model import Model
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     Real = NDArray[np.float64]
@@ -44,11 +46,11 @@ class LossColumn(Model, family=True):
         Parameters
         ----------
         frequency : ndarray, shape (N,)
-            Hz.
+            Frequency [Hz].
         permittivity : ndarray, shape (N,)
-            Relative permittivity eps', 1.
+            Relative permittivity eps', dimensionless.
         values : ndarray, shape (N,)
-            The column, SI.
+            Values of the column, in SI units.
 
         Returns
         -------
@@ -59,6 +61,8 @@ class LossColumn(Model, family=True):
 
 class LossFactor(LossColumn):
     """The column is eps'' itself."""
+
+    equation: ClassVar[Mapping[str, str]] = {"loss_factor": "values"}
 
     noun: ClassVar[str] = "loss factor"
 
@@ -74,6 +78,8 @@ class LossFactor(LossColumn):
 class LossTangent(LossColumn):
     """The column is tan delta = eps''/eps'."""
 
+    equation: ClassVar[Mapping[str, str]] = {"loss_factor": "permittivity*values"}
+
     noun: ClassVar[str] = "loss tangent"
 
     column: Annotated[str | int, Field(description="name or number of the column")] = "loss_tangent"
@@ -88,6 +94,8 @@ class LossTangent(LossColumn):
 class Conductivity(LossColumn):
     """The column is the whole conductivity, w eps0 eps''."""
 
+    equation: ClassVar[Mapping[str, str]] = {"loss_factor": "values/(2*pi*frequency*eps0)"}
+
     noun: ClassVar[str] = "conductivity"
 
     column: Annotated[str | int, Field(description="name or number of the column")] = "conductivity"
@@ -101,6 +109,8 @@ class Conductivity(LossColumn):
 
 class Resistivity(LossColumn):
     """The column is the resistivity, 1/(w eps0 eps'')."""
+
+    equation: ClassVar[Mapping[str, str]] = {"loss_factor": "1/(2*pi*frequency*eps0*values)"}
 
     noun: ClassVar[str] = "resistivity"
     needs: ClassVar[str] = "above 0"

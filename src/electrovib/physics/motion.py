@@ -97,6 +97,7 @@ class Distance(Separation, family=True):
 class TremblingDistance(Distance):
     """A finger held near the plate with a sinusoidal tremor."""
 
+    equation: ClassVar[Mapping[str, str]] = {"gap": "mean + amplitude*sin(2*pi*frequency*time)"}
     example: ClassVar[Mapping[str, Any]] = {"mean": 100e-6, "amplitude": 10e-6, "frequency": 8.0}
 
     mean: Annotated[Number, _DISTANCE]
@@ -139,6 +140,12 @@ class TouchAndLift(Distance):
     The logarithm is used because the last micrometres change the field as much as the first millimetre.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "approached": "Max(0, Min(1, (time - begin)/approach))",
+        "lifted": "Max(0, Min(1, (time - begin - approach - touch)/lift))",
+        "nearness": "(cos(pi*lifted) - cos(pi*approached))/2",
+        "gap": "far*(near/far)**nearness",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "far": 1e-3,
         "near": 1e-6,
@@ -208,6 +215,7 @@ class Motion(Model):
     by default), and film that leaves at the trailing edge carries away the charge that has leaked onto it.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {"speeds": "speed*time_profile.share(time)"}
     former_parameters: ClassVar[Mapping[str, str]] = {"programme": "time_profile"}
 
     speed: Annotated[Number | None, Quantity("m/s", 0, 100, "full sliding speed of the finger")] = None

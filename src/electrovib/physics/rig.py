@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Resonant = Annotated[
     Number, Quantity("Hz", 0.1, 1e7, "natural frequency of the sensor with the parts that move on it")
 ]
-Damped = Annotated[Number, Quantity("1", 1e-4, 1e3, "damping of that resonance, 1 is critical")]
+Damped = Annotated[Number, Quantity("1", 1e-4, 1e3, "damping ratio of that resonance; 1 is critical damping")]
 Noise = Annotated[
     Number, Quantity("N", 0, 1e3, "root mean square of the noise of one reading; 0: not modelled")
 ]
@@ -37,6 +37,7 @@ class SensorCreep(Model):
     """Creep of a sensor: the change of its reading under a constant force."""
 
     former_names: ClassVar[tuple[str, ...]] = ("Creep",)
+    equation: ClassVar[Mapping[str, str]] = {"gain": "1 + share/(1 + 2*pi*I*frequency*time)"}
     example: ClassVar[Mapping[str, Any]] = {"share": -0.02, "time": 5.0}
 
     share: Annotated[
@@ -44,6 +45,14 @@ class SensorCreep(Model):
         Quantity("1", -0.99, 10, "final change by creep over the first reading; negative for a decrease"),
     ]
     time: Annotated[Number, Quantity("s", 1e-6, 1e6, "time constant of the creep")]
+
+    def stage(self) -> CreepResponse:
+        """Return the linear stage from the reading without creep to that with it."""
+        return CreepResponse((self.share,), (self.time,))
+
+    def gain(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Return the complex reading with creep over that without it [1] at frequencies [Hz]."""
+        return self.stage().at(frequency)
 
 
 class LateralSensor(Model):
@@ -55,6 +64,14 @@ class LateralSensor(Model):
     cannot explain.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "resonance": (
+            "1/(1 - (frequency/natural_frequency)**2 + 2*I*damping_ratio*frequency/natural_frequency)"
+        ),
+        "conditioner": "1 if bandwidth is None else 1/(1 + I*frequency/bandwidth)",
+        "crept": "1 if creep is None else 1 + creep.share/(1 + 2*pi*I*frequency*creep.time)",
+        "gain": "resonance*conditioner*crept",
+    }
     example: ClassVar[Mapping[str, Any]] = {"natural_frequency": 500.0, "damping_ratio": 0.05}
 
     natural_frequency: Resonant
@@ -72,7 +89,7 @@ class LateralSensor(Model):
         if self.bandwidth is not None:
             stages.append(LowPass(self.bandwidth))
         if self.creep is not None:
-            stages.append(CreepResponse((self.creep.share,), (self.creep.time,)))
+            stages.append(self.creep.stage())
         return tuple(stages)
 
     def gain(self, frequency: ArrayLike) -> NDArray[np.complex128]:
@@ -120,6 +137,12 @@ class Digitiser(Model):
     and a diagnostic states how often. The noise is normal and white from sample to sample, and determined by the seed.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "levels": "round(force/full_scale*2**(bits - 1))",
+        "reading": (
+            "full_scale/2**(bits - 1)*Max(-2**(bits - 1), Min(2**(bits - 1) - 1, levels(force, full_scale)))"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "sampling_rate": 1e4,
         "bits": 12,
@@ -153,7 +176,7 @@ class Digitiser(Model):
         Returns
         -------
         levels : ndarray, shape of `force`
-            Whole numbers as floats [1]; one level is full_scale/2^(bits - 1).
+            Numbers of the nearest levels, whole numbers as floats [1]; one level is full_scale/2^(bits - 1).
         """
         return np.asarray(np.round(np.asarray(force, dtype=float) / full_scale * 2.0 ** (self.bits - 1)))
 
@@ -163,7 +186,7 @@ class Digitiser(Model):
         Parameters
         ----------
         force, full_scale
-            As for `levels` [N].
+            Force and range of the channel [N], as for `levels`.
 
         Returns
         -------

@@ -88,6 +88,7 @@ class Encoder(Model):
     counts between two samples is taken as a wrap at 2^31 or 2^32, whichever is nearer.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {"position": "step*(counts + wraps(counts) - counts[first])"}
     example: ClassVar[Mapping[str, Any]] = {"column": 1, "step": 1e-6}
 
     column: Annotated[str | int, Field(description="name or number of the column")]

@@ -31,6 +31,9 @@ Both can be added, subtracted and multiplied, so one formula of a law serves bot
 class Layer(Model):
     """One slab of the stack; a leak conducts in parallel with the material and is non-ohmic."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "impedance": "thickness/(2*pi*I*frequency*eps0*material.complex_permittivity(frequency))",
+    }
     example: ClassVar[dict[str, Any]] = {
         "thickness": 90e-6,
         "material": {"model": "Constant", "permittivity": 3.35},

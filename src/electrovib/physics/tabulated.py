@@ -40,7 +40,7 @@ SUSPICIOUS = 0.05
 
 
 class Tabulated(Material):
-    r"""A measured dielectric.
+    """A measured dielectric.
 
     Notes
     -----
@@ -50,9 +50,9 @@ class Tabulated(Material):
 
     Between rows the logarithm of eps', and eps'' itself, are linear in the logarithm of the frequency. Beyond the rows
     nothing was measured: there the value at the edge is extrapolated as one Debye relaxation, below the band with the time
-    :math:`1/(2\pi f_\mathrm{min})`, above it with :math:`1/(2\pi f_\mathrm{max})` or, where the loss at the edge exceeds
-    half of eps', with a shorter time so that eps' stays positive. The extrapolation is passive and continuous, but not
-    measured; `band` gives the ends of the table.
+    1/(2 pi f_min), above it with 1/(2 pi f_max) or, where the loss at the edge exceeds half of eps', with a shorter time so
+    that eps' stays positive. The extrapolation is passive and continuous, but not measured; `band` gives the ends of the
+    table.
 
     Where the declared conduction exceeds the loss of a row by no more than noise (5 % of it, or 0.001 as loss tangent), the
     polarisation has no loss there.

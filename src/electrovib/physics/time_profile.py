@@ -57,6 +57,8 @@ class TimeProfile(Model, family=True):
 class Steady(TimeProfile):
     """The full value at all times."""
 
+    equation: ClassVar[Mapping[str, str]] = {"share": "1"}
+
     def corners(self) -> tuple[tuple[float, float], ...]:
         """Return one corner."""
         return ((0.0, 1.0),)
@@ -65,6 +67,7 @@ class Steady(TimeProfile):
 class Press(TimeProfile):
     """A linear rise from 0 to the full value, which is then held."""
 
+    equation: ClassVar[Mapping[str, str]] = {"share": "Max(0, Min(1, (time - begin)/rise))"}
     example: ClassVar[Mapping[str, Any]] = {"rise": 0.05}
 
     begin: Annotated[Number, _BEGIN] = 0.0
@@ -78,6 +81,7 @@ class Press(TimeProfile):
 class LiftOff(TimeProfile):
     """The full value, then a linear fall to 0."""
 
+    equation: ClassVar[Mapping[str, str]] = {"share": "Max(0, Min(1, (begin + fall - time)/fall))"}
     example: ClassVar[Mapping[str, Any]] = {"begin": 0.1, "fall": 0.05}
 
     begin: Annotated[Number, _BEGIN]
@@ -91,6 +95,10 @@ class LiftOff(TimeProfile):
 class Swipe(TimeProfile):
     """A rise, a hold and a fall: one stroke of a finger."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "end": "begin + rise + hold + fall",
+        "share": "Max(0, Min(1, (time - begin)/rise, (end - time)/fall))",
+    }
     example: ClassVar[Mapping[str, Any]] = {"rise": 0.05, "hold": 0.2, "fall": 0.05}
 
     begin: Annotated[Number, _BEGIN] = 0.0

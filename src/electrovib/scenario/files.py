@@ -105,5 +105,20 @@ def _read(file: Path, model: type[Model], table: Mapping[str, Any]) -> dict[str,
             return {**variant, **read_columns(file, asked)}
         except NoColumnError as error:
             more = "".join(each.otherwise for each in columns.values() if each.name == error.column)
+            more = more or _how_to_name(model, table, error.column, file)
             missing.append(DataFileError(problem.followed_by(more) for problem in error.problems))
     raise missing[0]
+
+
+def _how_to_name(model: type[Model], table: Mapping[str, Any], column: str, file: Path) -> str:
+    """Name the parameter that chooses a column, and the command that reads what an instrument writes around a table."""
+    defaults = {name: field.default for name, field in model.model_fields.items() if name.endswith("_column")}
+    key = next((name for name, default in defaults.items() if table.get(name, default) == column), "")
+    if not key:
+        return ""
+    if file.suffix.lower() == ".nc":
+        return f' Name another by {key} = "...".'
+    return (
+        f" Name another by {key} = \"...\"; if these are not the headings, 'electrovib import {file.name}' reads what an"
+        " instrument writes above them."
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Final, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from electrovib.core.arrays import Real
 from electrovib.core.model import Model
@@ -36,7 +36,7 @@ class TimeGrid(Model):
     duration: Annotated[
         Number | None, Quantity("s", 1e-9, 1e5, "last output time; the duration of the drive if absent")
     ] = None
-    samples: int | None = None
+    samples: Annotated[int | None, Field(description="number of output times, 2 to 1e8")] = None
     initial_state: InitialState = AtRest()
 
     @model_validator(mode="after")
@@ -100,7 +100,7 @@ class FrequencyGrid(Model):
 
     low: Annotated[Number, Quantity("Hz", 1e-6, 1e12, "lowest frequency")] = 1.0
     high: Annotated[Number, Quantity("Hz", 1e-6, 1e12, "highest frequency")] = 1e6
-    samples: int = 121
+    samples: Annotated[int, Field(description="number of frequencies, 2 to 1e6")] = 121
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.discovery import name_of_today, offers, paper, paper_names, papers
-from electrovib.core.errors import LONGEST_QUOTED, InputError, shortened
+from electrovib.core.errors import LONGEST_QUOTED, InputError, closest, shortened
 from electrovib.core.files import note_input
 from electrovib.core.parsing import read_toml
 from electrovib.core.trace import is_trace
@@ -119,9 +119,8 @@ def _tables(path: Path) -> dict[str, Any]:
             raise InputError(f"is {what}; give a .toml file or a paper, for instance {DEFAULT}", path=path)
         text = path.read_bytes().decode("utf-8-sig")  # editors of Windows begin with a byte-order mark
     except OSError as error:
-        raise InputError(
-            f"{error.strerror or error}. Give a .toml file or a paper, for instance {DEFAULT}", path=path
-        ) from None
+        near = _near_file(str(path)) or f" Give a .toml file or a paper, for instance {DEFAULT}"
+        raise InputError(f"{error.strerror or error}.{near}", path=path) from None
     except UnicodeDecodeError:
         raise InputError("not a text in UTF-8; a scenario is TOML, saved as UTF-8", path=path) from None
     if not text.strip():
@@ -132,6 +131,17 @@ def _tables(path: Path) -> dict[str, Any]:
         return read_toml(text)
     except ValueError as error:
         raise InputError(f"not valid TOML: {error}", path=path) from None
+
+
+def _near_file(name: str) -> str:
+    """Ask for the scenario or Trace in the folder of a file that is not there whose name is most like it."""
+    path = Path(name)
+    try:
+        beside = [file.name for file in path.parent.iterdir() if file.suffix.lower() in {".toml", ".nc"}]
+    except OSError:
+        return ""
+    near = closest(path.name, beside) if path.suffix else None
+    return f" Did you mean '{path.parent / near}'?" if near else ""
 
 
 def paper_of_preset(source: object) -> str:
@@ -152,7 +162,8 @@ def paper_scenario(name: str) -> Scenario:
     """
     author_year, _, wanted = name.partition("/")
     if author_year not in paper_names() and author_year not in papers():
-        raise InputError(f"'{name}' is neither a file nor a paper's scenario.{near_presets(name)}")
+        near = _near_file(name) or near_presets(name)
+        raise InputError(f"'{name}' is neither a file nor a paper's scenario.{near}")
     found: Mapping[str, Scenario] = offers(("scenarios",), of=author_year)
     wanted = name_of_today(paper(author_year), wanted)
     if f"{author_year}/{wanted}" in found:

@@ -12,6 +12,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.signals import without
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities import answer
@@ -209,8 +210,7 @@ class Prepared:
         record = self._run.at(self._run.times if times is None else times, wanted=names)
         missing = [name for name in names if name not in record.signals]
         if missing:
-            known = ", ".join(sorted(record.signals))
-            raise InputError(f"signals: this scenario has no '{missing[0]}'. Known: {known}.")
+            raise InputError(without(missing[0], record.signals))
         return {"time": record.times} | {name: record.signals[name][1] for name in names}
 
     def judged(self, values: Mapping[str, float] | Sequence[float]) -> Answer:

@@ -61,7 +61,7 @@ def test_main_job_writes_a_trace_and_says_what_came_out(cli, here):
 
 def chosen(out: str) -> str:
     """Return the line of the values that are not found in the paper of a scenario."""
-    lines = [line for line in out.splitlines() if line.startswith("not found in ")]
+    lines = [line for line in out.splitlines() if line.startswith("values not from ")]
     assert len(lines) <= 1
     return lines[0] if lines else ""
 
@@ -69,13 +69,13 @@ def chosen(out: str) -> str:
 def test_a_papers_scenario_names_what_its_paper_does_not_give(cli):
     """The 36 ms were chosen to give 2.5 mN, and the conductivity is derived from the printed 7.7 ms."""
     line = chosen(cli("run")[1])
-    assert line.startswith("not found in vezzoli_2014: drive.rise, drive.hold, ")
+    assert line.startswith("values not from vezzoli_2014: drive.rise, drive.hold, ")
     for told in ("friction.coefficient", "return_path.resistance", "conductivity"):
         assert told in line
     for printed in ("drive.high", "contact.area", "permittivity", "thickness", "drive.low"):
         assert printed not in line
     other = chosen(cli("run", "rauf_2025/field_50")[1])
-    assert other.startswith("not found in rauf_2025: friction.coefficient, load.normal_force (")
+    assert other.startswith("values not from rauf_2025: friction.coefficient, load.normal_force ('")
 
 
 def test_perceive_and_equilibrium_name_it_too(cli):

@@ -91,7 +91,7 @@ def test_a_trace_is_perceived_like_its_scenario(cli):
     rest = second.removeprefix(
         first
     )  # a Trace is a file of one's own, a paper's scenario says what it chooses
-    assert rest.startswith("not found in vardar_2017")
+    assert rest.startswith("values not from vardar_2017")
     assert rest.count("\n") == 1
 
 

@@ -46,7 +46,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Compare voltage, current, charge, energy and breakdown of a drive with limits; exit code 1 if one is exceeded."""
+    """Compare voltage, current and breakdown with limits.
+
+    Charge, energy and breakdown of each layer are compared too; exit code 1 if a limit is exceeded.
+    """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text

@@ -32,4 +32,8 @@ def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -
     found = not_in_paper(scenario, paper) if paper else {}
     swept = set(without)
     paths = ", ".join(path for path in found if path not in swept)
-    return [f"not found in {paper}: {paths} (electrovib models {paper})"] if paths else []
+    return (
+        [f"values not from {paper}: {paths} ('electrovib models {paper}' states their sources)"]
+        if paths
+        else []
+    )

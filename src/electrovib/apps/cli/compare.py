@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command("compare")(command)
+    app.command("compare", context_settings={"allow_extra_args": True})(command)
 
 
 def command(
+    context: typer.Context,
     scenario: Annotated[
         str,
         typer.Argument(
@@ -57,9 +58,13 @@ def command(
     output: Annotated[str | None, typer.Option("--output", "-o", help="Write an HTML page.")] = None,
     force: Force = False,
 ) -> None:
-    """Compare the force laws on one stack, which to believe and why they differ, or the materials of its insulator."""
+    """Compare force laws, or materials, on one stack.
+
+    State which law to believe and why they differ; with --materials, compare materials of the insulator.
+    """
     from electrovib.apps.changes import read_changes
 
+    _refuse_several(scenario, context.args)
     changed = read_changes(changes or [])
     of_laws: dict[str, object] = {"--models": models or None, "--over": over, "--output": output}
     if not scenario:
@@ -69,6 +74,18 @@ def command(
         _print_materials(scenario, changed, materials, layer)
     else:
         _print_laws(scenario, changed, models or [], over or [], output, everything=everything, force=force)
+
+
+def _refuse_several(first: str, others: list[str]) -> None:
+    """Refuse more than one scenario, and name the command that overlays several Traces."""
+    from electrovib.core.errors import InputError
+
+    if others:
+        listed = " ".join((first, *others))
+        raise InputError(
+            f"{listed}: compare takes one scenario and compares laws or materials on it; 'electrovib report {listed} -o"
+            " overlay.html' overlays several Traces"
+        )
 
 
 def _print_static(options: dict[str, object]) -> None:
@@ -130,7 +147,7 @@ def _refuse_with_materials(options: dict[str, object]) -> None:
 
     given = [name for name, value in options.items() if value]
     if given:
-        raise InputError(f"{name}: compares force laws; leave it out, or --materials" for name in given)
+        raise InputError(f"{name}: compares force laws; omit it, or --materials" for name in given)
 
 
 def _laws(texts: list[str]) -> list[str] | None:

@@ -63,7 +63,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Find the parameter or the drive that gives a wanted quantity or force; exit code 1 if none does within the limits."""
+    """Find the parameter or drive that gives a wanted force.
+
+    Any quantity of a sweep can be wanted; exit code 1 if none gives it within the limits.
+    """
     del models  # imported by now
     given = {
         "want": want, "free": free, "between": between, "space": space, "n": n, "seed": seed, "linear": linear or None,

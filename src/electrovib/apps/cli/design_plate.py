@@ -43,7 +43,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Find the insulator and the drive with the most force within all limits, what binds there, and the Pareto set."""
+    """Find the insulator and the drive with the most force.
+
+    All limits are respected; state which of them binds there, and the Pareto set.
+    """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text

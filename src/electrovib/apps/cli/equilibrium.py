@@ -30,7 +30,10 @@ def command(
     ] = None,
     models: Models = None,
 ) -> None:
-    """Find every state of gap and attraction under a constant voltage, stable or not."""
+    """Find every state of gap and attraction, stable or not.
+
+    The voltage is held constant: the largest of the drive, or that of --voltage.
+    """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.chosen import chosen

@@ -33,9 +33,31 @@ def command(
     changes: Changes = None,
     models: Models = None,
 ) -> None:
-    """Open a page in the browser in which parameters are changed and their effect is seen."""
+    """Open a page in the browser: sliders, curves and limits.
+
+    Change parameters and see their effect at once.
+    """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.explorer.server import explore
 
-    explore(scenario, set=read_changes(changes or []), port=port, host=host, browser=not no_browser, say=say)
+    serving = False
+
+    def announce(line: str) -> None:
+        nonlocal serving
+        serving = True
+        say(line)
+
+    try:
+        explore(
+            scenario,
+            set=read_changes(changes or []),
+            port=port,
+            host=host,
+            browser=not no_browser,
+            say=announce,
+        )
+    except KeyboardInterrupt:
+        if not serving:
+            raise
+    say("The page is closed.")

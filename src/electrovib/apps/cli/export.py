@@ -47,7 +47,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Write a scenario as a netlist for ngspice, or its drive as a waveform within declared limits."""
+    """Write a netlist for ngspice, or the drive as a waveform.
+
+    A waveform is written only within declared limits.
+    """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked

@@ -75,7 +75,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Estimate parameters of a scenario from recordings, with intervals, and report what the data do not determine."""
+    """Estimate parameters of a scenario from recordings.
+
+    Report each with its interval, and what the data do not determine.
+    """
     del models  # imported by now
     from electrovib.apps.fit import fit
     from electrovib.apps.progress import tracked

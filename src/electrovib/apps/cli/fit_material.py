@@ -94,7 +94,10 @@ def command(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Fit a dispersion to measured spectra of a material, with its statistical interval and systematic error."""
+    """Fit a dispersion to measured spectra of a material.
+
+    Report its statistical interval and systematic error.
+    """
     from electrovib.apps.cli.fit_options import pair_of, share_of
     from electrovib.apps.cli.import_ import pairs
     from electrovib.apps.fit_material import fit_material

@@ -40,7 +40,10 @@ def command(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Fit a power law, such as that of force over voltage, with the scatter of its exponent between sessions."""
+    """Fit a power law, such as that of force over voltage.
+
+    Report the scatter of its exponent between sessions.
+    """
     from pathlib import Path
 
     from electrovib.core.errors import InputError

@@ -82,7 +82,10 @@ def command(
     listed: Listed = False,
     force: Force = False,
 ) -> None:
-    """Import a file of an instrument as a Trace; without --column and --output list its columns."""
+    """Import a file of an instrument as a Trace.
+
+    Without --column and --output, list its columns.
+    """
     if listed or not file:
         return _list_readers()
     _check_kind(kind)

@@ -23,7 +23,7 @@ def command(
     output: Annotated[str | None, typer.Option("--output", "-o", help="The TOML file to write.")] = None,
     force: Force = False,
 ) -> None:
-    """Print a scenario as a commented TOML file to start from."""
+    """Write a scenario as a commented TOML file to start from."""
     from electrovib.apps.changes import read_changes
     from electrovib.apps.init import init
 

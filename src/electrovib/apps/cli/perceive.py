@@ -23,7 +23,10 @@ def command(
     everything: Everything = False,
     models: Models = None,
 ) -> None:
-    """Report whether a finger feels the drive, by which channel, and by how many decibels."""
+    """Report whether a finger feels the drive.
+
+    State also by which tactile channel, and by how many decibels.
+    """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.chosen import chosen

@@ -28,7 +28,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Write one report of several Traces, overlaid; with --column other files are imported as measurements."""
+    """Write one report of several Traces, overlaid.
+
+    With --column other files are imported as measurements.
+    """
     del models  # imported by now
     from electrovib.apps.progress import tracked
     from electrovib.view.report import report

@@ -24,7 +24,10 @@ def command(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Compute everything that a paper states: report.html, numbers.json and figures."""
+    """Compute everything that a paper states.
+
+    Write report.html, numbers.json and figures with their curves; this takes about a minute.
+    """
     from electrovib.apps.progress import tracked
     from electrovib.view.reproduce import reproduce
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from electrovib.core.diagnostics import Diagnostic
 
+_ROUNDING: Final = 1e-12
+"""Share of the largest force below which the smallest one is printed as 0."""
 FORCES = ("electrostatic_force", "lateral_force")
 
 
@@ -53,7 +55,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Simulate or sweep a scenario; write its Trace, or a table of numbers, and a report."""
+    """Simulate or sweep a scenario.
+
+    Write its Trace, or a table of numbers, and a report.
+    """
     del models  # imported by now
     from electrovib.apps.run import run
 
@@ -105,7 +110,12 @@ def _range(trace: Any, name: str) -> str:
         if not bool(values.notnull().any()):
             return missing
         missing = f", {missing}"
-    low, high = (format_quantity(float(edge), "N", digits=4) for edge in (values.min(), values.max()))
+    least, most = float(values.min()), float(values.max())
+    if abs(least) < _ROUNDING * abs(most):
+        least = 0.0
+    low, high = (format_quantity(edge, "N", digits=4) for edge in (least, most))
+    if low == high and most > least:
+        high += f" (a change of {format_quantity(most - least, 'N', digits=4)})"
     return f"{low} to {high}{missing}"
 
 

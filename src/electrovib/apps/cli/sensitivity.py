@@ -42,7 +42,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Report which parameters of a population a quantity depends on, and which to measure first."""
+    """Report which parameters a quantity depends on most.
+
+    The parameters vary as in a population; report also which to measure first.
+    """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text

@@ -20,7 +20,10 @@ def command(
         typer.Argument(help="A population, for instance fingers; without one, all.", show_default=False),
     ] = "",
 ) -> None:
-    """List populations of fingers, or the distributions of one with their sources."""
+    """List populations of fingers.
+
+    With a name, list the distributions of that population with their sources.
+    """
     from electrovib.study import catalogue
 
     show(str(catalogue.spaces(name)))

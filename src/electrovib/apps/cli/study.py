@@ -98,7 +98,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Draw many fingers and compute bands of a force, over time or frequency; an interrupted study continues."""
+    """Compute bands of a force over a population of fingers.
+
+    The bands are over time or frequency; an interrupted study continues.
+    """
     del models  # imported by now
     from electrovib.apps.progress import tracked
     from electrovib.scenario import read_scenario

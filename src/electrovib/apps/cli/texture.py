@@ -43,7 +43,10 @@ def command(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Compute the drive that renders a texture along a path of the finger, and its friction; write it within limits."""
+    """Compute the drive that renders a texture under a finger.
+
+    Predict its friction along a path of the finger, and write the drive within limits.
+    """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.export import lines_of

@@ -73,7 +73,10 @@ def command(
     output: Folder = None,
     force: Force = False,
 ) -> None:
-    """Measure rise and fall times of recorded edges, with and without the sensor, each with a 95 % interval."""
+    """Measure rise and fall times of recorded edges.
+
+    Report them with and without the sensor, each with a 95 % interval.
+    """
     from pathlib import Path
 
     from electrovib.core.files import inputs_noted

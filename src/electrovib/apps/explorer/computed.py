@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from electrovib.apps.explorer.limits import LONGEST_RUN
+from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_RUN
 from electrovib.core.budget import budget
 from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.solve.simulate import simulate
@@ -37,13 +37,15 @@ class Computed:
         return read_diagnostics(self.trace.attrs["validity"])
 
 
-def compute(scenario: Scenario) -> Computed:
-    """Simulate a scenario within the time that a page allows.
+def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
+    """Simulate a scenario within the time and memory that a page allows.
 
     Parameters
     ----------
     scenario : Scenario
         Experiment.
+    longest : float
+        Estimated time above which the run is refused [s].
 
     Returns
     -------
@@ -55,7 +57,7 @@ def compute(scenario: Scenario) -> Computed:
     InputError
         If models cannot be combined.
     BudgetError
-        If the run would take longer than a page allows.
+        If the run would take more time or memory than a page allows.
     """
-    with budget(time=f"{LONGEST_RUN} s"):
+    with budget(time=longest, memory=LARGEST_RUN):
         return Computed(scenario, simulate(scenario))

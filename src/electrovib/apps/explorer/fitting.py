@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_RUN
+from electrovib.apps.explorer.runner import SERVER_ENDS, InterruptedWorkError, interruptible
 from electrovib.core.budget import budget
 from electrovib.core.errors import ElectrovibError, InputError
 
@@ -20,6 +22,9 @@ MOST_FREE: Final = 6
 """Parameters that a page fits at once."""
 LONGEST_FIT: Final = 120.0
 """Seconds after which a fit is ended."""
+MOST_FITS: Final = 2
+"""Fits of all visitors that run at the same time."""
+_FREE: Final = threading.BoundedSemaphore(MOST_FITS)
 
 
 @dataclass
@@ -77,22 +82,40 @@ class RunningFit:
         Raises
         ------
         ElectrovibError
-            If the fit was cancelled, takes too long, or does not find the parameters.
+            If the fit was cancelled, takes too long, does not find the parameters, or would be one fit too many.
         """
+        if not _FREE.acquire(blocking=False):
+            raise InputError(
+                f"{MOST_FITS} fits run on this server; start this one again when one of them has ended."
+            )
+        try:
+            return self._fit()
+        finally:
+            _FREE.release()
+
+    def _fit(self) -> FitResult:
         from time import monotonic
 
         from electrovib.apps.fit import fit
 
         end = monotonic() + LONGEST_FIT
 
+        def is_over() -> bool:
+            return self._cancelled.is_set() or SERVER_ENDS.is_set() or monotonic() > end
+
         def progress(evaluations: int, squares: float) -> bool:
             self.evaluations, self.squares = evaluations, squares
-            return self._cancelled.is_set() or monotonic() > end
+            return is_over()
 
-        with budget(time=f"{LONGEST_FIT} s"):
+        with budget(time=LONGEST_RUN, memory=LARGEST_RUN):
             try:
-                return fit(self.scenario, self.measured, free=self.free, progress=progress)
-            except ElectrovibError:
+                with interruptible(is_over):
+                    return fit(self.scenario, self.measured, free=self.free, progress=progress)
+            except (ElectrovibError, InterruptedWorkError):
                 if self._cancelled.is_set():
                     raise InputError("The fit was cancelled.") from None
+                if is_over():
+                    raise InputError(
+                        f"The fit was ended after {LONGEST_FIT:g} s; free fewer parameters."
+                    ) from None
                 raise

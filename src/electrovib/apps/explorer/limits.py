@@ -18,7 +18,27 @@ SHOWN_SAMPLES: Final = 400
 """Points of a curve that are sent to the browser."""
 LARGEST_UPLOAD: Final = 20_000_000
 """Bytes of a recording."""
+LARGEST_REQUEST: Final = LARGEST_UPLOAD + 100_000
+"""Bytes of a request: those of a file, and those that its form adds."""
+LARGEST_SCENARIO: Final = 500_000
+"""Bytes of a scenario (TOML)."""
+MOST_PARAMETERS: Final = 400
+"""Parameters of a scenario, each of which has a slider."""
+MOST_VALUES: Final = 2_000_000
+"""Numbers of a recording, all channels together."""
+MOST_COLUMNS: Final = 200
+"""Columns of a recording, each of which is offered as a signal."""
+LONGEST_LINE: Final = 20_000
+"""Letters of a line of a recording that is a text."""
+LONGEST_NAME: Final = 120
+"""Letters of the name of a file or of a column that are shown."""
+MOST_PAGES: Final = 60
+"""Pages that are open at the same time, of all visitors together."""
 LONGEST_RUN: Final = 20.0
 """Estimated seconds of one simulation, above which it is refused."""
+LONGEST_QUICK_RUN: Final = 2.0
+"""Estimated seconds above which a simulation runs beside fits and reports, where no short one waits for it."""
+LARGEST_RUN: Final = 500e6
+"""Estimated memory of one simulation, above which it is refused [bytes]."""
 FINGERS: Final = 200
 """Draws from the population for a band."""

@@ -3,11 +3,82 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+import threading
+from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import Executor
-from typing import Generic, TypeVar
+from contextlib import contextmanager
+from typing import Final, Generic, TypeVar
+
+from electrovib.core.budget import listening
 
 W = TypeVar("W")
+SERVER_ENDS: Final = threading.Event()
+"""Set when the server is stopped; work in threads then ends as soon as it can."""
+
+_TO_CLOSE: Final[set[Callable[[], None]]] = set()
+
+
+def end_work() -> None:
+    """End what runs in threads, because the server is stopped."""
+    SERVER_ENDS.set()
+    for close in list(_TO_CLOSE):
+        close()
+
+
+@contextmanager
+def closed_at_end(close: Callable[[], None]) -> Iterator[None]:
+    """Call a function if the server is stopped within the block.
+
+    Parameters
+    ----------
+    close : callable
+        Called at most once, from another thread.
+
+    Yields
+    ------
+    None
+        Within the block.
+    """
+    _TO_CLOSE.add(close)
+    try:
+        if SERVER_ENDS.is_set():
+            close()
+        yield
+    finally:
+        _TO_CLOSE.discard(close)
+
+
+class InterruptedWorkError(Exception):
+    """Work that was ended because nobody waits for its result; no mistake, which any part of the work may handle."""
+
+
+@contextmanager
+def interruptible(is_in_vain: Callable[[], bool]) -> Iterator[None]:
+    """End time stepping between two steps once nobody waits for its result.
+
+    Parameters
+    ----------
+    is_in_vain : callable
+        Returns whether the result is no longer wanted; called often, from the thread that computes.
+
+    Yields
+    ------
+    None
+        Within the block, in this thread.
+
+    Raises
+    ------
+    InterruptedWorkError
+        From within the computation.
+    """
+
+    def check(_: float = 0.0) -> None:
+        if SERVER_ENDS.is_set() or is_in_vain():
+            raise InterruptedWorkError("The computation was ended, because its result is no longer wanted.")
+
+    check()
+    with listening(check):
+        yield
 
 
 class LatestOnly(Generic[W]):

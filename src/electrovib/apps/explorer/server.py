@@ -7,6 +7,9 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from electrovib.apps.explorer.access import LOOPBACK, TOKEN, AccessControl, is_loopback, new_token
+from electrovib.apps.explorer.capacity import RequestLimits
+from electrovib.apps.explorer.limits import MOST_PAGES
+from electrovib.apps.explorer.runner import SERVER_ENDS
 from electrovib.core.errors import InputError
 from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
 
@@ -15,6 +18,10 @@ FIRST_PORT: Final = 8080
 TRIED_PORTS: Final = 50
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
+EVERYWHERE: Final = ("0.0.0.0", "::")  # noqa: S104 - compared with
+"""Addresses of a server on all interfaces."""
+UNCONNECTED: Final = 15.0
+"""Seconds after which a page that no browser has connected with is given up, where many are open."""
 YOURS: Final = "yours"
 """Name of a scenario that is no paper's."""
 
@@ -62,14 +69,15 @@ def explore(
         raise InputError("the page needs the extra 'explore': pip install 'electrovib[explore]'") from None
     from electrovib.apps.explorer.page import build
 
+    host = host.strip().removeprefix("[").removesuffix("]")
     own, first = _first(scenario, set)
     chosen = _free_port(host, port)
     token = "" if is_loopback(host) else new_token()
-    names = LOOPBACK if is_loopback(host) else (*LOOPBACK, *_names(host))
-    app.add_middleware(AccessControl, hosts=names, port=chosen, token=token)
+    _guard(app, host, chosen, token)
     _import_all()
+    SERVER_ENDS.clear()
     build(own, first)
-    shown = "127.0.0.1" if is_loopback(host) else _names(host)[0]
+    shown = _names(host)[0]
     address = f"http://{shown}:{chosen}/" + (f"?{TOKEN}={token}" if token else "")
     say(f"The page is at {address} ; Ctrl-C ends it.")
     path = f"/?{TOKEN}={token}" if token else "/"
@@ -84,7 +92,27 @@ def explore(
         message_history_length=HISTORY,
         dark=None,
         favicon="〰",
+        proxy_headers=False,
     )
+
+
+def _guard(app: Any, host: str, port: int, token: str) -> None:
+    """Put the checks in front of everything else that the framework puts in front of its pages."""
+    from nicegui import Client
+
+    def open_pages() -> int:
+        if len(Client.instances) >= MOST_PAGES:
+            Client.prune_instances(client_age_threshold=UNCONNECTED)
+        return len(Client.instances)
+
+    inner = app.build_middleware_stack
+    names = LOOPBACK if is_loopback(host) else (*LOOPBACK, *_names(host))
+
+    def stack() -> AccessControl:
+        limited = RequestLimits(inner(), open_pages=open_pages)
+        return AccessControl(limited, hosts=names, port=port, token=token, any_address=host in EVERYWHERE)
+
+    app.build_middleware_stack = stack
 
 
 def _first(scenario: Source, changes: Mapping[str, Any] | None) -> tuple[dict[str, Scenario], str]:
@@ -109,6 +137,10 @@ def _import_all() -> None:
 
 def _free_port(host: str, port: int | None) -> int:
     """Return a port that nothing else listens on."""
+    if not host:
+        raise InputError(
+            "host is empty: give an address, for instance 127.0.0.1, or 0.0.0.0 for all interfaces"
+        )
     candidates = [port] if port is not None else range(FIRST_PORT, FIRST_PORT + TRIED_PORTS)
     for each in candidates:
         if not 1 <= each <= 65535:
@@ -134,7 +166,7 @@ def _free_port(host: str, port: int | None) -> int:
 
 def _names(host: str) -> tuple[str, ...]:
     """Return the names under which a browser addresses this machine."""
-    if host in ("0.0.0.0", "::"):  # noqa: S104 - a comparison, not an address to bind
+    if host in EVERYWHERE:
         name = socket.gethostname()
         try:
             found = {str(entry[4][0]) for entry in socket.getaddrinfo(name, None, socket.AF_INET)}

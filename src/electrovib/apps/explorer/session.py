@@ -7,19 +7,22 @@ import logging
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from electrovib.apps.explorer.computed import Computed, compute
-from electrovib.apps.explorer.further import TABS, Further, slices
-from electrovib.apps.explorer.limits import MOST_PINNED
-from electrovib.apps.explorer.runner import LatestOnly, apart
+from electrovib.apps.explorer.further import TABS, Further, Slice, slices
+from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN, MOST_PINNED
+from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, apart, interruptible
 from electrovib.apps.explorer.state import PageState, scenario_of
+from electrovib.core.budget import BudgetError, budget
 from electrovib.core.errors import ElectrovibError, InputError
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.scenario import Scenario
+
+R = TypeVar("R")
 
 
 @dataclass(frozen=True)
@@ -49,9 +52,9 @@ class Session:
     state : PageState
         What is shown first.
     executor : Executor
-        Where simulations run, outside of the event loop.
+        Where short simulations run, outside of the event loop.
     patient : Executor
-        Where work of many seconds runs, such as fits and reports.
+        Where work of many seconds runs, such as long simulations, fits and reports.
     show : callable
         Called with every new result, and again when more is known beside it.
     complain : callable
@@ -75,6 +78,8 @@ class Session:
         self._updates: LatestOnly[PageState] = LatestOnly(self._update, self._failed)
         self._shown: PageState | None = None
         self._reported = False
+        self._has_left = False
+        self._is_reading = False
 
     @property
     def is_idle(self) -> bool:
@@ -84,13 +89,14 @@ class Session:
     def ask(self, state: PageState) -> None:
         """Show another state as soon as it is computed; states that arrive faster replace each other."""
         self.state = state
-        self._updates.ask(state)
+        if not self._has_left:
+            self._updates.ask(state)
 
     def open(self, tab: str) -> None:
         """Show another tab, and compute what it needs beside the Trace."""
         self.tab = tab
         self.further = Further()
-        self._updates.ask(self.state)
+        self.ask(self.state)
 
     def pin(self) -> None:
         """Keep the present result for comparison; the oldest one is dropped beyond `MOST_PINNED`."""
@@ -104,16 +110,64 @@ class Session:
         self.pinned = []
 
     def stop(self) -> None:
-        """Cancel what runs, when the visitor has left."""
+        """Cancel what runs, when the visitor has left, and forget what was kept."""
+        self._has_left = True
         self._updates.stop()
+        self.computed, self.measured, self.pinned, self.further = None, None, [], Further()
+
+    async def work(self, work: Callable[[], R]) -> R:
+        """Run work of many seconds outside of the event loop.
+
+        Parameters
+        ----------
+        work : callable
+            Called without arguments, in a thread.
+
+        Returns
+        -------
+        object
+            What it returns.
+
+        Raises
+        ------
+        ElectrovibError
+            As the work raises it; any other exception becomes one with a sentence, and is logged.
+        """
+
+        def limited() -> R:
+            with budget(time=LONGEST_RUN, memory=LARGEST_RUN), interruptible(lambda: self._has_left):
+                return work()
+
+        try:
+            return await apart(self.patient, limited)
+        except ElectrovibError:
+            raise
+        except InterruptedWorkError as error:
+            raise InputError(str(error)) from None
+        except Exception as error:
+            logging.getLogger(__name__).exception("the page could not do what was asked")
+            raise InputError(_mistake_of_ours(error)) from None
+
+    async def read(self, work: Callable[[], R]) -> R:
+        """Read a file of the visitor, one at a time; as `work`.
+
+        Raises
+        ------
+        InputError
+            If another file of this visitor is being read.
+        """
+        if self._is_reading:
+            raise InputError("Another file is still being read. Drop this one again when it has been read.")
+        self._is_reading = True
+        try:
+            return await self.work(work)
+        finally:
+            self._is_reading = False
 
     def _failed(self, error: Exception) -> None:
         """Report a mistake of the program as a sentence; the page goes on."""
         logging.getLogger(__name__).error("the page could not compute a scenario", exc_info=error)
-        self._report(
-            f"The program failed at this scenario ({type(error).__name__}: {error}). This is a mistake of electrovib; please"
-            " report it with the address of this page."
-        )
+        self._report(_mistake_of_ours(error))
 
     def _report(self, sentence: str) -> None:
         """Show a sentence; an empty one only takes back what this session has reported itself."""
@@ -124,7 +178,9 @@ class Session:
     async def _update(self, state: PageState) -> None:
         if state != self._shown or self.computed is None:
             try:
-                self.computed = await apart(self.executor, lambda: compute(scenario_of(state, own=self.own)))
+                self.computed = await self._simulated(state)
+            except InterruptedWorkError:
+                return
             except InputError as error:
                 self._report("\n".join(str(problem) for problem in error.problems))
                 return
@@ -137,12 +193,41 @@ class Session:
         self.show(self.computed, self.further)
         await self._compute_further(self.computed)
 
+    async def _simulated(self, state: PageState) -> Computed:
+        """Simulate a scenario among the short runs, or, if it takes long, where no short run has to wait for it."""
+
+        def run(longest: float, is_in_vain: Callable[[], bool]) -> Computed:
+            with interruptible(is_in_vain):
+                return compute(scenario_of(state, own=self.own), longest=longest)
+
+        try:  # a short run is shown although a newer state waits, so that the curves follow a slider while it moves
+            return await apart(self.executor, lambda: run(LONGEST_QUICK_RUN, lambda: self._has_left))
+        except BudgetError:
+            return await apart(self.patient, lambda: run(LONGEST_RUN, self._is_in_vain))
+
+    def _is_in_vain(self) -> bool:
+        return self._has_left or self._updates.is_stale
+
     async def _compute_further(self, found: Computed) -> None:
         """Compute what the open tab needs, a slice at a time; stop as soon as something newer waits."""
         for each in slices(self.tab, found):
             if self._updates.is_stale:
                 return
             known = self.further
-            self.further = await apart(self.executor, functools.partial(each, known))
+            try:
+                self.further = await apart(self.patient, functools.partial(self._slice, each, known))
+            except InterruptedWorkError:
+                return
             if not self._updates.is_stale:
                 self.show(found, self.further)
+
+    def _slice(self, work: Slice, known: Further) -> Further:
+        with budget(time=LONGEST_RUN, memory=LARGEST_RUN), interruptible(self._is_in_vain):
+            return work(known)
+
+
+def _mistake_of_ours(error: Exception) -> str:
+    return (
+        f"The program failed ({type(error).__name__}: {error}). This is a mistake of electrovib; please report it with the"
+        " address of this page."
+    )

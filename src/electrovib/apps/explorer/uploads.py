@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from electrovib.apps.explorer.limits import LARGEST_UPLOAD
+from electrovib.apps.explorer.limits import (
+    LARGEST_SCENARIO,
+    LARGEST_UPLOAD,
+    LONGEST_NAME,
+    MOST_PARAMETERS,
+)
+from electrovib.apps.explorer.reading import read_apart, read_tables_apart
 from electrovib.apps.explorer.state import refuse_files, refuse_many_samples
-from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.core.parsing import read_toml
+from electrovib.core.errors import ElectrovibError, InputError, printable
 from electrovib.core.signals import SIGNALS
+from electrovib.data.readers.recorded import Recorded
 from electrovib.scenario import Scenario, read_scenario
 
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.data.readers.recorded import Recorded
-
+R = TypeVar("R")
 SCENARIO_SUFFIX: Final = ".toml"
-MOST_VALUES: Final = 2_000_000
-"""Numbers of a recording, all channels together."""
 OVER_TIME: Final = tuple(name for name, each in SIGNALS.items() if each.dims == ("time",))
 """Signals that a column of a recording can be."""
 
@@ -69,30 +72,13 @@ def read_upload(name: str, content: bytes) -> Uploaded:
     Notes
     -----
     The bytes are written into a new folder with a name of our own, and the folder is removed when the file has been read.
-    Formats that need a native library are read in a child process, as everywhere in this package.
+    They are read in a process of their own with limited memory and time, whatever their format.
     """
-    from electrovib.data.readers.registry import read_recorded
-    from electrovib.data.traces import open_trace
-
-    refuse_large(name, len(content))
-    with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
-        path = Path(folder) / f"upload{_suffix(name)}"
-        path.write_bytes(content)
-        try:
-            trace = open_trace(path).load()
-        except ElectrovibError:
-            trace = None
-        if trace is not None:
-            return Uploaded(name, trace=_checked(trace))
-        try:
-            recorded = read_recorded(path)
-        except ElectrovibError as error:
-            raise InputError(str(error).replace(str(path), name)) from None
-    if recorded.size * len(recorded.channels) > MOST_VALUES:
-        raise InputError(
-            f"{name}: {recorded.size} samples of {len(recorded.channels)} columns are more than a page reads."
-        )
-    return Uploaded(name, recorded=recorded)
+    name = shown_name(name)
+    found = _read(name, content)
+    if isinstance(found, Recorded):
+        return Uploaded(name, recorded=found)
+    return Uploaded(name, trace=found)
 
 
 def named(name: str, content: bytes, columns: Mapping[str, str], *, step: str = "") -> Uploaded:
@@ -117,18 +103,30 @@ def named(name: str, content: bytes, columns: Mapping[str, str], *, step: str = 
     InputError
         If a column or unit does not fit.
     """
-    from electrovib.recordings.importing import import_file
+    name = shown_name(name)
+    found = _read(name, content, columns, step=step)
+    assert not isinstance(found, Recorded)
+    return Uploaded(name, trace=found)
 
+
+def _read(
+    name: str, content: bytes, columns: Mapping[str, str] | None = None, *, step: str = ""
+) -> xarray.Dataset | Recorded:
+    """Read a recording through a file in a folder of its own."""
     refuse_large(name, len(content))
+    return _through_a_file(name, content, lambda path: read_apart(path, columns, step=step, title=name))
+
+
+def _through_a_file(name: str, content: bytes, read: Callable[[Path], R]) -> R:
+    """Write the bytes into a folder of their own, which is removed when they have been read."""
     with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
         path = Path(folder) / f"upload{_suffix(name)}"
         path.write_bytes(content)
         try:
-            return Uploaded(
-                name, trace=_checked(import_file(path, dict(columns), step=step or None, title=name))
-            )
+            return read(path)
         except ElectrovibError as error:
-            raise InputError(str(error).replace(str(path), name)) from None
+            text = str(error).replace(str(path), name)
+            raise InputError(text if name in text else f"{name}: {text}") from None
 
 
 def read_uploaded_scenario(name: str, content: bytes) -> Scenario:
@@ -139,30 +137,28 @@ def read_uploaded_scenario(name: str, content: bytes) -> Scenario:
     InputError
         If it is too large, no TOML, names a file, or is no valid scenario.
     """
-    refuse_large(name, len(content))
-    try:
-        tables: Any = read_toml(content.decode("utf-8"))
-    except ValueError as error:
-        raise InputError(f"{name}: not valid TOML: {error}") from None
+    name = shown_name(name)
+    refuse_large(name, len(content), most=LARGEST_SCENARIO)
+    tables: Any = _through_a_file(name, content, read_tables_apart)
     refuse_files(tables)
-    return refuse_many_samples(read_scenario(tables))
+    scenario = refuse_many_samples(read_scenario(tables))
+    if (count := len(list(scenario.parameters()))) > MOST_PARAMETERS:
+        raise InputError(f"{name}: {count} parameters; a page shows scenarios of at most {MOST_PARAMETERS}.")
+    return scenario
 
 
-def refuse_large(name: str, size: int) -> None:
-    """Refuse a file of more than `LARGEST_UPLOAD` bytes."""
-    if size > LARGEST_UPLOAD:
+def refuse_large(name: str, size: int, *, most: int = LARGEST_UPLOAD) -> None:
+    """Refuse a file of more bytes than are read."""
+    if size > most:
         raise InputError(
-            f"{name}: {size / 1e6:.3g} MB; a page takes files of at most {LARGEST_UPLOAD / 1e6:g} MB."
+            f"{name}: {size / 1e6:.3g} MB; a page takes such files of at most {most / 1e6:g} MB."
         )
 
 
-def _checked(trace: xarray.Dataset) -> xarray.Dataset:
-    """Refuse a Trace that is no single recording over time or frequency."""
-    if any(str(name) not in ("time", "frequency", "layer", "sample") for name in trace.dims):
-        raise InputError("This is a sweep or a study; drop one recording.")
-    if sum(int(each.size) for each in trace.data_vars.values()) > MOST_VALUES:
-        raise InputError("This recording has more numbers than a page reads.")
-    return trace
+def shown_name(name: str) -> str:
+    """Return the name of a file as it is shown: a line of at most `LONGEST_NAME` letters, with its suffix."""
+    plain = printable(name.replace("\\", "/").rpartition("/")[2]) or "the file"
+    return plain if len(plain) <= LONGEST_NAME else f"{plain[: LONGEST_NAME - 20]}...{plain[-17:]}"
 
 
 def _suffix(name: str) -> str:

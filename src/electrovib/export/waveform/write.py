@@ -251,7 +251,7 @@ def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str
     )
     return (
         f"drive of: {title}; voltage{amplified}",
-        f"{len(wave.times)} samples at {wave.rate!r} Hz; {form.name}, {wave.between}",
+        f"{len(wave.times)} samples at {format_quantity(wave.rate, 'Hz', digits=9)}; {form.name}, {wave.between}",
         f"largest difference from the drive {format_quantity(wave.error, 'V', digits=3)}, {100 * wave.share:.3g} % of its largest"
         f" voltage {format_quantity(wave.peak, 'V', digits=6)}",
     )

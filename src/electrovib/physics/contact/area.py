@@ -28,11 +28,13 @@ class Closing(Model):
 
     Notes
     -----
-    damping g' = repulsion(g) - load pressure - attraction: the medium that is squeezed out resists, inertia is
-    neglected. The initial gap is the one at which the surface topography bears the load of time 0, or the thickness of
-    the layer where that gap is infinite, as it is without load for a repulsion without a finite range.
+    `repulsion` is the pressure of the surface topography at the gap, `load_pressure` the load over the contact area and
+    `attraction` the Maxwell stress in the gap [Pa]. The medium that is squeezed out resists; inertia is neglected. The
+    initial gap is the one at which the surface topography bears the load of time 0, or the thickness of the layer where
+    that gap is infinite, as it is without load for a repulsion without a finite range.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {"gap'": "(repulsion - load_pressure - attraction)/damping"}
     example: ClassVar[Mapping[str, Any]] = {"damping": 1e6}
 
     damping: Annotated[
@@ -208,7 +210,7 @@ class GrowingArea(Contact):
     }
 
     area: Annotated[Number, Quantity("m2", 1e-9, 1, "gross contact area at the reference force")]
-    at_force: Annotated[Number, Quantity("N", 1e-6, 1e3, "reference force")]
+    at_force: Annotated[Number, Quantity("N", 1e-6, 1e3, "force at which the contact area is `area`")]
     exponent: Annotated[Number, Quantity("1", 0, 1, "power of the force with which the area grows")]
     length: Annotated[Number | None, _LENGTH] = None
     surface: Surface | None = None

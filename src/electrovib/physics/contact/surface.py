@@ -57,7 +57,7 @@ class Surface(Model, family=True):
         Returns
         -------
         slope : float or ndarray, same shape
-            Derivative [Pa/m], below 0 and increasing with the gap.
+            Derivative of the pressure by the gap [Pa/m], below 0 and increasing with the gap.
         """
 
     @abstractmethod

@@ -77,7 +77,7 @@ class Drive(Model, family=True):
         Parameters
         ----------
         time : array_like
-            s, any shape; NaN gives NaN.
+            Time [s], any shape; NaN gives NaN. The declared formulas hold from time 0 on.
 
         Returns
         -------

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 class Offset(Drive):
     """A drive with a constant voltage added from time 0 on."""
 
+    equation: ClassVar[Mapping[str, str]] = {"voltage": "drive.voltage(time) + level"}
     example: ClassVar[Mapping[str, Any]] = {
         "drive": {"model": "Sine", "amplitude": 50, "frequency": 125},
         "level": 100,
@@ -53,6 +54,7 @@ class Offset(Drive):
 class Sum(Drive):
     """A sum of drives."""
 
+    equation: ClassVar[Mapping[str, str]] = {"voltage": "sum(drive.voltage(time) for drive in drives)"}
     example: ClassVar[Mapping[str, Any]] = {
         "drives": [
             {"model": "Sine", "amplitude": 50, "frequency": 100},

@@ -29,6 +29,7 @@ class CurrentSine(Swing):
     """
 
     quantity: ClassVar[str] = "current"
+    equation: ClassVar[Mapping[str, str]] = {"current": "offset + amplitude*sin(2*pi*frequency*time + phase)"}
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 1e-3, "frequency": 25e3}
 
     derived: ClassVar[Mapping[str, Quantity]] = {
@@ -38,7 +39,7 @@ class CurrentSine(Swing):
 
     amplitude: Annotated[Number, Quantity("A", 0, 10, "peak current about the offset")]
     offset: Annotated[Number, Quantity("A", -10, 10, "constant current added, from time 0 on")] = 0.0
-    frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency")]
+    frequency: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency of the sine")]
     phase: Annotated[Number, Quantity("rad", -10, 10, "0 for a sine, pi/2 for a cosine")] = 0.0
 
     def parts(self) -> tuple[Part, ...]:
@@ -67,6 +68,7 @@ class CurrentAmplifier(Drive):
     """
 
     quantity: ClassVar[str] = "current"
+    equation: ClassVar[Mapping[str, str]] = {"current": "command.voltage(time)/sense_resistance"}
     example: ClassVar[Mapping[str, Any]] = {
         "command": {"model": "Trapezium", "high": 1, "rise": 1e-3, "hold": 2e-3, "fall": 1e-3},
         "sense_resistance": 1e4,

@@ -46,6 +46,7 @@ class Step(Drive):
     """A voltage switched on at time 0 and held."""
 
     former_names: ClassVar[tuple[str, ...]] = ("Constant",)
+    equation: ClassVar[Mapping[str, str]] = {"voltage": "level"}
     example: ClassVar[Mapping[str, Any]] = {"level": 100}
 
     level: Annotated[Number, Quantity("V", -1e5, 1e5, "constant voltage from time 0 on")]
@@ -67,6 +68,18 @@ class Step(Drive):
 class Trapezium(Levels):
     """A trapezoidal pulse: a ramp up, a hold and a ramp down, once or repeated with a period."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "elapsed": "time if repeat is None else time % repeat",
+        "top": "delay + rise",
+        "end": "delay + rise + hold",
+        "voltage": (
+            "low if elapsed < delay"
+            " else low + (high - low)*(elapsed - delay)/rise if delay <= elapsed < top"
+            " else high if top <= elapsed < end"
+            " else high - (high - low)*(elapsed - end)/fall if end <= elapsed < end + fall"
+            " else low"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {"high": 1000, "rise": 36e-3, "hold": 0.1, "fall": 36e-3}
 
     low: Annotated[Number, Quantity("V", -1e5, 1e5, "voltage before and after")] = 0.0
@@ -111,6 +124,16 @@ class Trapezium(Levels):
 class Square(Levels):
     """A square wave: a voltage that alternates between two levels, half a period each."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "elapsed": "time % (1/frequency)",
+        "width": "1/(2*frequency)",
+        "voltage": (
+            "low + (high - low)*elapsed/edge if elapsed < edge"
+            " else high if edge <= elapsed < width"
+            " else high - (high - low)*(elapsed - width)/edge if width <= elapsed < width + edge"
+            " else low"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {"high": 100, "low": -100, "frequency": 60}
 
     high: Annotated[Number, _HIGH]
@@ -143,6 +166,15 @@ class Square(Levels):
 class PulseTrain(Levels):
     """A pulse train: pulses of one width, repeated with a period."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "elapsed": "time % (1/frequency)",
+        "voltage": (
+            "low + (high - low)*elapsed/edge if elapsed < edge"
+            " else high if edge <= elapsed < width"
+            " else high - (high - low)*(elapsed - width)/edge if width <= elapsed < width + edge"
+            " else low"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {"high": 100, "width": 1e-3, "frequency": 60}
 
     high: Annotated[Number, _HIGH]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -13,6 +13,8 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from electrovib.core.arrays import Indices, Real
 
 
@@ -45,6 +47,8 @@ class Readback(Model, family=True):
 class WholeVoltage(Readback):
     """The record is the voltage that drives the stack."""
 
+    equation: ClassVar[Mapping[str, str]] = {"driving": "voltage"}
+
     def driving(self, time: Real, voltage: Real) -> Real:
         """Return the record itself."""
         del time
@@ -64,6 +68,8 @@ class OneOfTwoInAntiphase(Readback):
     is on: without `start` and `stop` it counts as on from the first to the last sample at the upper level, and may
     have been on for up to half a period more on either side.
     """
+
+    equation: ClassVar[Mapping[str, str]] = {"driving": "2*voltage - supply if start <= time <= stop else 0"}
 
     supply: Annotated[
         Number | None, Quantity("V", -1e5, 1e5, "voltage of the supply, determined from the record if absent")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from electrovib.physics.drive.parts import Part
 
-_FREQUENCY = Quantity("Hz", 1e-3, 1e8, "frequency")
+_FREQUENCY = Quantity("Hz", 1e-3, 1e8, "frequency of the sine")
 _DEPTH = Quantity("1", 0, 1, "modulation depth m")
 
 
@@ -38,6 +38,7 @@ def _tone(amplitude: float, frequency: float, phase: float) -> tuple[Tones, ...]
 class Sine(Swing):
     """A sine of one frequency about an offset."""
 
+    equation: ClassVar[Mapping[str, str]] = {"voltage": "offset + amplitude*sin(2*pi*frequency*time + phase)"}
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 125}
 
     frequency: Annotated[Number, _FREQUENCY]
@@ -71,6 +72,12 @@ class Sine(Swing):
 class Burst(Swing):
     """A whole number of cycles of a sine, which begins and ends at the offset."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "end": "delay + cycles/frequency",
+        "voltage": (
+            "offset + amplitude*sin(2*pi*frequency*(time - delay)) if delay <= time < end else offset"
+        ),
+    }
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "frequency": 250, "cycles": 10}
 
     frequency: Annotated[Number, _FREQUENCY]
@@ -118,8 +125,8 @@ class ModulatedCarrier(Swing, family=True):
     }
 
     amplitude: Annotated[Number, Quantity("V", 0, 1e5, "carrier amplitude without modulation")]
-    carrier: Annotated[Number, _FREQUENCY]
-    modulation: Annotated[Number, _FREQUENCY]
+    carrier: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency of the carrier")]
+    modulation: Annotated[Number, Quantity("Hz", 1e-3, 1e8, "frequency of the modulation")]
     depth: Annotated[Number, _DEPTH]
 
     @classmethod
@@ -143,6 +150,11 @@ class ModulatedCarrier(Swing, family=True):
 
 class AmplitudeModulation(ModulatedCarrier):
     """A carrier with the envelope 1 + m cos: the force has components at the modulation frequency and its double."""
+
+    equation: ClassVar[Mapping[str, str]] = {
+        "envelope": "1 + depth*cos(2*pi*modulation*time)",
+        "voltage": "offset + amplitude*envelope*cos(2*pi*carrier*time)",
+    }
 
     @staticmethod
     def _envelope_crest(depth: float) -> float:
@@ -169,6 +181,13 @@ class SquareRootModulation(ModulatedCarrier):
     The Fourier series of the root is truncated below 1e-15 of its mean. At full depth, where the root has a kink, its
     smooth branch sqrt(2) cos(theta/2) is used instead; the square is the same.
     """
+
+    equation: ClassVar[Mapping[str, str]] = {
+        "envelope": (
+            "sqrt(1 + depth*cos(2*pi*modulation*time)) if depth < 1 else sqrt(2)*cos(pi*modulation*time)"
+        ),
+        "voltage": "offset + amplitude*envelope*cos(2*pi*carrier*time)",
+    }
 
     @staticmethod
     def _envelope_crest(depth: float) -> float:
@@ -219,6 +238,10 @@ def _cosines(frequencies: Real, amplitudes: Real) -> Tones:
 class Chirp(Swing):
     """A sine about an offset whose frequency changes linearly from one value to another."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "turns": "first*time + (last - first)*time**2/(2*length)",
+        "voltage": "offset + amplitude*sin(2*pi*turns) if time < length else offset",
+    }
     example: ClassVar[Mapping[str, Any]] = {"amplitude": 100, "first": 10, "last": 1000, "length": 0.2}
 
     first: Annotated[Number, Quantity("Hz", 0, 1e8, "frequency at the beginning")]

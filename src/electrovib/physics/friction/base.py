@@ -25,6 +25,7 @@ FOLLOWED = "friction of steady sliding, which this one follows"
 class Load(Model):
     """Load of the finger: normal force and its time profile."""
 
+    equation: ClassVar[Mapping[str, str]] = {"forces": "normal_force*time_profile.share(time)"}
     example: ClassVar[Mapping[str, Any]] = {"normal_force": 0.5}
 
     former_parameters: ClassVar[Mapping[str, str]] = {"programme": "time_profile"}

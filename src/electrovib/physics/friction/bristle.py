@@ -120,7 +120,7 @@ class BristleFriction(Friction, family=True):
         Parameters
         ----------
         deflection : float or ndarray
-            z [m], along the motion.
+            Deflection of the contact [m], along the motion.
         speed : float or ndarray, same shape
             Speed of the skin over the plate [m/s].
         strength : float or ndarray, same shape
@@ -141,7 +141,7 @@ class BristleFriction(Friction, family=True):
         Parameters
         ----------
         deflection : float or ndarray
-            z [m].
+            Deflection of the contact [m].
         rate : float or ndarray, same shape
             Rate of change of the deflection [m/s].
         speed : float or ndarray, same shape
@@ -167,6 +167,11 @@ class LuGre(BristleFriction):
 
     reference: ClassVar[str] = "C. Canudas de Wit et al., IEEE Trans. Autom. Control 40, 419 (1995)"
     status: ClassVar[str] = "derived"
+    equation: ClassVar[Mapping[str, str]] = {
+        "strength_at": "strength*(1 + (static_ratio - 1)*exp(-(speed/stribeck_speed)**2))",
+        "deflection_rate": "speed*(1 - direction*stiffness*deflection/strength_at(speed, strength))",
+        "force": "stiffness*deflection + bristle_damping*rate + viscous_damping*speed",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "steady": _COULOMB,
         "stiffness": 500.0,
@@ -217,6 +222,11 @@ class Dahl(BristleFriction):
 
     reference: ClassVar[str] = "P. R. Dahl, Aerospace Corporation, TOR-0158(3107-18)-1 (1968)"
     status: ClassVar[str] = "derived"
+    equation: ClassVar[Mapping[str, str]] = {
+        "remaining": "1 - direction*stiffness*deflection/strength",
+        "deflection_rate": "speed*sign(remaining)*Abs(remaining)**exponent",
+        "force": "stiffness*deflection",
+    }
     example: ClassVar[Mapping[str, Any]] = {"steady": _COULOMB, "stiffness": 500.0}
 
     exponent: Annotated[

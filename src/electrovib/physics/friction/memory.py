@@ -23,12 +23,15 @@ class FirstOrderLag(FollowingFriction):
 
     Notes
     -----
-    F' = 2 pi f_c (F_steady - F), f_c = cut_off + (u - at_speed)/renewal_length. Balasubramanian et al. 2025
+    `steady_friction` is the friction of the law `steady`, and `speed` the sliding speed. Balasubramanian et al. 2025
     measured a first-order response whose corner rises by 13.8 Hz for each mm/s, a renewal length of 72.5 um,
     between 20 and 100 mm/s; the corner at one speed is not known from a source and has no default.
     """
 
-    equation: ClassVar[Mapping[str, str]] = {"corner": "cut_off + (speed - at_speed)/renewal_length"}
+    equation: ClassVar[Mapping[str, str]] = {
+        "corner": "cut_off + (speed - at_speed)/renewal_length",
+        "friction'": "2*pi*corner(speed)*(steady_friction - friction)",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "steady": _COULOMB,
         "cut_off": 500.0,
@@ -37,7 +40,7 @@ class FirstOrderLag(FollowingFriction):
     }
 
     cut_off: Annotated[
-        Number, Quantity("Hz", 1e-3, 1e9, "corner of the friction response at the speed below")
+        Number, Quantity("Hz", 1e-3, 1e9, "corner frequency of the friction response at the speed `at_speed`")
     ]
     at_speed: Annotated[Number, Quantity("m/s", 0, 100, "sliding speed to which the corner applies")] = 0.0
     renewal_length: Annotated[
@@ -73,8 +76,14 @@ class FirstOrderLag(FollowingFriction):
 
 
 class Relaxation(Model):
-    """One relaxation of friction."""
+    """One relaxation of friction.
 
+    Notes
+    -----
+    `friction`, of which the share `share` counts, follows `steady_friction`, that of a law without memory.
+    """
+
+    equation: ClassVar[Mapping[str, str]] = {"friction'": "(steady_friction - friction)/time"}
     example: ClassVar[Mapping[str, Any]] = {"share": 0.2, "time": 70e-3}
 
     share: Annotated[Number, Quantity("1", 0, 1, "share of the friction that relaxes")]
@@ -86,11 +95,16 @@ class Creep(FollowingFriction):
 
     Notes
     -----
-    F = (1 - sum share_i) F_steady + sum share_i F_i, time_i F_i' = F_steady - F_i. Real contact grows while
-    skin relaxes under a load: finger pads relax with about 4 ms, 70 ms and 1.4 s in normal indentation (Pawluk
-    and Howe 1999, doi:10.1115/1.2835100); the shares of friction have to be given.
+    `steady_friction` is the friction of the law `steady`; the friction `part.friction` of each relaxation follows it, and
+    the share `part.share` of it counts. Real contact grows while skin relaxes under a load: finger pads relax with about
+    4 ms, 70 ms and 1.4 s in normal indentation (Pawluk and Howe 1999, doi:10.1115/1.2835100); the shares of friction have
+    to be given.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "part.friction'": "(steady_friction - part.friction)/part.time",
+        "friction": "steady_friction + sum(part.share*(part.friction - steady_friction) for part in relaxations)",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "steady": _COULOMB,
         "relaxations": ({"share": 0.2, "time": 4e-3}, {"share": 0.2, "time": 70e-3}),

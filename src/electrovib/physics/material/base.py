@@ -99,12 +99,12 @@ class Material(Model, family=True):
         Parameters
         ----------
         frequency : array_like
-            Hz, above 0, any shape; NaN gives NaN.
+            Frequency [Hz], above 0, any shape; NaN gives NaN.
 
         Returns
         -------
         permittivity : ndarray of complex
-            eps' - j eps'' without conduction, dimensionless, same shape.
+            Relative permittivity eps' - j eps'' without conduction, dimensionless, same shape.
         """
 
     @NAN_PASSES
@@ -114,7 +114,7 @@ class Material(Model, family=True):
         Parameters
         ----------
         frequency : array_like
-            Hz, above 0, any shape; NaN gives NaN.
+            Frequency [Hz], above 0, any shape; NaN gives NaN.
 
         Returns
         -------

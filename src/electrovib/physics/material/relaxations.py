@@ -72,6 +72,11 @@ class DebyeTerm(Model):
 class Prony(Material):
     """A sum of Debye relaxations, which approximates any passive relaxing dielectric with enough terms."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "s": "2*pi*I*frequency",
+        "relaxing": "sum(term.strength/(1 + s*term.relaxation_time) for term in terms)",
+        "bound_permittivity": "permittivity_high + relaxing",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "permittivity_high": 50,
         "terms": [{"strength": 900, "relaxation_time": 2e-3}, {"strength": 300, "relaxation_time": 2e-5}],
@@ -118,6 +123,11 @@ class ColeCole(Material):
     """A sum of relaxations, each broadened symmetrically."""
 
     reference: ClassVar[str] = "doi:10.1063/1.1750906"
+    equation: ClassVar[Mapping[str, str]] = {
+        "s": "2*pi*I*frequency",
+        "relaxing": "sum(term.strength/(1 + (s*term.relaxation_time)**(1 - term.broadening)) for term in terms)",
+        "bound_permittivity": "permittivity_high + relaxing",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "permittivity_high": 4,
         "terms": [{"strength": 3e4, "relaxation_time": 1.6e-3, "broadening": 0.2}],
@@ -151,8 +161,8 @@ class HavriliakNegami(Material):
 
     reference: ClassVar[str] = "doi:10.1016/0032-3861(67)90021-3"
     equation: ClassVar[Mapping[str, str]] = {
-        "bound_permittivity": "permittivity_high"
-        " + strength/(1 + (2*pi*I*frequency*relaxation_time)**broadness)**skewness"
+        "s": "2*pi*I*frequency",
+        "bound_permittivity": "permittivity_high + strength/(1 + (s*relaxation_time)**broadness)**skewness",
     }
     example: ClassVar[Mapping[str, Any]] = {
         "permittivity_high": 5,

@@ -102,11 +102,14 @@ class NonPacinian(Channel):
         " Non-Pacinian I channel (2005), abstract; -27 dB and 10 to 100 Hz: assumptions"
     )
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "weight": "10**(sensitivity/20) if low <= frequency <= high else 0",
+    }
     sensitivity: Annotated[
         Number, Quantity("1", -80, 40, "dB above that of the Pacinian channel at its best frequency")
     ] = -27.0
-    low: Annotated[Number, Quantity("Hz", 0, 1000, "lowest frequency")] = 10.0
-    high: Annotated[Number, Quantity("Hz", 0.1, 2000, "highest frequency")] = 100.0
+    low: Annotated[Number, Quantity("Hz", 0, 1000, "lowest frequency of the band")] = 10.0
+    high: Annotated[Number, Quantity("Hz", 0.1, 2000, "highest frequency of the band")] = 100.0
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

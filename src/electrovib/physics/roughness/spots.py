@@ -56,6 +56,8 @@ class PullingSpots(ContactSpots):
 class IdleSpots(ContactSpots):
     """Spots without a field between the faces, bridged for instance by sweat, which do not attract."""
 
+    equation: ClassVar[Mapping[str, str]] = {"field_share": "0"}
+
     @property
     def leak(self) -> None:
         """None: there is no field between the faces that could drive a current."""

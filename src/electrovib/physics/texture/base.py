@@ -87,7 +87,7 @@ class TextureAlongLine(Texture, family=True):
         Returns
         -------
         components : ndarray, shape (n,)
-            In the unit of the vectors.
+            Components along the direction of variation, in the unit of the vectors.
         """
         if self.angle == 0:
             return np.asarray(vectors[:, 0])

@@ -38,12 +38,14 @@ class GratingWaveform(Model, family=True):
         Returns
         -------
         value : ndarray, same shape
-            Dimensionless, from -1 to 1.
+            Value of the waveform, dimensionless, from -1 to 1.
         """
 
 
 class SinusoidalWaveform(GratingWaveform):
     """A sine that is 0 and rises at position 0."""
+
+    equation: ClassVar[Mapping[str, str]] = {"value": "sin(2*pi*periods)"}
 
     def value(self, periods: Real) -> Real:
         """Return sin(2 pi s) at positions s over the period [1]."""
@@ -53,6 +55,8 @@ class SinusoidalWaveform(GratingWaveform):
 class TriangularWaveform(GratingWaveform):
     """Straight flanks between -1 and 1, 0 and rising at position 0."""
 
+    equation: ClassVar[Mapping[str, str]] = {"value": "1 - 4*Abs((periods + 1/4) % 1 - 1/2)"}
+
     def value(self, periods: Real) -> Real:
         """Return the triangle at positions over the period [1]."""
         return np.asarray(1 - 4 * _distance(periods - 0.25))
@@ -60,6 +64,11 @@ class TriangularWaveform(GratingWaveform):
 
 class RectangularWaveform(GratingWaveform):
     """Ridges at 1 and grooves at -1, joined by straight edges; a ridge begins at position 0."""
+
+    equation: ClassVar[Mapping[str, str]] = {
+        "distance": "Abs((periods + (1 - duty)/2) % 1 - 1/2)",
+        "value": "Max(-1, Min(1, (duty - 2*distance)/edge))",
+    }
 
     duty: Annotated[Number, Quantity("1", 1e-3, 0.999, "width of a ridge over the period")] = 0.5
     edge: Annotated[Number, _EDGE] = 0.05
@@ -79,6 +88,11 @@ class RectangularWaveform(GratingWaveform):
 class SawtoothWaveform(GratingWaveform):
     """A straight rise from -1 to 1 that begins at position 0, and a short straight fall."""
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "share": "periods % 1",
+        "value": "Min(2*share/(1 - edge) - 1, 2*(1 - share)/edge - 1)",
+    }
+
     edge: Annotated[Number, _EDGE] = 0.05
 
     def value(self, periods: Real) -> Real:
@@ -96,6 +110,10 @@ class Grating(TextureAlongLine):
     variation. At the speed u the friction has the fundamental frequency u/period.
     """
 
+    equation: ClassVar[Mapping[str, str]] = {
+        "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
+        "added_friction": "amplitude*(1 + waveform.value(along(position)/period))",
+    }
     example: ClassVar[Mapping[str, Any]] = {"period": 2e-3, "amplitude": 1e-3}
 
     period: Annotated[Number, Quantity("m", 1e-6, 1, "length of a period")]

@@ -39,12 +39,12 @@ class FingerPath(Model, family=True):
         Parameters
         ----------
         time : ndarray, shape (n,)
-            From the beginning of the path [s]; before it and after its end the finger is at its ends.
+            Time from the beginning of the path [s]; before it and after its end the finger is at its ends.
 
         Returns
         -------
         position : ndarray, shape (n, 2)
-            x and y [m].
+            Position of the finger, x and y [m].
         """
 
     @property
@@ -61,6 +61,7 @@ class FingerPath(Model, family=True):
 class ConstantSpeed(FingerPath):
     """A straight stroke along x at constant speed."""
 
+    equation: ClassVar[Mapping[str, str]] = {"positions": "(begin + Max(0, Min(stroke, speed*time)), across)"}
     example: ClassVar[Mapping[str, Any]] = {"speed": 0.03, "stroke": 0.02}
 
     speed: Annotated[Number, Quantity("m/s", 1e-6, 10, "speed of the finger")]

@@ -106,6 +106,11 @@ class HeightProfile(MeasuredTexture):
 
     value_field: ClassVar[str] = "height"
     value_si: ClassVar[str] = "m"
+    equation: ClassVar[Mapping[str, str]] = {
+        "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
+        "direction": "Max(-1, Min(1, along(velocity)/slow))",
+        "added_friction": "gain*plate.normal_force*Max(0, slope(position)*direction)",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "position_samples": [0, 1e-3, 2e-3],
         "height_samples": [0, 1e-5, 0],
@@ -126,9 +131,24 @@ class HeightProfile(MeasuredTexture):
         slopes = np.gradient(heights, places, edge_order=2 if len(places) > 2 else 1)
         return self._faded(slopes)
 
+    def slope(self, position: Real) -> Real:
+        """Return the slope of the profile.
+
+        Parameters
+        ----------
+        position : ndarray, shape (n, 2)
+            Places x and y of the finger [m].
+
+        Returns
+        -------
+        slope : ndarray, shape (n,)
+            Rise of the height over the distance [1]; 0 beyond the ends of the profile.
+        """
+        return np.asarray(np.interp(self.along(position), *self._slopes))
+
     def added_friction(self, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
         """Return gain F_n max(0, h' m) [N]."""
-        slope = np.interp(self.along(position), *self._slopes)
+        slope = self.slope(position)
         direction = np.maximum(np.minimum(self.along(velocity) / self.slow, 1.0), -1.0)
         return np.asarray(self.gain * plate.normal_force * np.maximum(slope * direction, 0.0))
 
@@ -161,6 +181,12 @@ class RecordedFrictionForce(FrictionRecord):
 
     value_field: ClassVar[str] = "friction_force"
     value_si: ClassVar[str] = "N"
+    equation: ClassVar[Mapping[str, str]] = {
+        "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
+        "place": "position_samples[first] + along(position)",
+        "recorded": "interpolated(place, position_samples, friction_force_samples)",
+        "added_friction": "scale*(recorded - baseline)",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "position_samples": [0, 1e-3, 2e-3],
         "friction_force_samples": [0.25, 0.26, 0.25],
@@ -198,6 +224,12 @@ class RecordedFrictionCoefficient(FrictionRecord):
 
     value_field: ClassVar[str] = "friction_coefficient"
     value_si: ClassVar[str] = "1"
+    equation: ClassVar[Mapping[str, str]] = {
+        "along": "vectors[x]*cos(angle) + vectors[y]*sin(angle)",
+        "place": "position_samples[first] + along(position)",
+        "recorded": "interpolated(place, position_samples, friction_coefficient_samples)",
+        "added_friction": "plate.normal_force*scale*(recorded - baseline)",
+    }
     example: ClassVar[Mapping[str, Any]] = {
         "position_samples": [0, 1e-3, 2e-3],
         "friction_coefficient_samples": [0.5, 0.52, 0.5],

@@ -13,7 +13,7 @@ from electrovib.data.readers.registry import format_of, read_recorded
 from electrovib.data.readers.spectrum import spectrum_of
 
 if TYPE_CHECKING:
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.readers.recorded import DataColumn, Recorded
 
 _MOST: Final = 60
 
@@ -91,15 +91,19 @@ def _clock(recorded: Recorded) -> str:
 
 
 def _example(recorded: Recorded) -> list[str]:
-    """Return the options that would import the first column that is not the time."""
-    first = next((each for each in recorded.channels if each.name != recorded.time), None)
-    if first is None:
+    """Return the options that would import the first column that is not the time, and the next one as of a force sensor."""
+    columns = [each for each in recorded.channels if each.name != recorded.time]
+    if not columns:
         return []
-    signals = {"V": "drive_voltage", "N": "lateral_force_measured", "A": "current"}
-    signal = signals.get(first.unit.lstrip("mkun") or "V", "lateral_force_measured")
-    unit = "" if first.unit else " [V]"
+    first, sensor = columns[0], columns[1] if columns[1:] else columns[0]
+    signals = {"V": "drive_voltage", "N": "lateral_force", "A": "current"}
+    signal = signals.get(first.unit.lstrip("mkun") or "V", "lateral_force")
     return [
-        f'to import it: --column {signal}="{first.name}{unit}" -o trace.nc',
-        'of a force sensor: --column lateral_force_measured="'
-        f'{first.name}{unit}" --scale lateral_force_measured="1.5 N/V"',
+        f'to import it: --column {signal}="{_with_unit(first)}" -o trace.nc',
+        f'of a force sensor: --column lateral_force="{_with_unit(sensor)}" --scale lateral_force="1.5 N/V"'
+        " (lateral_force_measured for a scenario with a [rig])",
     ]
+
+
+def _with_unit(channel: DataColumn) -> str:
+    return channel.name if channel.unit else f"{channel.name} [V]"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.signals import without
 from electrovib.solve.closed_form.chain import ClosedElectrics, filter_of, offers
 from electrovib.solve.expanded import Expanded
 
@@ -82,8 +83,7 @@ class Repeated:
         record = expanded.at(self._time, wanted=self._names)
         missing = [name for name in self._names if name not in record.signals]
         if missing:
-            known = ", ".join(sorted(record.signals))
-            raise InputError(f"signals: this scenario has no '{missing[0]}'. Known: {known}.")
+            raise InputError(without(missing[0], record.signals))
         return {name: np.asarray(record.signals[name][1]) for name in self._names}
 
     def _filter_of(self, scenario: Scenario, name: str) -> Filter:

@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Iterator
 from types import ModuleType
-from typing import Any, get_args
+from typing import Any
 
 from electrovib.core.citation import bibtex_of
 from electrovib.core.discovery import paper_of
@@ -14,7 +14,7 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
-from electrovib.study.catalogue.families import families, plain_text
+from electrovib.study.catalogue.families import families, first_sentence, plain_text
 from electrovib.study.reproduction import Table
 
 NAMES = (
@@ -57,7 +57,7 @@ def parameters(model: type[Model]) -> Table:
         default = None if declared.is_required() else declared.get_default(call_default_factory=True)
         needed = "required" if declared.is_required() else ""
         if quantity is None:
-            meaning = declared.description or _family_of(declared.annotation)
+            meaning = declared.description or _part_of(model, name)
             rows.append((name, "", "", needed or _named(default), meaning, _source(model, default, needed)))
             continue
         shown = needed or ("none" if default is None else format_quantity(default, quantity.unit))
@@ -74,10 +74,12 @@ def _named(default: Any) -> str:
     return type(default).__name__ if isinstance(default, Model) else str(default) or "none"
 
 
-def _family_of(annotation: Any) -> str:
-    """Return what the members of the family compute, of a parameter that is itself a model."""
-    known = families()
-    return next((known[kind] for kind in (annotation, *get_args(annotation)) if kind in known), "")
+def _part_of(model: type[Model], name: str) -> str:
+    """Return what the models compute, or are, that a parameter holds; empty for a parameter that holds none."""
+    kind = model.part(name)
+    if kind is None:
+        return ""
+    return families().get(kind) or first_sentence(kind)
 
 
 def _source(model: type[Model], default: Any, needed: str) -> str:

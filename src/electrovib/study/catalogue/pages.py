@@ -57,7 +57,7 @@ def page(item: Item) -> str:
 
 
 def _of_model(model: type[Model]) -> list[str]:
-    lines = [inspect.getdoc(model) or "", ""]
+    lines = [(inspect.getdoc(model) or "").replace("``", "'"), ""]
     lines += _written_as(model) + _line("formerly", ", ".join(model.former_names))
     lines += [part for name, text in model.equation.items() for part in _line("equation", f"{name} = {text}")]
     table = parameters(model)
@@ -75,11 +75,18 @@ def _of_model(model: type[Model]) -> list[str]:
 
 
 def _written_as(model: type[Model]) -> list[str]:
-    """Show how a scenario file names a member of a family."""
-    found = next((place for family, place in places().items() if issubclass(model, family)), "")
-    if not found or not model.is_member:
+    """Show how a scenario file names a member of a family, and from which class a model of one's own is derived."""
+    family, found = next(
+        ((family, place) for family, place in places().items() if issubclass(model, family)), (None, "")
+    )
+    if family is None or not found or not model.is_member:
         return []
-    return _line("in a scenario", f'{found} = {{ model = "{model.__name__}", ... }}')
+    return [
+        *_line("in a scenario", f'{found} = {{ model = "{model.__name__}", ... }}'),
+        *_line(
+            "own model", f"a subclass of {family.__name__}: from {family.__module__} import {family.__name__}"
+        ),
+    ]
 
 
 def _beside_the_stress_in_the_gap(model: type[Model]) -> list[str]:

@@ -159,7 +159,7 @@ def refuse_unlimited(
         raise InputError(
             f"{words} {verb} not declared, and {what} needs the largest voltage and the largest"
             " current; nothing was written. Add to the scenario, before its first"
-            f" table, or to the file of --limits, with the values of your set-up: {LINES_TO_ADD}"
+            f" table, or to the file of --limits, with the values of your set-up: {LINES_TO_ADD}; or --set limits.voltage=..."
         )
 
 

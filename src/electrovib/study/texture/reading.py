@@ -118,6 +118,12 @@ def _table(source: object, name: str, example: str) -> tuple[dict[str, Any], Pat
         except ValueError as error:
             raise InputError(f"not valid TOML: {error}; for instance {example}", path=name) from None
     path = Path(source)
+    if path.suffix.lower() == ".png" and name == "texture":
+        why = (
+            "a picture is the file of a texture, and its size on the plate has to be given:"
+            f' {{ model = "GreyscalePicture", file = "{path}", pixels_per_millimetre = 5 }}'
+        )
+        raise InputError(why, path=path)
     note_input(path)
     try:
         content = read_toml(path.read_bytes().decode("utf-8-sig"))

@@ -11,12 +11,20 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.apps.explorer import reading
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.downloads import DOWNLOADS
 from electrovib.apps.explorer.fitting import MOST_FREE, RunningFit
-from electrovib.apps.explorer.limits import LARGEST_UPLOAD
+from electrovib.apps.explorer.limits import (
+    LARGEST_SCENARIO,
+    LARGEST_UPLOAD,
+    LONGEST_NAME,
+    MOST_COLUMNS,
+    MOST_PARAMETERS,
+    MOST_VALUES,
+)
 from electrovib.apps.explorer.page.words import fit_words
-from electrovib.apps.explorer.uploads import MOST_VALUES, named, read_upload, read_uploaded_scenario
+from electrovib.apps.explorer.uploads import named, read_upload, read_uploaded_scenario, shown_name
 from electrovib.core.errors import ElectrovibError, InputError
 
 FIG6 = "vezzoli_2014/fig6"
@@ -37,6 +45,13 @@ def content(shown):
 def scratch(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     return tmp_path
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Read in this process, without the second that another one takes to start."""
+    monkeypatch.setattr("electrovib.apps.explorer.uploads.read_apart", reading.read_here)
+    monkeypatch.setattr("electrovib.apps.explorer.uploads.read_tables_apart", reading.read_tables_here)
 
 
 def test_the_scenario_reads_back(content, shown, tmp_path):
@@ -70,7 +85,7 @@ def test_a_trace_of_ours_names_its_signals(content, scratch):
     assert list(scratch.iterdir()) == []
 
 
-def test_columns_are_listed_and_become_signals(scratch):
+def test_columns_are_listed_and_become_signals(scratch, here):
     found = read_upload("scope.csv", TABLE)
     assert found.trace is None
     assert [(each.name, each.unit) for each in found.recorded.channels] == [("time", "s"), ("CH1", "N")]
@@ -122,7 +137,7 @@ def _damaged(seed):
 @pytest.mark.parametrize(
     "seed", [pytest.param(seed, marks=pytest.mark.slow if seed >= 24 else ()) for seed in range(156)]
 )
-def test_malformed_recordings_give_a_sentence_and_leave_nothing(seed, scratch):
+def test_malformed_recordings_give_a_sentence_and_leave_nothing(seed, scratch, here):
     name, content = _damaged(seed)
     try:
         found = read_upload(name, content)
@@ -146,24 +161,95 @@ def test_malformed_recordings_give_a_sentence_and_leave_nothing(seed, scratch):
         b"a = " + b"[" * 5000,
         b"x = 1\n" * 1000,
         b'drive = "os.system"',
+        b"schema = 1979-05-27",
+        b"a = " + b"9" * 5000,
     ],
 )
-def test_malformed_scenarios_give_a_sentence(content):
+def test_malformed_scenarios_give_a_sentence(content, here):
     with pytest.raises(InputError) as error:
         read_uploaded_scenario("mine.toml", content)
     assert str(error.value)
 
 
-def test_large_files_are_refused(monkeypatch):
+def test_large_files_are_refused(monkeypatch, here):
     with pytest.raises(InputError, match="at most 20 MB"):
         read_upload("a.csv", bytes(LARGEST_UPLOAD + 1))
-    monkeypatch.setattr("electrovib.apps.explorer.uploads.MOST_VALUES", 60)
+    monkeypatch.setattr(reading, "MOST_VALUES", 60)
     with pytest.raises(InputError, match="more than a page reads"):
         read_upload("a.csv", TABLE)
     assert MOST_VALUES >= 1_000_000
 
 
-def test_a_sweep_is_no_recording(tmp_path):
+def test_many_columns_and_long_headings_are_refused(here):
+    wide = b"\n".join(b",".join(b"%d" % n for n in range(MOST_COLUMNS + 1)) for _ in range(3))
+    with pytest.raises(InputError, match="at most 200 columns"):
+        read_upload("a.csv", wide)
+    assert len(read_upload("a.csv", wide.replace(b"0,1,", b"1,")).recorded.channels) == MOST_COLUMNS
+    with pytest.raises(InputError, match="a line of 40001 letters"):
+        read_upload("a.csv", b"time,force\n" + b"1," * 20_000 + b"\n1,2\n")
+    named_columns = b"t," + b"a" * (LONGEST_NAME + 1) + b"\n1,2\n2,3\n"
+    with pytest.raises(InputError, match="has 121 letters"):
+        read_upload("a.csv", named_columns)
+
+
+def test_names_of_files_are_shown_as_one_short_line():
+    assert shown_name("C:\\fake\\a.csv") == "a.csv"
+    assert shown_name("../../a.csv") == "a.csv"
+    assert shown_name("") == "the file"
+    assert "\n" not in shown_name("a\nb\x00\u202e.csv")
+    assert len(shown_name("x" * 300 + ".csv")) == LONGEST_NAME
+    assert shown_name("x" * 300 + ".csv").endswith(".csv")
+
+
+def test_large_scenarios_are_refused(here):
+    with pytest.raises(InputError, match=r"at most 0\.5 MB"):
+        read_uploaded_scenario("a.toml", b"#" * (LARGEST_SCENARIO + 1))
+    sine = {"model": "Sine", "amplitude": 1, "frequency": 100}
+    many = ev.load(FIG6).replace({"drive": {"model": "Sum", "drives": [sine] * (MOST_PARAMETERS // 4)}})
+    with pytest.raises(InputError, match="scenarios of at most 400"):
+        read_uploaded_scenario("a.toml", many.to_toml().encode())
+
+
+@pytest.mark.slow  # three processes are started
+def test_another_process_returns_what_this_one_reads(content, tmp_path, scratch):
+    path = tmp_path / "trace.nc"
+    path.write_bytes(content["trace.nc"])
+    assert reading.read_apart(path).identical(reading.read_here(path))
+    path = tmp_path / "scope.csv"
+    path.write_bytes(TABLE)
+    columns = {"lateral_force_measured": "CH1"}
+    assert reading.read_apart(path, columns, title="t").equals(reading.read_here(path, columns, title="t"))
+    there, here = reading.read_apart(path), reading.read_here(path)
+    assert (there.time, there.step, there.start, there.attributes) == (
+        here.time, here.step, here.start, here.attributes,
+    )  # fmt: skip
+    for mine, its in zip(here.channels, there.channels, strict=True):
+        assert (mine.name, mine.unit) == (its.name, its.unit)
+        np.testing.assert_array_equal(mine.values, its.values)
+
+
+@pytest.mark.slow
+def test_a_text_that_the_parser_never_ends_is_given_up(scratch):
+    with pytest.raises(InputError, match="computing"):
+        read_uploaded_scenario("a.toml", b"a." * 240_000 + b"a = 1")
+    assert list(scratch.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("do", ["memory", "file", "time"])
+def test_the_limits_of_the_other_process_hold(do, tmp_path, monkeypatch):
+    path = tmp_path / f"{do}.csv"
+    path.write_bytes(TABLE)
+    reader = reading.Reader("tests.unit.apps.explorer.greedy:contents", ("numpy",), "a recording")
+    monkeypatch.setattr(reading, "_READER", reader)
+    quick = reading.ReaderLimits(memory=300_000_000, content=1000, processor_time=2.0, waiting_time=20.0)
+    monkeypatch.setattr(reading, "LIMITS", quick)
+    with pytest.raises(ElectrovibError, match=r"packed too tightly|damaged|computing"):
+        reading.read_apart(path)
+    assert sum(each.stat().st_size for each in tmp_path.iterdir()) == len(TABLE)
+
+
+def test_a_sweep_is_no_recording(tmp_path, here):
     found = ev.sweep(FIG6, {"drive.high": [100.0, 200.0]}, quantities=["peak electrostatic_force"])
     ev.save(found, tmp_path / "sweep.nc")
     with pytest.raises(ElectrovibError):
@@ -200,7 +286,7 @@ def test_too_few_and_too_many_parameters(shown, count):
         RunningFit(shown.scenario, _measured(shown), ["x"] * count)
 
 
-def test_names_of_uploads_never_reach_the_file_system(scratch):
+def test_names_of_uploads_never_reach_the_file_system(scratch, here):
     for name in ("../../../evil.csv", "/etc/evil.csv", "a\x00.csv", "con.csv.", "a.c/sv", "." * 300):
         try:
             read_upload(name, TABLE)

@@ -280,7 +280,7 @@ def test_numbers_that_are_not_finite_are_gaps():
     plot = figure(
         "t", Axis("x", "s"), Axis("y", "N"), [PlottedCurve([0, 1, 2], [1.23456789, math.nan, math.inf], "a")]
     )
-    assert plot["data"][0]["y"] == [1.2346, None, None]
+    assert plot["data"][0]["y"] == (1.2346, None, None)
 
 
 def test_a_constant_is_drawn_as_one_and_zeros_on_a_logarithmic_axis_are_left_out():

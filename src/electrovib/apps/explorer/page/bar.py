@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,6 @@ from nicegui import ui
 
 from electrovib.apps.explorer.downloads import DOWNLOADS, Download
 from electrovib.apps.explorer.page.words import ABOUT
-from electrovib.apps.explorer.runner import apart
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.errors import ElectrovibError
 from electrovib.study.catalogue import scenarios
@@ -91,11 +91,11 @@ class Bar:
         self._redraw()
 
     async def _take_theme_of_browser(self) -> None:
-        wanted = await ui.run_javascript(
-            "window.matchMedia('(prefers-color-scheme: dark)').matches", timeout=5
-        )
-        if wanted:
-            self._change_theme()
+        with suppress(TimeoutError):  # of a browser that does not answer; the page is then a light one
+            if await ui.run_javascript(
+                "window.matchMedia('(prefers-color-scheme: dark)').matches", timeout=5
+            ):
+                self._change_theme()
 
     def offer(self, name: str) -> None:
         """Add a scenario to the list, and choose it."""
@@ -107,7 +107,7 @@ class Bar:
         if found is None:
             return
         try:
-            content = await apart(self._session.patient, lambda: wanted.make(found))
+            content = await self._session.work(lambda: wanted.make(found))
         except ElectrovibError as error:
             ui.notify(f"{wanted.label}: {error}", type="negative", multi_line=True)
         else:

@@ -14,6 +14,7 @@ from electrovib.apps.explorer.page.bar import Bar
 from electrovib.apps.explorer.page.knobs import Knobs
 from electrovib.apps.explorer.page.plots import Plots
 from electrovib.apps.explorer.page.recording import DROPPED, RecordingPanel
+from electrovib.apps.explorer.runner import end_work
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState, read_query
 from electrovib.core.errors import InputError
@@ -31,8 +32,8 @@ _PRIMARY: Final = "#1c5d94"
 """Dark enough for white text."""
 WORKERS: Final = 2
 """Threads in which the simulations of all visitors run."""
-PATIENT_WORKERS: Final = 2
-"""Threads in which their fits, reports and uploads run, so that no simulation waits for one."""
+PATIENT_WORKERS: Final = 4
+"""Threads in which their long simulations, fits, reports and uploads run, so that no short simulation waits for one."""
 
 
 def build(own: Mapping[str, Scenario], first: str) -> None:
@@ -49,6 +50,7 @@ def build(own: Mapping[str, Scenario], first: str) -> None:
     patient = ThreadPoolExecutor(PATIENT_WORKERS, thread_name_prefix="explorer-patient")
 
     def close() -> None:
+        end_work()
         for each in (executor, patient):
             each.shutdown(wait=False, cancel_futures=True)
 

@@ -11,7 +11,6 @@ from electrovib.apps.explorer.controls import controls
 from electrovib.apps.explorer.fitting import RunningFit
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.words import fit_words
-from electrovib.apps.explorer.runner import apart
 from electrovib.apps.explorer.state import PageState
 from electrovib.apps.explorer.uploads import (
     OVER_TIME,
@@ -104,9 +103,9 @@ class RecordingPanel:
         self._complain("")
         try:
             if name.lower().endswith(SCENARIO_SUFFIX):
-                self._take(await apart(self._session.patient, lambda: read_uploaded_scenario(name, content)))
+                self._take(await self._session.read(lambda: read_uploaded_scenario(name, content)))
                 return
-            found = await apart(self._session.patient, lambda: read_upload(name, content))
+            found = await self._session.read(lambda: read_upload(name, content))
         except ElectrovibError as error:
             self._complain(f"{error}")
             return
@@ -160,9 +159,7 @@ class RecordingPanel:
             self._complain("No column is chosen; state for at least one which signal it is.")
             return
         try:
-            found = await apart(
-                self._session.patient, lambda: named(name, content, wanted, step=step.strip())
-            )
+            found = await self._session.read(lambda: named(name, content, wanted, step=step.strip()))
         except ElectrovibError as error:
             self._complain(str(error))
             return
@@ -208,7 +205,7 @@ class RecordingPanel:
         self._cancel_button.set_visibility(True)
         timer = ui.timer(_REFRESH, lambda: self._progress.set_text(running.progress))
         try:
-            result = await apart(session.patient, running.run)
+            result = await session.work(running.run)
         except ElectrovibError as error:
             self._progress.set_text(str(error))
         else:

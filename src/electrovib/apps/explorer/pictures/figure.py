@@ -203,8 +203,11 @@ def _lines(
     return [lower, upper]
 
 
-def _numbers(values: NDArray[Any]) -> list[float | None]:
-    """Round to a few digits, so that little is sent; numbers that are not finite become gaps."""
+def _numbers(values: NDArray[Any]) -> tuple[float | None, ...]:
+    """Round to a few digits, so that little is sent; numbers that are not finite become gaps.
+
+    The framework watches every item of a list for changes, which takes longer than the simulation; a tuple is sent as it is.
+    """
     finite = np.isfinite(values)
     sizes = np.abs(np.where(finite & (values != 0), values, 1.0))
     places = DIGITS - 1 - np.floor(np.log10(sizes))
@@ -213,7 +216,11 @@ def _numbers(values: NDArray[Any]) -> list[float | None]:
         10.0 ** np.clip(-places, 0, 300),
     )  # exact, so that few digits are written
     rounded = np.round(np.where(finite, values, 0.0) * up / down) / up * down
-    return [value if kept else None for value, kept in zip(rounded.tolist(), finite.tolist(), strict=True)]
+    if finite.all():
+        return tuple(rounded.tolist())
+    return tuple(
+        value if kept else None for value, kept in zip(rounded.tolist(), finite.tolist(), strict=True)
+    )
 
 
 def _unit(axis: Axis, data: Sequence[ArrayLike]) -> tuple[str, float]:

@@ -1,0 +1,250 @@
+"""The reading of a dropped file in a process of its own, whose memory and time are limited and which can write nothing."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.apps.explorer.limits import LONGEST_LINE, LONGEST_NAME, MOST_COLUMNS, MOST_VALUES
+from electrovib.apps.explorer.runner import closed_at_end
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.parsing import read_toml
+from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.data.readers.recorded import Recorded
+
+LIMITS: Final = ReaderLimits(
+    memory=600_000_000, content=16 * MOST_VALUES + 4_000_000, processor_time=10.0, waiting_time=60.0
+)
+"""Of the process that reads a file; the processes of native formats that it starts have no higher ones."""
+_READER: Final = Reader(
+    f"{__name__}:contents",
+    ("numpy", "xarray", "electrovib.data.traces", "electrovib.recordings.importing"),
+    "a recording",
+)
+_TOML_LIMITS: Final = ReaderLimits(
+    memory=200_000_000, content=20_000_000, processor_time=5.0, waiting_time=30.0
+)
+_TOML_READER: Final = Reader(f"{__name__}:tables", ("electrovib.core.parsing",), "a TOML file")
+_PLAIN: Final = "fiucb"
+"""Kinds of arrays that are handed over as bytes."""
+_DIMENSIONS: Final = ("time", "frequency", "layer", "sample")
+
+
+def read_apart(
+    path: Path, columns: Mapping[str, str] | None = None, *, step: str = "", title: str = ""
+) -> xarray.Dataset | Recorded:
+    """Read a recording in a process of its own.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    columns : mapping of str to str, optional
+        Signal to the heading of its column, with which the recording is imported.
+    step : str
+        Time between samples where the file has no time stamps.
+    title : str
+        Of the imported recording.
+
+    Returns
+    -------
+    xarray.Dataset or Recorded
+        A Trace if the file names its signals or `columns` do, else its columns.
+
+    Raises
+    ------
+    ElectrovibError
+        If no reader takes the file, if it is damaged or too large, or if reading it takes too much time or memory.
+    """
+    arguments = {"columns": dict(columns) if columns else None, "step": step, "title": title}
+    with (
+        GuardedReading(_READER, path, limits=LIMITS, **arguments) as reading,
+        closed_at_end(reading.close),
+    ):
+        return _unpacked(reading.content())
+
+
+def contents(
+    path: Path, *, columns: Mapping[str, str] | None, step: str, title: str
+) -> Iterator[tuple[str, Any]]:
+    """Yield the parts of a recording; called in the process of its own."""
+    _limit_children_and_files()
+    found = read_here(path, columns, step=step, title=title)
+    yield from _packed_trace(found) if hasattr(found, "data_vars") else _packed_columns(found)
+
+
+def read_tables_apart(path: Path) -> Any:
+    """Read a TOML file in a process of its own, as some short texts take the parser minutes.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    dict
+        Its tables; dates and times as texts.
+
+    Raises
+    ------
+    ElectrovibError
+        If it is not valid, nested too deeply, or takes too much time or memory.
+    """
+    with (
+        GuardedReading(_TOML_READER, path, limits=_TOML_LIMITS) as reading,
+        closed_at_end(reading.close),
+    ):
+        return reading.content()["tables"]
+
+
+def tables(path: Path) -> Iterator[tuple[str, Any]]:
+    """Yield the tables of a TOML file; called in the process of its own."""
+    _limit_children_and_files()
+    yield "tables", read_tables_here(path)
+
+
+def read_tables_here(path: Path) -> Any:
+    """Read a TOML file in this process; as `read_tables_apart`."""
+    try:
+        return json.loads(json.dumps(read_toml(path.read_text(encoding="utf-8")), default=str))
+    except ValueError as error:
+        raise InputError(f"not valid TOML: {error}") from None
+
+
+def read_here(
+    path: Path, columns: Mapping[str, str] | None = None, *, step: str = "", title: str = ""
+) -> Any:
+    """Read a recording in this process; as `read_apart`."""
+    from electrovib.data.readers.registry import read_recorded
+    from electrovib.data.traces import open_trace
+    from electrovib.recordings.importing import import_file
+
+    if columns is not None:
+        return _checked_trace(import_file(path, dict(columns), step=step or None, title=title))
+    try:
+        trace = open_trace(path).load()
+    except ElectrovibError:
+        _refuse_long_lines(path)
+        return _checked_columns(read_recorded(path))
+    return _checked_trace(trace)
+
+
+def _refuse_long_lines(path: Path) -> None:
+    """Refuse a text with lines that are longer than a row of the columns that a page offers."""
+    from electrovib.data.readers.registry import format_of
+
+    if format_of(path).name != "text":
+        return
+    ends = np.flatnonzero(np.frombuffer(path.read_bytes() + b"\n", np.uint8) == ord("\n"))
+    if (longest := int(np.diff(ends, prepend=-1).max())) > LONGEST_LINE:
+        raise InputError(
+            f"This file has a line of {longest} letters; a recording has a row of at most {LONGEST_LINE} per sample."
+        )
+
+
+def _limit_children_and_files() -> None:
+    """Let no process that is started from here have more memory than this one, and let none write into a file."""
+    try:
+        import resource
+    except ImportError:  # no such limits here
+        return
+    memory = resource.getrlimit(resource.RLIMIT_AS)[0]
+    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+
+
+def _checked_trace(trace: xarray.Dataset) -> xarray.Dataset:
+    """Refuse a Trace that is no single recording over time or frequency."""
+    if any(str(name) not in _DIMENSIONS for name in trace.dims):
+        raise InputError("This is a sweep or a study; drop one recording.")
+    if sum(int(each.size) for each in trace.variables.values()) > MOST_VALUES:
+        raise InputError("This recording has more numbers than a page reads.")
+    return trace
+
+
+def _checked_columns(recorded: Recorded) -> Recorded:
+    """Refuse columns that are more, or have longer names, than a page offers."""
+    count = len(recorded.channels)
+    if recorded.size * count > MOST_VALUES or count > MOST_COLUMNS:
+        raise InputError(
+            f"This file has {recorded.size} samples of {count} columns, which are more than a page reads: at most"
+            f" {MOST_COLUMNS} columns and {MOST_VALUES} numbers."
+        )
+    for each in recorded.channels:
+        if max(len(each.name), len(each.unit)) > LONGEST_NAME:
+            raise InputError(
+                f"The heading '{each.name[:40]}...' has {len(each.name)} letters; at most {LONGEST_NAME} are read."
+            )
+    return recorded
+
+
+def _packed_trace(trace: xarray.Dataset) -> Iterator[tuple[str, Any]]:
+    described = {
+        str(name): {
+            "dims": list(map(str, each.dims)),
+            "attrs": {str(key): _plain(value) for key, value in each.attrs.items()},
+            "values": None if each.dtype.kind in _PLAIN else each.values.tolist(),
+        }
+        for name, each in trace.variables.items()
+    }
+    attrs = {str(key): _plain(value) for key, value in trace.attrs.items()}
+    yield "trace", {"variables": described, "coords": list(map(str, trace.coords)), "attrs": attrs}
+    for name, each in trace.variables.items():
+        if each.dtype.kind in _PLAIN:
+            yield f"values of {name}", each.values
+
+
+def _packed_columns(recorded: Recorded) -> Iterator[tuple[str, Any]]:
+    yield (
+        "columns",
+        {
+            "channels": [(each.name, each.unit) for each in recorded.channels],
+            "about": {
+                "time": recorded.time,
+                "step": recorded.step,
+                "start": recorded.start,
+                "attributes": {str(key): str(value) for key, value in recorded.attributes.items()},
+            },
+        },
+    )
+    for number, each in enumerate(recorded.channels):
+        yield f"values of {number}", np.asarray(each.values)
+
+
+def _unpacked(parts: Mapping[str, Any]) -> xarray.Dataset | Recorded:
+    from electrovib.data.readers.recorded import DataColumn, Recorded
+
+    if "columns" in parts:
+        described = parts["columns"]
+        channels = tuple(
+            DataColumn(name=name, unit=unit, values=parts[f"values of {number}"])
+            for number, (name, unit) in enumerate(described["channels"])
+        )
+        return Recorded(channels=channels, **described["about"])
+    import xarray
+
+    described = parts["trace"]
+    variables = {
+        name: (
+            each["dims"],
+            parts[f"values of {name}"] if each["values"] is None else each["values"],
+            each["attrs"],
+        )
+        for name, each in described["variables"].items()
+    }
+    coords = {name: variables.pop(name) for name in described["coords"]}
+    return xarray.Dataset(variables, coords, described["attrs"])
+
+
+def _plain(value: Any) -> Any:
+    """Return an attribute as JSON holds it."""
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value

@@ -1,0 +1,144 @@
+"""Declared equations as they are drawn on the pages of the models."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+
+from electrovib.study.catalogue.items import everything
+
+ROOT = Path(__file__).parents[1]
+WORDS = {
+    r"\varepsilon_0": "eps0",
+    r"\pi": "pi",
+    r"\mathrm{j}": "I",
+    r"\max": "Max",
+    r"\min": "Min",
+    r"\ln": "log",
+}
+MODELS = {
+    item.thing.__name__: item.thing
+    for item in everything(own=True)
+    if isinstance(item.thing, type) and item.thing.equation
+}
+
+
+@pytest.fixture
+def lines(monkeypatch):
+    """Return the function that draws an equation."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    return importlib.import_module("formula").lines
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("1/stiffness", [r"\frac{1}{\mathrm{stiffness}}"]),
+        ("eps0*E**2/2", [r"\frac{\varepsilon_0\,E^{2}}{2}"]),
+        ("2*(a + b)", [r"2\,\left(a + b\right)"]),
+        ("1 - free_gap", [r"1 - \mathrm{free\_gap}"]),
+        ("a - (b - c)", [r"a - \left(b - c\right)"]),
+        ("a/(b/c)", [r"\frac{a}{\frac{b}{c}}"]),
+        ("-a*b", [r"-a\,b"]),
+        ("a*(-b)", [r"a\,\left(-b\right)"]),
+        ("a**(b/(2*c))", [r"a^{b / \left(2\,c\right)}"]),
+        ("(-a)**2", [r"\left(-a\right)^{2}"]),
+        ("-a**2", ["-a^{2}"]),
+        ("a % b - c", [r"\left(a\ \mathrm{mod}\ b\right) - c"]),
+        ("load*speed", [r"\mathrm{load} \cdot \mathrm{speed}"]),
+        ("sum(term.x for term in terms)", [r"\sum_{\mathrm{term}\,\in\,\mathrm{terms}} \mathrm{term.\!x}"]),
+        ("part.whole().at(x)", [r"\mathrm{part.\!at}\left(x\right)"]),
+        ("(a, b[x])", [r"\left(a,\ b_{x}\right)"]),
+        (
+            "1 + (a if t < b else 0)",
+            [r"1 + a \quad \mathrm{for}\ t < b", r"1 + 0 \quad \mathrm{otherwise}"],
+        ),
+        (
+            "a if b is None else c",
+            [r"a \quad \mathrm{without}\ b", r"c \quad \mathrm{otherwise}"],
+        ),
+    ],
+)
+def test_an_equation_is_drawn_in_the_order_in_which_it_is_declared(lines, text, expected):
+    assert lines("F", text) == [f"F = {line}" for line in expected]
+
+
+def test_a_derivative_is_drawn_as_one(lines):
+    assert lines("gap'", "-a") == [r"\frac{\mathrm{d}\,\mathrm{gap}}{\mathrm{d}t} = -a"]
+
+
+@pytest.mark.parametrize(
+    "text", ["a @ b", "not a", "[a]", "a if b else c", "a if t < b else (c if t < d else e) + 1 or 2"]
+)
+def test_what_cannot_be_drawn_is_refused(lines, text):
+    with pytest.raises(ValueError, match="cannot be drawn"):
+        lines("F", text)
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_what_is_drawn_is_what_is_declared(lines, model):
+    """The formula is read back, and is the same expression for each case."""
+    for name, text in model.equation.items():
+        path = text.replace("element().", "")  # a call without arguments is not drawn
+        declared = list(cases(ast.parse(path, mode="eval").body))
+        drawn = lines(name, text)
+        assert len(drawn) == len(declared)
+        for line, (condition, node) in zip(drawn, declared, strict=True):
+            right = line.partition(" = ")[2]
+            formula, _, when = right.partition(r" \quad ")
+            assert ast.dump(read_back(formula)) == ast.dump(node), line
+            if condition is None:
+                assert when in ("", r"\mathrm{otherwise}")
+            elif isinstance(condition.ops[0], ast.Is):
+                assert when == rf"\mathrm{{without}}\ \mathrm{{{condition.left.id}}}"
+            else:
+                assert when.startswith(r"\mathrm{for}\ ")
+                assert ast.dump(read_back(when.removeprefix(r"\mathrm{for}\ "))) == ast.dump(condition), line
+
+
+def cases(node):
+    """Return the cases of a declaration of which the choice is the outermost operation, each with its condition."""
+    while isinstance(node, ast.IfExp):
+        yield node.test, node.body
+        node = node.orelse
+    yield None, node
+
+
+def read_back(latex):
+    """Return the expression of a formula."""
+    for sign, word in WORDS.items():
+        latex = latex.replace(sign, f" {word} ")
+    latex = latex.replace(r"\ \mathrm{mod}\ ", "%").replace(r"\!", "")
+    latex = re.sub(r"\\mathrm{([^}]*)}", lambda match: match[1].replace(r"\_", "_"), latex)
+    latex = re.sub(r"\\sum_{(\w+)\\,\\in\\,(\w+)} (.*)$", r"sum(\3 for \1 in \2)", latex)
+    latex = latex.replace(r"\leq", "<=").replace(r"\cdot", "*").replace(r",\ ", ", ").replace(r"\,", "*")
+    latex = (
+        latex.replace(r"\left|", "Abs(").replace(r"\right|", ")").replace(r"\left", "").replace(r"\right", "")
+    )
+    text, rest = without_braces(re.sub(r"\\(sin|cos|exp)\b", r"\1", latex))
+    assert not rest
+    return ast.parse(text.strip(), mode="eval").body
+
+
+def without_braces(latex):
+    """Return what stands before the end of a group, with operations in place of braces, and what follows it."""
+    text = ""
+    while latex and not latex.startswith("}"):
+        sign = next((sign for sign in (r"\frac{", r"\sqrt{", "^{", "_{") if latex.startswith(sign)), latex[0])
+        latex = latex.removeprefix(sign)
+        if len(sign) == 1:
+            text += sign
+            continue
+        inner, latex = without_braces(latex)
+        latex = latex.removeprefix("}")
+        if sign == r"\frac{":
+            under, latex = without_braces(latex.removeprefix("{"))
+            latex = latex.removeprefix("}")
+            text += f"(({inner})/({under}))"
+        else:
+            text += {r"\sqrt{": f"sqrt({inner})", "^{": f"**({inner})", "_{": f"[{inner}]"}[sign]
+    return text, latex
