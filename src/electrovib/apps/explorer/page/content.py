@@ -18,7 +18,7 @@ from electrovib.apps.explorer.page.words import (
 from electrovib.apps.explorer.pictures.felt import felt
 from electrovib.apps.explorer.pictures.laws import laws
 from electrovib.apps.explorer.pictures.over_frequency import over_frequency
-from electrovib.apps.explorer.pictures.over_time import over_time
+from electrovib.apps.explorer.pictures.over_time import over_time, unknown_signals
 from electrovib.apps.explorer.pictures.recorded import recorded
 
 if TYPE_CHECKING:
@@ -80,6 +80,7 @@ def content(
     kept = [each.computed for each in pinned]
     shown = Content([], above)
     if tab == TIME:
+        above += "".join(f"<p>{escape(_unknown(each))}</p>" for each in unknown_signals(found))
         shown = Content(over_time(found, kept), above + kept_words([each.name for each in pinned]))
     elif tab == FREQUENCY:
         figures = over_frequency(found, kept, band=further.band)
@@ -100,3 +101,7 @@ def content(
         lacking = "" if figures else "<p>No signal of this recording is over time or over frequency.</p>"
         shown = Content(figures, above + lacking)
     return Content(shown.figures[:MOST_PLOTS], shown.above, shown.below)
+
+
+def _unknown(signal: str) -> str:
+    return f"The {signal} is not shown: it has no value in this scenario."
