@@ -104,9 +104,10 @@ class Plots:
         layout = figure["layout"]
         if self._is_dark():
             for each in figure["data"]:
-                line = each.get("line", {})
-                if line.get("color") in _LIGHTER:
-                    each["line"] = {**line, "color": _LIGHTER[line["color"]]}
+                for part in ("line", "marker"):
+                    drawn = each.get(part, {})
+                    if drawn.get("color") in _LIGHTER:
+                        each[part] = {**drawn, "color": _LIGHTER[drawn["color"]]}
         layout |= {"font": {"color": ink}, "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)"}
         for axis in ("xaxis", "yaxis"):
             layout[axis] |= {"gridcolor": grid, "linecolor": ink, "tickcolor": ink}

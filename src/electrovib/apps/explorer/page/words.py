@@ -87,6 +87,8 @@ def law_words(found: Computed, further: Further) -> str:
 def verdict_words(percept: Percept) -> str:
     """State the verdict of perception, the strongest channel, and where nothing varies."""
     strongest = f"; strongest channel {percept.loudest}" if percept.loudest else ""
+    if percept.sensation is None:
+        strongest += "; whether it is felt is not stated, because the detection threshold is not calibrated"
     words = f"<p><b>{escape(percept.verdict)}</b>{escape(strongest)}</p>"
     if not percept.loudest:
         words += "<p>The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show.</p>"
