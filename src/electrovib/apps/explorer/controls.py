@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from electrovib.apps.explorer.declared import Declared
 from electrovib.core.errors import InputError
-from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
     from electrovib.core.quantity import Quantity
@@ -37,59 +37,6 @@ SECTIONS: Final = {
     "frequency": "Frequencies",
 }
 """Heading of the parameters below each part of a scenario, in the order of the page."""
-
-
-class Declared:
-    """Words of a parameter, from its declaration."""
-
-    path: str
-    meaning: str
-    unit: str
-    source: str
-    allowed: tuple[float, float]
-
-    @property
-    def section(self) -> str:
-        """Part of the scenario to which the parameter belongs."""
-        return self.path.partition(".")[0]
-
-    @property
-    def name(self) -> str:
-        """Path below its part, in words; a layer's material is not named."""
-        inner = self.path.partition(".")[2].replace(".material.", ".")
-        return inner.replace("_", " ").replace(".", ", ")
-
-    def written(self, value: float) -> str:
-        """Write a value with its unit, as it is read again."""
-        return pretty_quantity(value, self.unit, digits=4)
-
-    @property
-    def help(self) -> str:
-        """Meaning, declared range and source, as shown beside the slider."""
-        low, high = (pretty_quantity(bound, self.unit) for bound in self.allowed)
-        source = f" Source: {self.source}." if self.source else ""
-        return f"{self.meaning} ({self.path}); allowed from {low} to {high}.{source}"
-
-
-@dataclass(frozen=True)
-class Blank(Declared):
-    """A field for a parameter that has no value.
-
-    Parameters
-    ----------
-    path : str
-        Dotted path of the parameter.
-    meaning, unit, source : str
-        As declared; `source` is empty.
-    allowed : tuple of float
-        Declared range [SI].
-    """
-
-    path: str
-    meaning: str
-    unit: str
-    source: str
-    allowed: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -156,15 +103,6 @@ class Control(Declared):
         words, stop, source = super().help.partition(". Source: ")
         kind = ", logarithmic" if self.is_logarithmic else ""
         return f"{words.removesuffix('.')}; slider from {ends}{kind}.{stop[1:]}{source}"
-
-
-def blanks(scenario: Scenario) -> list[Blank]:
-    """Return a field for each parameter that can have a value and has none, in the order of the scenario."""
-    return [
-        Blank(path, quantity.doc, quantity.unit, "", (quantity.low, quantity.high))
-        for path, value, quantity in scenario.parameters()
-        if value is None
-    ]
 
 
 def controls(scenario: Scenario) -> list[Control]:

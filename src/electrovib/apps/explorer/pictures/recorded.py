@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure
+from electrovib.apps.explorer.pictures.axis import Axis
+from electrovib.apps.explorer.pictures.figure import PlottedCurve, figure
 from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
 from electrovib.apps.explorer.pictures.over_time import TIME
 from electrovib.core.signals import SIGNALS
