@@ -123,6 +123,9 @@ def test_the_laws_without_a_gap_give_the_force_of_some_gap(computed):
     micro = {"um": 1.0, "mm": 1e3}
     for place, found in enumerate(computed.forces()):
         at_five = computed.static(found.stack.scenario("MaxwellStressInGap", gap=5e-6))
+        for place_in_curve, gap in ((0, 0.1e-6), (-1, 100e-6)):
+            there = found.stack.scenario("MaxwellStressInGap", gap=gap)
+            assert found.in_gap[place_in_curve] == pytest.approx(computed.static(there), rel=1e-9)
         for law, cells in rows.items():
             ratio, (gap, unit) = cells[2 * place], cells[2 * place + 1].split()
             assert found.others[law] / at_five == pytest.approx(float(ratio), rel=5e-3)
@@ -179,6 +182,9 @@ def test_the_reading_as_printed_responds_before_its_cause(computed):
     assert early == pytest.approx(causality_residual(material, ramp=computed.RAMP), rel=1e-2)
     assert np.all(found.causal[before] == 0)
     assert np.all(found.causal[~before][1:] > 0)
+    point = computed.readings("vezzoli_2014/point")  # without dispersion both are one equation
+    assert point.causal == pytest.approx(point.as_printed, abs=2e-3)
+    assert point.as_printed.max() == pytest.approx(1, abs=2e-3)
 
 
 def test_the_numbers_of_what_is_not_known():
@@ -198,3 +204,29 @@ def test_the_numbers_of_what_is_not_known():
     assert layer.initial_charge == 0
     point = ev.load("vezzoli_2014/fig6").stack.layers["stratum_corneum"].material
     assert 1 / point.conductivity == pytest.approx(one(r"resistivity of ([\d.e+]+) ohm m", text), rel=2e-3)
+
+
+SYMBOL = re.compile(r"\\?[A-Za-z]+(?:_\\?[A-Za-z0-9]+)?(?:\^\*)?")
+COMMANDS = {"\\frac", "\\left", "\\right", "\\quad", "\\cos", "\\sin"}
+
+
+def symbols_of(text):
+    """Return the symbols in the equations of a text."""
+    equations = re.findall(r"\$\$?(.+?)\$\$?", text, re.DOTALL)
+    found = {symbol for equation in equations for symbol in SYMBOL.findall(equation.replace("\\,", " "))}
+    return found - COMMANDS
+
+
+def test_every_symbol_of_the_explanations_is_in_the_nomenclature():
+    assert symbols_of(r"$E_g$ and $$\frac{\tau s}{2}\,v$$ or $\varepsilon_s^*$") == {
+        "E_g",
+        "\\tau",
+        "s",
+        "v",
+        "\\varepsilon_s^*",
+    }
+    nomenclature = (FOLDER.parent / "nomenclature.md").read_text(encoding="utf-8")
+    listed = symbols_of(nomenclature.partition("<!-- symbols -->")[2].partition("<!-- end -->")[0])
+    used = set().union(*(symbols_of(file.read_text(encoding="utf-8")) for file in FOLDER.glob("*.md")))
+    assert len(used) > 35
+    assert used == listed

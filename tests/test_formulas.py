@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ast
 import importlib
+import inspect
 import re
 from pathlib import Path
 
 import pytest
+from declared_equations import CONSTANTS, symbols
 
 from electrovib.study.catalogue.items import everything
 
@@ -25,6 +27,15 @@ MODELS = {
     for item in everything(own=True)
     if isinstance(item.thing, type) and item.thing.equation
 }
+
+
+@pytest.fixture(scope="module")
+def pages():
+    """Return the pages of all models by the name of the model."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+        written = importlib.import_module("models").pages()
+    return {Path(name).stem: page for name, page in written.items()}
 
 
 @pytest.fixture
@@ -50,6 +61,8 @@ def lines(monkeypatch):
         ("-a**2", ["-a^{2}"]),
         ("a % b - c", [r"\left(a\ \mathrm{mod}\ b\right) - c"]),
         ("load*speed", [r"\mathrm{load} \cdot \mathrm{speed}"]),
+        ("a*load**2*part.at(x)", [r"a\,\mathrm{load}^{2} \cdot \mathrm{part.\!at}\left(x\right)"]),
+        ("-load*speed", [r"-\mathrm{load} \cdot \mathrm{speed}"]),
         ("sum(term.x for term in terms)", [r"\sum_{\mathrm{term}\,\in\,\mathrm{terms}} \mathrm{term.\!x}"]),
         ("part.whole().at(x)", [r"\mathrm{part.\!at}\left(x\right)"]),
         ("(a, b[x])", [r"\left(a,\ b_{x}\right)"]),
@@ -142,3 +155,18 @@ def without_braces(latex):
         else:
             text += {r"\sqrt{": f"sqrt({inner})", "^{": f"**({inner})", "_{": f"[{inner}]"}[sign]
     return text, latex
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+def test_every_symbol_of_an_equation_is_explained_on_the_page(pages, model):
+    """It is a parameter, an abbreviation, or explained below the equations or in the notes."""
+    page = pages[model.__name__]
+    explained = set(re.findall(r"``([\w', ]+)``:", page))
+    known = {*model.model_fields, *(name for names in explained for name in names.split(", "))}
+    known |= set(re.findall(r"`([\w.]+)`", inspect.getdoc(model)))
+    known |= {name.removesuffix("'") for name in model.equation}
+    known |= set(re.findall(r"for (\w+) in", " ".join(model.equation.values())))
+    for text in model.equation.values():
+        for symbol in symbols(text) - set(CONSTANTS):
+            path = symbol.partition("(")[0]
+            assert path in known or path.partition(".")[0] in known, symbol

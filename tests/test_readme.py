@@ -121,7 +121,7 @@ def electrovib(command, folder):
         check=False,
         timeout=300,
     )
-    assert (done.returncode, done.stderr) == (0, ""), command
+    assert (done.returncode, done.stderr) == (0, ""), f"{command}: {done.stderr}"
     for flag in ("-o", "--report"):
         if flag in arguments:
             assert (folder / arguments[arguments.index(flag) + 1]).exists(), command
@@ -290,6 +290,8 @@ def test_the_commands_of_a_guide_run_one_after_the_other(page, folder):
     for word, number in NUMBERS.get(page, {}).items():
         assert any(word in command and number in text for command, text in said.items()), word
     if page == "docs/how_to/my_bench.md":
+        with pytest.raises(AssertionError, match=r"above 600 V: limits\.voltage of the bench"):
+            electrovib("electrovib bench run my.toml --bench bench.toml", folder)
         steps = np.diff(np.unique(ev.open_trace("played.nc").lateral_force))
         assert steps.min() == pytest.approx(1e-3, rel=1e-6)  # as the page states
 

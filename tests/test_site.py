@@ -203,6 +203,45 @@ def test_every_text_and_every_example_is_a_page(site, part):
         assert shown_text in notebook
 
 
+@pytest.mark.slow
+def test_pages_are_shown_by_a_browser_without_a_network(site):
+    """No request leaves the machine, no picture is missing, nothing overflows, search works, axe has no serious finding."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    of_the_theme = {"summary-name"}  # arrows of the navigation
+    problems, asked = [], []
+
+    def note(request):
+        asked.append(request.url)
+
+    def fault(error):
+        problems.append(str(error))
+
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        for scheme, width in (("light", 1280), ("dark", 390)):
+            context = browser.new_context(
+                viewport={"width": width, "height": 900}, color_scheme=scheme, offline=True
+            )
+            page = context.new_page()
+            page.on("request", note)
+            page.on("pageerror", fault)
+            for name in ("index", "tutorial", "explanation/1_how_it_works", "gallery/index", "nomenclature"):
+                page.goto((site / f"{name}.html").as_uri())
+                missing = "[...document.images].filter(one => one.complete && !one.naturalWidth).map(one => one.src)"
+                problems += page.evaluate(missing)
+                root = "document.documentElement"
+                assert page.evaluate(f"{root}.scrollWidth <= {root}.clientWidth"), name
+                for found in axe.run(page).response["violations"]:
+                    if found["impact"] in {"serious", "critical"} and found["id"] not in of_the_theme:
+                        problems.append(f"{name}: {found['id']}")
+            page.goto((site / "search.html").as_uri() + "?q=leaking+gap")
+            page.wait_for_selector("#search-results li")
+            assert page.locator("#search-results li").count() > 3
+        assert not problems, problems
+        assert {address.partition(":")[0] for address in asked} <= {"file", "data", "blob"}
+
+
 @pytest.fixture
 def part(monkeypatch):
     """Return a function that imports a part of the build."""
@@ -302,6 +341,8 @@ def test_question_number_and_time_are_those_of_the_run(part, tmp_path):
         "    pull-in at 201.78 V\n    more\n\n   **Total running time of the script:** (1 minutes 2.541 seconds)\n"
     )
     assert results.result_of(page) == ("A title", "pull-in at 201.78 V", "63 s")
+    assert results.result_of(page.replace("(1 minutes 2.541", "(2 minutes 1.6"))[2] == "122 s"
+    assert results.result_of(page.replace("(1 minutes 2.541", "(0 minutes 0.0943"))[2] == "0.09 s"
     headed = results.headed(page, "pull_in")
     assert "A title\n=======\n\n:Question: At which voltage" in headed
     assert ":Number: ``pull-in at 201.78 V``\n:Time to run: 63 s\n" in headed

@@ -109,21 +109,21 @@ SKIN: Final = "palmar_1995/dry_men"
 RAMP: Final = 20e-3
 
 
-def readings() -> Readings:
-    """Compute both readings for a dispersive skin under a ramp of 20 ms, the one as printed by a discrete Fourier transform."""
+def readings(skin: str = SKIN) -> Readings:
+    """Compute both readings for a skin under a ramp of 20 ms, the one as printed by a discrete Fourier transform."""
     period, count = 8.0, 1 << 20
     time = np.arange(count) * period / count - period / 2
     scenario = ev.load("vezzoli_2014/fig6").replace(
-        {"stack.stratum_corneum.material": SKIN, "circuit.return_path.resistance": 0.0}
+        {"stack.stratum_corneum.material": skin, "circuit.return_path.resistance": 0.0}
     )
     material = scenario.stack.layers["stratum_corneum"].material
     drive = Trapezium(high=1.0, rise=RAMP, hold=0.2, fall=RAMP)
     spectrum = np.fft.rfft(drive.voltage(time))
     frequency = np.fft.rfftfreq(count, period / count)[1:]
     film = VACUUM_PERMITTIVITY * values.FILM_PERMITTIVITY / values.FILM_THICKNESS
-    skin = VACUUM_PERMITTIVITY * material.complex_permittivity(frequency) / values.SKIN_THICKNESS
+    layer = VACUUM_PERMITTIVITY * material.complex_permittivity(frequency) / values.SKIN_THICKNESS
     spectrum[0] = 0.0
-    spectrum[1:] *= literal_response(frequency, insulator=film, skin=skin)
+    spectrum[1:] *= literal_response(frequency, insulator=film, skin=layer)
     printed = np.fft.irfft(spectrum, count)
     near = (time > -20e-3) & (time < 40e-3)
     shown = time[near][::16]

@@ -77,7 +77,9 @@ def show_inline(translator: Any, node: nodes.math) -> None:
 def show_block(translator: Any, node: nodes.math_block) -> None:
     """Show an equation on a line of its own."""
     latex = node.astext().replace(r"\frac", r"\dfrac")
-    translator.body.append(f'<div class="math equation-block">{written(translator, latex)}</div>\n')
+    translator.body.append(
+        f'<div class="math equation-block" tabindex="0">{written(translator, latex)}</div>\n'
+    )
     raise nodes.SkipNode
 
 

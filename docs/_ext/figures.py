@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, Final
 
 import computed
 import numpy as np
+from docutils import nodes
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -123,7 +125,19 @@ FIGURES: Final = {"mechanism": mechanism, "laws": laws, "causality": causality, 
 """File name of each figure to the function that draws it."""
 
 
+def scrollable(
+    app: Sphinx, name: str, template: str, context: dict[str, Any], document: nodes.document | None
+) -> None:
+    """Let a figure that is wider than a phone be scrolled with the keyboard."""
+    del app, name, template, document
+    if "body" in context:
+        context["body"] = re.sub(
+            r'<p>(?=<img (?![^>]*class="equation))', '<p class="figure" tabindex="0">', context["body"]
+        )
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Draw the figures before the pages are collected."""
     app.connect("builder-inited", write)
+    app.connect("html-page-context", scrollable)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

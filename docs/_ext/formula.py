@@ -142,15 +142,21 @@ def joined(node: ast.BinOp, *, flat: bool) -> tuple[str, int]:  # noqa: PLR0911 
 
 def between(node: ast.BinOp) -> str:
     """Return the sign of a multiplication: a dot between two names of several letters, else a small distance."""
-    left = (
-        node.left.right
-        if isinstance(node.left, ast.BinOp) and isinstance(node.left.op, ast.Mult)
-        else node.left
-    )
-    names = all(
-        isinstance(part, (ast.Name, ast.Attribute)) and long_name(dotted(part)) for part in (left, node.right)
-    )
-    return r" \cdot " if names else r"\,"
+    left = node.left
+    if isinstance(left, ast.UnaryOp):
+        left = left.operand
+    if isinstance(left, ast.BinOp) and isinstance(left.op, ast.Mult):
+        left = left.right
+    return r" \cdot " if is_long(left) and is_long(node.right) else r"\,"
+
+
+def is_long(node: ast.expr) -> bool:
+    """Return whether a formula is a name of several letters, a power of one, or a method of a part."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
+        return is_long(node.left)
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+        return True
+    return isinstance(node, (ast.Name, ast.Attribute)) and long_name(dotted(node))
 
 
 def called(node: ast.Call, *, flat: bool) -> tuple[str, int]:
@@ -189,7 +195,7 @@ def in_words(condition: ast.expr) -> str:
 
 
 def dotted(node: ast.expr) -> str:
-    """Return a name, or a path of names with dots; methods without arguments on the way are omitted."""
+    """Return a name, or a path of names with dots; methods without arguments in it are omitted."""
     match node:
         case ast.Name(id=name):
             return name

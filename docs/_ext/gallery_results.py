@@ -32,8 +32,11 @@ class Result(NamedTuple):
 def result_of(page: str) -> Result:
     """Read title, number and time from the page of an example, in reStructuredText."""
     title, number, time = (pattern.search(page) for pattern in (TITLE, OUTPUT, TIME))
-    seconds = f"{60 * int(time[1]) + float(time[2]):.2g} s" if time and number else ""
-    return Result(title[1] if title else "", number[1].strip() if number else "", seconds)
+    shown = ""
+    if time and number:
+        seconds = 60 * int(time[1]) + float(time[2])
+        shown = f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.1g} s"
+    return Result(title[1] if title else "", number[1].strip() if number else "", shown)
 
 
 def question_of(name: str) -> str:

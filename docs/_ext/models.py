@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Iterator
 from itertools import groupby
-from typing import Any, get_type_hints
+from typing import Any, Final, get_type_hints
 
 import formula
 from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
@@ -17,6 +17,14 @@ from electrovib.core.model import Model
 from electrovib.core.status import STATUSES_EXPLAINED, status_text
 from electrovib.study import catalogue
 from electrovib.study.catalogue.items import Item, everything
+
+EVERYWHERE: Final = {
+    "D": "Bound displacement [C/m2].",
+    "E": "Electric field [V/m].",
+    "frequency": "Frequency [Hz].",
+    "time": "Time [s].",
+}
+"""Arguments whose meaning is the same in all models, where the method does not describe them."""
 
 
 def pages() -> dict[str, str]:
@@ -115,6 +123,10 @@ def equations(model: type[Model]) -> list[str]:
         for name, words in explained(model, key):
             if not set(name.split(", ")) <= set(", ".join(meanings).split(", ")):
                 meanings[name] = words
+    texts = " ".join(model.equation.values())
+    for name, words in EVERYWHERE.items():
+        if re.search(rf"(?<!\.)\b{name}\b", texts) and name not in model.model_fields:
+            meanings.setdefault(name, words)
     if meanings:
         parts.append(items(f"``{name}``: {plain(words)}" for name, words in meanings.items()))
     return parts

@@ -239,7 +239,7 @@ def base():
             "force.model": "MaxwellStressInGap",
             "load.normal_force": 0.02,
             "motion.speed": 0.05,
-            "time": {"duration": 0.02, "samples": 251},
+            "time": {"duration": 0.01, "samples": 126},
         }
     )
 
@@ -309,7 +309,7 @@ def test_equations_in_time_hold_for_solutions(base, solved):
     def off(name, equations):
         right = Evaluation(model, known, equations).value(name)
         state = Evaluation(model, known, {"state": states[name] or name}).value("state")
-        left = state if states[name] is None else derivative(state, step=0.02 / 250)
+        left = state if states[name] is None else derivative(state, step=0.01 / 125)
         inside = slice(None) if states[name] is None else slice(4, -4)
         return np.max(np.abs(left - right[inside])) / np.max(np.abs(left))
 

@@ -69,7 +69,7 @@ class BearingArea(RoughSurface):
     reference: ClassVar[str] = "doi:10.3389/fmech.2020.00027"
     status: ClassVar[str] = "unverified"
     equation: ClassVar[Mapping[str, str]] = {
-        "pressure": "prefactor*2*pi/longest_wavelength*rms_height*modulus*exp(-2*gap/rms_height)",
+        "pressure": "2*pi*prefactor/longest_wavelength*rms_height*modulus*exp(-2*gap/rms_height)",
         "slope": "-4*pi*prefactor*modulus/longest_wavelength*exp(-2*gap/rms_height)",
         "real_share": "erf(sqrt(2)*pressure/(modulus*rms_slope))",
     }

@@ -80,11 +80,33 @@ class GrowthWithSpeed(Model):
     ] = 4.04e3
 
     def added_mass(self, speed: float) -> float:
-        """Return the change of the mass [kg] from the speed at which it is given to this one [m/s]."""
+        """Return the change of the mass from the speed at which it is given.
+
+        Parameters
+        ----------
+        speed : float
+            Sliding speed [m/s].
+
+        Returns
+        -------
+        added_mass : float
+            Mass at this speed less that at `known_at` [kg].
+        """
         return self.mass_slope * (speed - self.known_at)
 
     def added_stiffness(self, speed: float) -> float:
-        """Return the change of the stiffness [N/m] from the speed at which it is given to this one [m/s]."""
+        """Return the change of the stiffness from the speed at which it is given.
+
+        Parameters
+        ----------
+        speed : float
+            Sliding speed [m/s].
+
+        Returns
+        -------
+        added_stiffness : float
+            Stiffness at this speed less that at `known_at` [N/m].
+        """
         return self.stiffness_slope * (speed - self.known_at)
 
 

@@ -45,7 +45,18 @@ class Moisture(Model):
     wet_skin_conductance: Annotated[Number, _CONDUCTANCE] = 0.2
 
     def skin_conductivity(self, thickness: float) -> float:
-        """Conductivity [S/m] of a stratum corneum of this thickness [m]."""
+        """Return the conductivity of the stratum corneum.
+
+        Parameters
+        ----------
+        thickness : float
+            Thickness of the stratum corneum [m].
+
+        Returns
+        -------
+        conductivity : float
+            Conductivity of the stratum corneum [S/m].
+        """
         between: float = self.dry_skin_conductance ** (1 - self.level) * self.wet_skin_conductance**self.level
         return thickness * between
 

@@ -65,9 +65,7 @@ class LateralSensor(Model):
     """
 
     equation: ClassVar[Mapping[str, str]] = {
-        "resonance": (
-            "1/(1 - (frequency/natural_frequency)**2 + 2*I*damping_ratio*frequency/natural_frequency)"
-        ),
+        "resonance": "1/(1 - (frequency/natural_frequency)**2 + 2*I*damping_ratio*frequency/natural_frequency)",
         "conditioner": "1 if bandwidth is None else 1/(1 + I*frequency/bandwidth)",
         "crept": "1 if creep is None else 1 + creep.share/(1 + 2*pi*I*frequency*creep.time)",
         "gain": "resonance*conditioner*crept",

@@ -73,7 +73,18 @@ class ForceChannel(Model):
         return self.unit or "V"
 
     def force(self, reading: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the force [N] of a reading [V or N], before the zero of the sensor is determined from the record."""
+        """Return the force before the zero of the sensor is determined from the record.
+
+        Parameters
+        ----------
+        reading : ndarray, any shape
+            Reading [V]; of a column that holds a force, in N.
+
+        Returns
+        -------
+        force : ndarray, same shape
+            Force [N]; of a column that holds a force, the sign times the reading.
+        """
         if self.sensitivity is None:
             return self.sign * reading
         return self.sensitivity * (reading - self.offset)

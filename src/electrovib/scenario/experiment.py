@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
@@ -52,7 +52,7 @@ class Scenario(Model):
         "stack": Stack.example,
     }
 
-    title: str = ""
+    title: Annotated[str, Field(description="title of the experiment")] = ""
     drive: Drive
     force: ForceLaw
     friction: Friction
@@ -68,7 +68,9 @@ class Scenario(Model):
     time: TimeGrid = TimeGrid()
     frequency: FrequencyGrid = FrequencyGrid()
     limits: Limits = Limits()
-    sources: dict[str, str] = Field(default_factory=dict)
+    sources: Annotated[dict[str, str], Field(description="source of each value, by its dotted path")] = Field(
+        default_factory=dict
+    )
 
     @classmethod
     def complete(cls, content: dict[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.signals import SIGNALS
-from electrovib.study.reproduction import Curve, Panel
+from electrovib.study.reproduction import REFERENCE, Curve, Panel
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -93,8 +93,9 @@ def _both(own: Sequence[Residuals], part: Callable[..., NDArray[np.float64]]) ->
     for at, each in enumerate(own):
         x, few = each.observed.x, _few(each)
         data = np.asarray(part(each.observed.y))
+        shade = at if own[1:] else REFERENCE  # a line over points of its own colour hides them
         curves += [
-            Curve(label=f"{each.recording}, data", x=x[few], y=data[few], kind="points", look=at),
+            Curve(label=f"{each.recording}, data", x=x[few], y=data[few], kind="points", look=shade),
             Curve(label=f"{each.recording}, model", x=x, y=np.asarray(part(each.predicted)), look=at),
         ]
     return tuple(curves)

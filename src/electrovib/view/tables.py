@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.formulas import formula_lines
 from electrovib.core.model import Model
 from electrovib.core.paths import followers
 from electrovib.physics.force import ForceLaw
@@ -155,7 +156,11 @@ def model_rows(scenario: Scenario) -> list[ModelRow]:
             [f"Maxwell stress evaluated in: {kind.evaluation_surface}"] if issubclass(kind, ForceLaw) else []
         )
         facts += [f"source status: {kind.status}"] if kind.status else []
-        equations = tuple(f"{name} = {readable_equation(text)}" for name, text in kind.equation.items())
+        equations = tuple(
+            readable_equation(line)
+            for name, text in kind.equation.items()
+            for line in formula_lines(name, text)
+        )
         meaning, _, rest = inspect.cleandoc(kind.__doc__ or "").partition("\n")
         notes = " ".join(rest.partition("Notes\n-----\n")[2].replace("``", "").split())
         rows.append(

@@ -60,7 +60,7 @@ def pretty_quantity(value: float | None, unit: str, *, digits: int = 6) -> str:
 
 def typeset(text: str) -> str:
     """Write the units inside a sentence with their proper letters: ``250 uA`` as 250 µA, ``V^2`` as V²."""
-    text = re.sub(r"(?<=\d )u(?=(?:[AVFCNSms]|ohm)(?:\b|/))", "µ", text)
+    text = re.sub(r"(?<=\d )u(?=(?:[AVFCJWNSms]|ohm)(?:\b|/))", "µ", text)
     text = re.sub(r"(?<=\d )([kMGTmµ]?)ohm\b", r"\1Ω", text)
     return re.sub(r"(?<=\w)\^2\b", "²", text)
 

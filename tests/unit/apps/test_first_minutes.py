@@ -13,8 +13,10 @@ from signal import SIGINT
 
 import numpy as np
 import pytest
+import xarray
 
 from electrovib.apps.cli import main
+from electrovib.apps.cli.run import _range
 
 SCENARIO = """
 schema = 1
@@ -72,6 +74,9 @@ def test_help_lists_every_command_in_a_whole_sentence_of_one_line(cli, monkeypat
     assert len(commands) >= 24
     for line in commands:
         assert re.fullmatch(r"  [a-z-]+ +[A-Z].*[^.]\.", line), line
+    _, out, _ = cli("bench", "--help")
+    assert "Print a bench file to start from." in out
+    assert "..." not in out.partition("Commands:")[2]
     assert [line.split()[0] for line in commands[:4]] == ["scenarios", "models", "init", "run"]
 
 
@@ -139,6 +144,15 @@ def test_recording_of_a_force_sensor_is_imported_as_its_listing_proposes_and_fit
     assert cli("fit", "my.toml", "plain.nc", "--free", "friction.coefficient", "-o", "fit")[0] == 0
 
 
+def test_quantity_by_the_end_of_its_name_is_answered_with_the_forces_first(cli):
+    over = ("run", "my.toml", "--over", "stack.insulator.thickness=1um:2um:2", "--quantity")
+    asked = "Did you mean 'mean electrostatic_force' or 'mean lateral_force' or 'mean normal_force'?"
+    assert asked in refused(cli, *over, "mean_force")
+    assert asked.replace("mean e", "peak e").replace("'mean ", "'peak ") in refused(cli, *over, "force")
+    assert asked in refused(cli, *over, "mean force")
+    assert "Did you mean 'mean lateral_force'?" in refused(cli, *over, "mean_lateral_force")
+
+
 def test_several_traces_are_compared_by_a_report(cli):
     err = refused(cli, "compare", "a.nc", "b.nc")
     assert "'electrovib report a.nc b.nc -o overlay.html' overlays several Traces" in err
@@ -158,8 +172,9 @@ def test_picture_of_a_texture_is_answered_with_its_table(cli):
 
 
 def test_numbers_of_a_force_are_those_that_a_person_can_use(cli):
-    _, out, _ = cli("run", "my.toml")
-    assert re.search(r"^electrostatic force: 0 N to \d", out, re.MULTILINE)
+    computed = xarray.Dataset({"electrostatic_force": ("time", [6e-36, 0.0052])})
+    assert _range(computed, "electrostatic_force") == "0 N to 5.2 mN"
+    assert _range(computed + 1e-9, "electrostatic_force") == "1 nN to 5.2 mN"
     _, out, _ = cli("run", "my.toml", "--set", "drive.amplitude=1 mV")
     assert re.search(r"^lateral force: 250 mN to 250 mN \(a change of \d[\d.]* nN\)$", out, re.MULTILINE)
 
@@ -176,7 +191,11 @@ def test_search_for_a_kind_begins_with_all_of_that_kind(cli):
 def test_page_ends_with_a_sentence_and_without_a_fault(here):
     pytest.importorskip("nicegui")
     command = [sys.executable, "-m", "electrovib", "explore", "my.toml", "--no-browser"]
-    plain = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
+    plain = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in {"PYTEST_CURRENT_TEST", "PYTHONUNBUFFERED"}
+    }
     page = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=plain)
     assert page.stdout is not None
     address = re.search(r"http://\S+", page.stdout.readline())

@@ -70,3 +70,10 @@ def test_reading_changing_and_declaring_say_it_once(scenario, path):
         assert len(caught.value.problems) == 1
         assert str(caught.value).startswith(f"{path}: ")
         assert str(caught.value).count(meant(scenario, path)) == 1
+
+
+def test_what_is_meant_stands_in_the_place_of_a_name_that_is_only_spelled_similarly(scenario):
+    with pytest.raises(InputError) as caught:
+        value_at(scenario, "rise")
+    assert str(caught.value) == "rise: unknown parameter 'rise'." + meant(scenario, "rise")
+    assert str(caught.value).endswith("Did you mean 'drive.rise' (duration of an edge; 0 for a step)?")

@@ -12,6 +12,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.scenario import Scenario
 from electrovib.study import catalogue
+from electrovib.study.catalogue.items import everything
 
 
 @pytest.fixture(autouse=True)
@@ -246,3 +247,12 @@ def test_a_model_by_itself_is_found_by_its_class():
     assert issubclass(catalogue.find("sine"), Model)
     assert catalogue.find("GapPlane").__name__ == "MaxwellStressInGap"
     assert catalogue.find("bau_2010") is paper("bau_2010")
+
+
+def test_every_parameter_of_every_model_has_a_meaning():
+    for item in everything(own=True):
+        if isinstance(item.thing, type):
+            for name, *_, meaning, _ in catalogue.parameters(item.thing).rows:
+                assert meaning, f"{item.thing.__name__}.{name}"
+    rows = {row[0]: row[4] for row in catalogue.parameters(Scenario).rows}
+    assert rows["moisture"] == "moisture of a finger, from dry to wet"

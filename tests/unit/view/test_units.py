@@ -73,6 +73,7 @@ def test_no_prefix_where_there_is_none(largest, unit):
 def test_sentences_get_proper_units_and_keep_their_words():
     text = "within 250 uA: 5 um and 8.7e8 ohm m, 1 kohm, a V^2 law; unit 3 used, 4 users, 10^20"
     assert typeset(text) == "within 250 µA: 5 µm and 8.7e8 Ω m, 1 kΩ, a V² law; unit 3 used, 4 users, 10^20"
+    assert typeset("5.232 uJ and 40 uW") == "5.232 µJ and 40 µW"
 
 
 def numbers(axis):

@@ -57,7 +57,10 @@ def run(
     models: Models = None,
     force: Force = False,
 ) -> None:
-    """Play the drive of a scenario as one finite burst and record it; without --simulate and --arm print the plan."""
+    """Play the drive of a scenario as one burst and record it.
+
+    Without --simulate and --arm, print the plan.
+    """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.bench.faults import BenchStopped
@@ -90,7 +93,10 @@ def run(
 
 
 def init() -> None:
-    """Print the bench file of Vezzoli et al. 2014, to start from: electrovib bench init > bench.toml."""
+    """Print a bench file to start from.
+
+    It is that of Vezzoli et al. 2014: electrovib bench init > bench.toml.
+    """
     from electrovib.bench.settings import default_text
 
     show(default_text().rstrip("\n"))

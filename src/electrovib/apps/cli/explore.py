@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Annotated
 
 import typer
@@ -47,6 +48,7 @@ def command(
         nonlocal serving
         serving = True
         say(line)
+        sys.stdout.flush()  # a log or a pipe would hold the address back until the page is closed
 
     try:
         explore(

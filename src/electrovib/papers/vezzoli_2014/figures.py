@@ -192,7 +192,7 @@ def measured_range(ends: Real) -> Curve:
     """Return the attraction behind the measured lateral force, from one end of the axis to the other."""
     low, high = values.attraction_of(values.FORCE_MEASURED)
     return Curve(
-        label="measured 2 to 5 mN over friction",
+        label="measured 2 to 5 mN over friction coefficient",
         x=ends,
         y=np.full(2, low),
         upper=np.full(2, high),

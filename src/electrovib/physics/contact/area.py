@@ -200,7 +200,7 @@ class GrowingArea(Contact):
     """
 
     equation: ClassVar[Mapping[str, str]] = {
-        "mean_pressure": "at_force/area*(sign(normal_force)*(Abs(normal_force)/at_force)**(1 - exponent))"
+        "mean_pressure": "at_force/area*sign(normal_force)*(Abs(normal_force)/at_force)**(1 - exponent)"
     }
     example: ClassVar[Mapping[str, Any]] = {
         "area": 1e-4,
@@ -210,7 +210,7 @@ class GrowingArea(Contact):
     }
 
     area: Annotated[Number, Quantity("m2", 1e-9, 1, "gross contact area at the reference force")]
-    at_force: Annotated[Number, Quantity("N", 1e-6, 1e3, "force at which the contact area is `area`")]
+    at_force: Annotated[Number, Quantity("N", 1e-6, 1e3, "force under which the contact has the area given")]
     exponent: Annotated[Number, Quantity("1", 0, 1, "power of the force with which the area grows")]
     length: Annotated[Number | None, _LENGTH] = None
     surface: Surface | None = None

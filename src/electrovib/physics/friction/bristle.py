@@ -159,10 +159,9 @@ class LuGre(BristleFriction):
 
     Notes
     -----
-    z' = u - abs(u) stiffness z/g(u), g = strength (1 + (static_ratio - 1) exp(-(u/stribeck_speed)^2)), F =
-    stiffness z + bristle_damping z' + viscous_damping u. This is the law of Canudas de Wit et al. 1995 with the load in
-    g only: the elastic energy of the bristles does not depend on the load, and friction dissipates at every instant as
-    long as bristle_damping is 0, or small compared with 4 g/abs(u).
+    The law of Canudas de Wit et al. 1995 with the load in `strength_at` only: the elastic energy of the bristles does not
+    depend on the load, and friction dissipates at every instant as long as bristle_damping is 0, or small compared with
+    4 strength_at/abs(speed).
     """
 
     reference: ClassVar[str] = "C. Canudas de Wit et al., IEEE Trans. Autom. Control 40, 419 (1995)"
@@ -179,12 +178,8 @@ class LuGre(BristleFriction):
         "stribeck_speed": 5e-3,
     }
 
-    static_ratio: Annotated[
-        Number, Quantity("1", 1, 100, "largest friction at rest over that of fast sliding")
-    ]
-    stribeck_speed: Annotated[
-        Number, Quantity("m/s", 1e-9, 100, "speed at which the excess has fallen to 1/e")
-    ]
+    static_ratio: Annotated[Number, Quantity("1", 1, 100, "largest static over kinetic friction")]
+    stribeck_speed: Annotated[Number, Quantity("m/s", 1e-9, 100, "speed that reduces the excess to 1/e")]
     bristle_damping: Annotated[Number, Quantity("N s/m", 0, 1e6, "damping of the deflection")] = 0.0
     viscous_damping: Annotated[Number, Quantity("N s/m", 0, 1e6, "damping of the sliding")] = 0.0
 
@@ -214,10 +209,9 @@ class Dahl(BristleFriction):
 
     Notes
     -----
-    z' = u abs(1 - r)^exponent sign(1 - r), r = stiffness z sign(u)/strength, F = stiffness z. Steady sliding is at the
-    strength, without a static excess, so the law alone gives no stick-slip. With an exponent below 1 the strength is
-    reached after a finite distance, and the rate is linear over the last 1e-8 of the strength. A simulation of a
-    finger by others uses coefficient 0.6, 500 N/m and exponent 0.7.
+    Steady sliding is at the strength, without a static excess, so the law alone gives no stick-slip. With an exponent below
+    1 the strength is reached after a finite distance, and the rate is linear over the last 1e-8 of the strength. A
+    simulation of a finger by others uses coefficient 0.6, 500 N/m and exponent 0.7.
     """
 
     reference: ClassVar[str] = "P. R. Dahl, Aerospace Corporation, TOR-0158(3107-18)-1 (1968)"
@@ -241,9 +235,8 @@ class Dahl(BristleFriction):
     @property
     def bristles(self) -> Bristles:
         """Parameters of the bristle law."""
-        return Bristles(
-            self.stiffness, exponent=self.exponent, nearest=_NEAREST if self.exponent < 1 else 0.0
-        )
+        nearest = _NEAREST if self.exponent < 1 else 0.0
+        return Bristles(self.stiffness, exponent=self.exponent, nearest=nearest)
 
     def deflection_rate(self, deflection: Real, speed: Real, strength: Real, direction: Real) -> Real:
         """Return the rate of the deflection [m/s]."""

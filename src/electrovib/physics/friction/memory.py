@@ -40,7 +40,7 @@ class FirstOrderLag(FollowingFriction):
     }
 
     cut_off: Annotated[
-        Number, Quantity("Hz", 1e-3, 1e9, "corner frequency of the friction response at the speed `at_speed`")
+        Number, Quantity("Hz", 1e-3, 1e9, "corner frequency of the friction response at the speed at_speed")
     ]
     at_speed: Annotated[Number, Quantity("m/s", 0, 100, "sliding speed to which the corner applies")] = 0.0
     renewal_length: Annotated[

@@ -180,7 +180,7 @@ def _doubtful(substance: Substance, table: dict[str, Any], layer: str) -> tuple[
     if not parts:
         return ()
     listed = f"'electrovib models {substance.name}' lists the sources"
-    text = f"of the values of {substance.name} in '{layer}', {'; '.join(parts)} ({listed})"
+    text = f"values of {substance.name} in '{layer}' are {'; '.join(parts)} ({listed})"
     return (Diagnostic(f"material, {layer}", "unknown", text),)
 
 

@@ -183,15 +183,10 @@ def _diagnostics(
 
 def _surface(scenario: Scenario) -> Surface:
     if scenario.contact.surface is None:
-        more = (
-            ""
-            if scenario.stack.gap_name
-            else "; the stack has no gap either: add [stack.gap] with any thickness"
-        )
-        raise InputError(
-            "contact.surface is not given: the gap follows from the repulsive pressure of the skin's surface topography, for"
-            f' instance contact.surface = {{ model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }}{more}'
-        )
+        more = "" if scenario.stack.gap_name else "; the stack has no gap either: add [stack.gap]"
+        example = '{ model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
+        why = "the gap follows from the repulsive pressure of the skin's surface topography, for instance"
+        raise InputError(f"contact.surface is not given: {why} contact.surface = {example}{more}")
     return scenario.contact.surface
 
 

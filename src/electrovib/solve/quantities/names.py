@@ -28,6 +28,7 @@ DEFAULTS: Final = (
     "peak current",
 )
 """Quantities that are returned if none is named."""
+_MOST: Final = 3
 
 
 @dataclass(frozen=True)
@@ -104,9 +105,8 @@ def read_name(text: str, layers: tuple[str, ...], *, others: Iterable[str] = ())
     if taken not in TAKEN:
         raise InputError(f"quantity '{text}': {_begin(text, taken, signal, others)}")
     if signal not in signals_over_time():
-        raise InputError(
-            f"quantity '{text}': '{signal}' is not a signal over time.{nearest(signal, signals_over_time())}"
-        )
+        near = _ending(taken, signal) or nearest(signal, signals_over_time())
+        raise InputError(f"quantity '{text}': '{signal}' is not a signal over time.{near}")
     layered = "layer" in SIGNALS[signal].dims
     if layered != bool(layer) or (layer and layer not in layers):
         why = f"'{signal}' is not a signal of layers: omit 'in {layer}'"
@@ -119,6 +119,10 @@ def read_name(text: str, layers: tuple[str, ...], *, others: Iterable[str] = ())
 def _begin(text: str, taken: str, signal: str, others: Iterable[str]) -> str:
     """Return how the name of a quantity begins, and the nearest one."""
     meant = closest(text, others)
+    first, _, rest = text.strip().partition("_")
+    ending = _ending(first, rest) if first in TAKEN else _ending("peak", text.strip())
+    if meant is None and ending:
+        return f"it does not begin with one of {', '.join(TAKEN)}.{ending}"
     if meant is None:
         known = next(
             (name for name in (signal, f"{taken}_{signal}", taken) if name in signals_over_time()), ""
@@ -128,6 +132,14 @@ def _begin(text: str, taken: str, signal: str, others: Iterable[str]) -> str:
         return f"it does not begin with one of {', '.join(TAKEN)}. Did you mean '{meant}'?"
     listed = ", ".join(f"{name} ({words})" for name, words in TAKEN.items())
     return f"expected one of {listed}, and a signal, for instance '{DEFAULTS[1]}'"
+
+
+def _ending(taken: str, word: str) -> str:
+    """Ask for the signals whose names end with a word, those of `DEFAULTS` first; empty without any."""
+    usual = [name.rpartition(" ")[2] for name in DEFAULTS]
+    names = sorted(signals_over_time(), key=lambda name: (name not in usual, name))
+    found = [f"'{taken} {name}'" for name in names if name == word or name.endswith(f"_{word}")]
+    return f" Did you mean {' or '.join(found[:_MOST])}?" if word and found else ""
 
 
 def _every() -> list[str]:

@@ -79,7 +79,8 @@ def _part_of(model: type[Model], name: str) -> str:
     kind = model.part(name)
     if kind is None:
         return ""
-    return families().get(kind) or first_sentence(kind)
+    text = families().get(kind) or first_sentence(kind)
+    return f"{text[:1].lower()}{text[1:]}"
 
 
 def _source(model: type[Model], default: Any, needed: str) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.discovery import paper_of, papers
 from electrovib.core.errors import ElectrovibError
+from electrovib.core.formulas import formula_lines
 from electrovib.core.model import Model
 from electrovib.core.status import status_text
 from electrovib.core.units import format_quantity
@@ -59,7 +60,8 @@ def page(item: Item) -> str:
 def _of_model(model: type[Model]) -> list[str]:
     lines = [(inspect.getdoc(model) or "").replace("``", "'"), ""]
     lines += _written_as(model) + _line("formerly", ", ".join(model.former_names))
-    lines += [part for name, text in model.equation.items() for part in _line("equation", f"{name} = {text}")]
+    formulas = [line for name, text in model.equation.items() for line in formula_lines(name, text)]
+    lines += [part for formula in formulas for part in _line("equation", formula)]
     table = parameters(model)
     lines += ["", laid_out(table)] if table.rows else _line("parameters", "none")
     lines += _line("both pairs", model.derived_note)

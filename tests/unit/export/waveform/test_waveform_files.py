@@ -240,7 +240,7 @@ def test_the_command_line(folder):
     )
     done = run("-o", "drive.csv", "--limits", "limits.toml", "--rate", "10 kHz")
     assert done.exit_code == 0, done.exception
-    assert "2721 samples at 10000.0 Hz" in done.output
+    assert "2721 samples at 10 kHz" in done.output
     assert "limits.voltage of limits.toml" in done.output
     assert run("h.csv", "--as", "hp_33120a", "--gain", "100", "--limits", "limits.toml").exit_code == 0
     for words in (

@@ -89,6 +89,6 @@ def panel() -> Panel:
         title="Figure 6: drawn fingers, whole set-up",
         caption="",
         x=("time", "s"),
-        y=("lateral reading over friction", "N"),
+        y=("lateral reading over friction coefficient", "N"),
         curves=(measured_range(time[[0, -1]]), *curves),
     )

@@ -1,0 +1,129 @@
+"""Commands of the pages on single parts in full run one after the other, on files made here in the place of a reader's own."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+import electrovib as ev
+from electrovib.physics.resonance import release_seen_by_sensor
+
+DOCS = Path(__file__).parent.parent / "docs"
+COMMAND = re.compile(r"^(?:    )?(electrovib (?:.*\\\n)*.*)$", re.MULTILINE)
+INSTRUMENTS = "--arm"
+"""Option of a command that needs real instruments."""
+
+
+def commands(page):
+    """Return the commands in the blocks of a page, without comments."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    found = [match[1].replace("\\\n", " ") for match in COMMAND.finditer(text)]
+    return [one for one in found if INSTRUMENTS not in one]
+
+
+def run(command, folder):
+    """Run a command as a user types it, with its output into a file where it is redirected."""
+    words = shlex.split(command, comments=True)
+    target = words[words.index(">") + 1] if ">" in words else ""
+    words = words[: words.index(">")] if target else words
+    done = subprocess.run(
+        [sys.executable, "-m", *words], cwd=folder, capture_output=True, text=True, check=False, timeout=300
+    )
+    assert (done.returncode, done.stderr) == (0, ""), command
+    if target:
+        (folder / target).write_text(done.stdout, encoding="utf-8")
+    if "-o" in words:
+        assert (folder / words[words.index("-o") + 1]).exists(), command
+    return done.stdout
+
+
+def table(file, header, *columns):
+    np.savetxt(file, np.column_stack(columns), fmt="%.9g", delimiter=",", header=header, comments="")
+
+
+def pulses(time):
+    """Three pulses of different lengths, 1 within them: edges that repeat with no period."""
+    return sum(((time > low) & (time < high)).astype(float) for low, high in ((3, 4), (4.7, 6), (6.9, 7.4)))
+
+
+def of_instruments(folder):
+    """Write what the page on files of instruments reads."""
+    random = np.random.default_rng(1)
+    time = np.arange(0, 9, 1e-3)
+    relaxing = lfilter([0.05], [1, -0.95], pulses(time))  # 20 ms, which edges of 1 ms samples show
+    noisy = 0.2 + relaxing + 2e-3 * random.standard_normal(time.size)
+    table(folder / "scope.csv", "time [s],CH1 [V],Ch2 [V]", time, 5 * pulses(time), noisy)
+    late = time + 0.0123
+    measured = 0.4 * pulses(late) + 1e-3 * random.standard_normal(time.size)
+    table(folder / "force.csv", "time [s],F [N],Sync [V]", time, measured, 5 * pulses(late))
+    ev.save(ev.simulate("vezzoli_2014/fig6"), folder / "run.nc")
+    fine = np.arange(0, 0.6, 50e-6)
+    voltage = np.where((fine > 0.1) & (fine < 0.5) & ((fine * 1000) % 1 < 0.5), 300.0, 2.0)
+    shape = release_seen_by_sensor(fine, start=0.5, fall_time=0.1e-3, frequency=350.0, quality=3.0)
+    force = 0.05 + 0.7 * shape * np.clip((fine - 0.1) / 0.1, 0, 1) + 2e-3 * random.standard_normal(fine.size)
+    table(folder / "clutch.csv", "time [s],U [V],F [N]", fine, voltage, force)
+    columns = {"drive_voltage": "U [V]", "lateral_force_measured": "F [N]"}
+    ev.save(ev.import_file(folder / "clutch.csv", columns), folder / "clutch.nc")
+
+
+def of_fits(folder):
+    """Write what the page on fits reads: recordings, spectra and forces over voltage."""
+    base = ev.load("vezzoli_2014/fig6_gap")
+    (folder / "my.toml").write_text(ev.init("vezzoli_2014/fig6_gap"), encoding="utf-8")
+    random = np.random.default_rng(1)
+    time = np.arange(0, 0.3, 1e-3)
+    for name in "abc":
+        trace = ev.simulate(base.replace({"friction.coefficient": 0.45}), time=time)
+        force, lateral = (trace[signal].values for signal in ("electrostatic_force", "lateral_force"))
+        noise = 2e-4 * random.standard_normal((2, time.size))
+        header = "time [s],electrostatic_force [N],lateral_force [N]"
+        table(folder / f"{name}_force.csv", header, time, force + noise[0], lateral + noise[1])
+        columns = {signal: f"{signal} [N]" for signal in ("electrostatic_force", "lateral_force")}
+        ev.save(ev.import_file(folder / f"{name}_force.csv", columns), folder / f"{name}.nc")
+    frequency = np.geomspace(10, 1e5, 41)
+    permittivity = (
+        3 + 1500 / (1 + (2j * np.pi * frequency * 1e-3) ** 0.8) + 2e-6 / (2j * np.pi * frequency * 8.854e-12)
+    )
+    impedance = 200e-6 / (2j * np.pi * frequency * 8.854e-12 * permittivity * 1e-4)
+    impedance *= 1 + 0.005 * random.standard_normal(frequency.size)
+    header = "frequency [Hz],Z real [ohm],Z imag [ohm]"
+    table(folder / "spectrum.csv", header, frequency, impedance.real, impedance.imag)
+    for name, noise in (("a", 0.01), ("b", 0.02)):
+        scatter = 1 + noise * random.standard_normal((2, frequency.size))
+        header = "frequency [Hz],permittivity,loss factor"
+        values = (permittivity.real * scatter[0], -permittivity.imag * scatter[1])
+        table(folder / f"{name}.csv", header, frequency, *values)
+    for name, exponent in (("monday", 2.0), ("tuesday", 2.05)):
+        voltage = np.linspace(50, 300, 8)
+        force = 1e-4 * voltage**exponent * (1 + 0.01 * random.standard_normal(8))
+        table(folder / f"{name}.csv", "voltage (V),force (mN)", voltage, force)
+
+
+def of_the_bench(folder):
+    """Write what the page on the bench reads."""
+    (folder / "my.toml").write_text(ev.init("vezzoli_2014/fig6"), encoding="utf-8")
+
+
+PAGES = {"importing.md": of_instruments, "fitting.md": of_fits, "bench.md": of_the_bench}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES)
+def test_the_commands_of_a_page_run_one_after_the_other(page, tmp_path):
+    PAGES[page](tmp_path)
+    for command in commands(page):
+        run(command, tmp_path)
+
+
+def test_every_page_with_commands_is_run():
+    """Here, or by the tests of transcripts and guides."""
+    pages = {path.name for path in DOCS.glob("*.md") if commands(path.name)}
+    assert pages - {"design.md", "tutorial.md"} == set(PAGES)
+    assert [len(commands(page)) for page in PAGES] == [7, 6, 4]
