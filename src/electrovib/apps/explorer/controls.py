@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from electrovib.view.units import pretty_quantity
+from electrovib.apps.explorer.declared import Declared
+from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
     from electrovib.core.quantity import Quantity
@@ -36,59 +37,6 @@ SECTIONS: Final = {
     "frequency": "Frequencies",
 }
 """Heading of the parameters below each part of a scenario, in the order of the page."""
-
-
-class Declared:
-    """Words of a parameter, from its declaration."""
-
-    path: str
-    meaning: str
-    unit: str
-    source: str
-    allowed: tuple[float, float]
-
-    @property
-    def section(self) -> str:
-        """Part of the scenario to which the parameter belongs."""
-        return self.path.partition(".")[0]
-
-    @property
-    def name(self) -> str:
-        """Path below its part, in words; a layer's material is not named."""
-        inner = self.path.partition(".")[2].replace(".material.", ".")
-        return inner.replace("_", " ").replace(".", ", ")
-
-    def written(self, value: float) -> str:
-        """Write a value with its unit, as it is read again."""
-        return pretty_quantity(value, self.unit, digits=4)
-
-    @property
-    def help(self) -> str:
-        """Meaning, declared range and source, as shown beside the slider."""
-        low, high = (pretty_quantity(bound, self.unit) for bound in self.allowed)
-        source = f" Source: {self.source}." if self.source else ""
-        return f"{self.meaning} ({self.path}); allowed from {low} to {high}.{source}"
-
-
-@dataclass(frozen=True)
-class Blank(Declared):
-    """A field for a parameter that has no value.
-
-    Parameters
-    ----------
-    path : str
-        Dotted path of the parameter.
-    meaning, unit, source : str
-        As declared; `source` is empty.
-    allowed : tuple of float
-        Declared range [SI].
-    """
-
-    path: str
-    meaning: str
-    unit: str
-    source: str
-    allowed: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -157,15 +105,6 @@ class Control(Declared):
         return f"{words.removesuffix('.')}; slider from {ends}{kind}.{stop[1:]}{source}"
 
 
-def blanks(scenario: Scenario) -> list[Blank]:
-    """Return a field for each parameter that can have a value and has none, in the order of the scenario."""
-    return [
-        Blank(path, quantity.doc, quantity.unit, "", (quantity.low, quantity.high))
-        for path, value, quantity in scenario.parameters()
-        if value is None
-    ]
-
-
 def controls(scenario: Scenario) -> list[Control]:
     """Return a control for each parameter that has a value.
 
@@ -177,18 +116,31 @@ def controls(scenario: Scenario) -> list[Control]:
     Returns
     -------
     controls : list of Control
-        In the order of `SECTIONS`, within it in that of the scenario.
+        In the order of `SECTIONS`, within it in that of the scenario; without parameters that can only be 0, such as the
+        initial charge of the layer that touches the finger.
     """
-    found = [
+    declared = [
         _control(path, value, quantity, scenario.sources.get(path, ""))
         for path, value, quantity in scenario.parameters()
         if value is not None
     ]
+    found = [each for each in declared if each is not None and (each.value != 0 or _moves(scenario, each))]
     order = list(SECTIONS)
     return sorted(
-        (each for each in found if each is not None and each.section in SECTIONS),
+        (each for each in found if each.section in SECTIONS),
         key=lambda each: order.index(each.section),
     )
+
+
+def _moves(scenario: Scenario, control: Control) -> bool:
+    """Return whether a parameter that is 0 can have another value: some are 0 by the nature of their place."""
+    for value in {control.low, control.high} - {control.value}:
+        try:
+            scenario.replace({control.path: value})
+        except InputError:
+            continue
+        return True
+    return False
 
 
 def _control(path: str, value: float, quantity: Quantity, source: str) -> Control | None:

@@ -7,11 +7,14 @@ import itertools
 import pytest
 
 import electrovib as ev
-from electrovib.apps.explorer.choices import AS_GIVEN, choices, chosen
+from electrovib.apps.explorer.carried import carried
+from electrovib.apps.explorer.choices import AS_GIVEN, choices, chosen, inline
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.quantity import quantity_of
+from electrovib.physics.drive.current import CurrentSine
+from electrovib.physics.drive.sines import Sine
 
 GAP = "vezzoli_2014/fig6_gap"
 DRIVE, LAW, SKIN, INSULATOR = choices(ev.load(GAP))
@@ -130,3 +133,33 @@ def test_a_skin_keeps_the_thickness_that_was_set():
     assert scenario.stack.layers["stratum_corneum"].thickness == pytest.approx(300e-6)
     wet = ev.load(GAP).replace({SKIN.path: "gabriel_1996/wet"}).stack.layers["stratum_corneum"]
     assert scenario.stack.layers["stratum_corneum"].material == wet.material
+
+
+def test_a_step_becomes_a_drive_between_zero_and_its_level():
+    given = {"drive": '{ model = "Step", level = -300 }'}
+    square = after("Square", changes=given)[1].drive
+    assert (square.high, square.low) == (0, -300)
+    sine = after("Sine", changes=given)[1].drive
+    assert (sine.amplitude, sine.offset) == (150, -150)
+
+
+def test_a_drive_of_which_only_the_period_is_known_gives_its_frequency():
+    tones = '[{ model = "Sine", amplitude = 50, frequency = 100 }, { model = "Sine", amplitude = 20, frequency = 250 }]'
+    found = after("Square", changes={"drive": f'{{ model = "Sum", drives = {tones} }}'})[1].drive
+    assert found.frequency == pytest.approx(100)  # the first of that name
+    modulated = (
+        '{ model = "AmplitudeModulation", amplitude = 9, carrier = 3000, modulation = 100, depth = 0.5 }'
+    )
+    assert after("Square", changes={"drive": modulated})[1].drive.frequency == pytest.approx(100)
+
+
+def test_parameters_of_the_same_name_and_another_unit_do_not_stay():
+    sine = Sine(amplitude=5, frequency=200, phase=1)
+    assert carried(CurrentSine, sine) == {"frequency": 200, "phase": 1}
+    assert carried(Sine, sine) == {"amplitude": 5, "offset": 0, "frequency": 200, "phase": 1}
+
+
+def test_numbers_of_a_link_are_short_and_exact():
+    assert inline("Sine", {"amplitude": 1000.0, "frequency": 1 / 3, "cycles": 10}) == (
+        '{ model = "Sine", amplitude = 1000, frequency = 0.3333333333333333, cycles = 10 }'
+    )

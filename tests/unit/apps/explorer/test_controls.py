@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.apps.explorer.choices import AS_GIVEN, choices, chosen
-from electrovib.apps.explorer.controls import STEPS, Control, blanks, controls
+from electrovib.apps.explorer.controls import STEPS, Control, controls
+from electrovib.apps.explorer.declared import blanks
 from electrovib.apps.explorer.state import PageState, presets, scenario_of
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.paths import value_at

@@ -22,8 +22,9 @@ from electrovib.apps.explorer.page.words import (
     safety_words,
     verdict_words,
 )
+from electrovib.apps.explorer.pictures.axis import Axis
 from electrovib.apps.explorer.pictures.felt import detection, felt
-from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure, thinned
+from electrovib.apps.explorer.pictures.figure import PlottedCurve, figure, thinned
 from electrovib.apps.explorer.pictures.laws import laws
 from electrovib.apps.explorer.pictures.over_frequency import over_frequency
 from electrovib.apps.explorer.pictures.over_time import over_time

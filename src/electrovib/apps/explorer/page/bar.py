@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from electrovib.apps.explorer.downloads import DOWNLOADS, Download
-from electrovib.apps.explorer.page.words import ABOUT
+from electrovib.apps.explorer.page.about import ABOUT
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.errors import ElectrovibError
 from electrovib.study.catalogue import scenarios

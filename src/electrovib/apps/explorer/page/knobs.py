@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from electrovib.apps.explorer.choices import Choice, choices, chosen
-from electrovib.apps.explorer.controls import SECTIONS, STEPS, Blank, Control, Declared, blanks, controls
+from electrovib.apps.explorer.controls import SECTIONS, STEPS, Control, controls
+from electrovib.apps.explorer.declared import Blank, Declared, blanks
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import InputError
 

@@ -3,33 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from nicegui import ui
 
 from electrovib.apps.explorer.drawing import drawing
-from electrovib.apps.explorer.further import FELT, FREQUENCY, LAWS, RECORDING, SAFETY, TABS, TIME, Further
-from electrovib.apps.explorer.page.words import (
-    felt_words,
-    judged_words,
-    kept_words,
-    law_words,
-    safety_words,
-    verdict_words,
-)
-from electrovib.apps.explorer.pictures.felt import felt
-from electrovib.apps.explorer.pictures.laws import laws
-from electrovib.apps.explorer.pictures.over_frequency import over_frequency
-from electrovib.apps.explorer.pictures.over_time import over_time
-from electrovib.apps.explorer.pictures.recorded import recorded
+from electrovib.apps.explorer.further import RECORDING, TABS, Further
+from electrovib.apps.explorer.page.content import content
+from electrovib.apps.explorer.page.words import judged_words
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
     from electrovib.apps.explorer.session import Session
 
-MOST_PLOTS: Final = 4
-"""Plots that are visible at once; more would make a slider lag."""
 _FEW_PLOTS: Final = 2
 """Plots that are higher than where there are more."""
 _LIGHTER: Final = {
@@ -90,9 +76,11 @@ class Plots:
         self._set(self._stack, drawing(found))
         self._set(self._judged, judged_words(found.diagnostics))
         self._recording.set_visibility(self._session.tab == RECORDING)
-        figures, lead, words = self._content(found, further)
-        self._set(self._lead, lead)
-        self._set(self._words, words)
+        session = self._session
+        open_tab = content(session.tab, found, further, pinned=session.pinned, measured=session.measured)
+        figures = open_tab.figures
+        self._set(self._lead, open_tab.above)
+        self._set(self._words, open_tab.below)
         self._make_room(len(figures))
         for plot, figure in zip(self._plots, figures, strict=False):
             if plot.figure != (themed := self._themed(figure)):
@@ -111,44 +99,15 @@ class Plots:
             with self._grid:
                 self._plots.append(ui.plotly({"data": [], "layout": {}}).classes(f"w-full {height}"))
 
-    def _content(self, found: Computed, further: Further) -> tuple[list[dict[str, Any]], str, str]:
-        """Return plots, the text above them, and the text below them, of the open tab."""
-        kept = self._session.pinned
-        pinned = [each.computed for each in kept]
-        tab, words = self._session.tab, ""
-        lead = "".join(f"<p>{escape(each)}</p>" for each in further.problems)
-        figures: list[dict[str, Any]] = []
-        if tab in (TIME, FREQUENCY):
-            lead += kept_words([each.name for each in kept])
-        if tab == TIME:
-            figures = over_time(found, pinned)
-        elif tab == FREQUENCY:
-            figures, words = (
-                over_frequency(found, pinned, band=further.band),
-                f"<p>{escape(further.drawn)}</p>",
-            )
-        elif tab == LAWS:
-            figures, words = laws(found, further.laws), law_words(found, further)
-        elif tab == FELT and further.percept is not None:
-            figures = felt(further.percept, found.scenario)
-            lead, words = lead + verdict_words(further.percept), felt_words(further.percept)
-        elif tab == SAFETY and further.check is not None:
-            words += safety_words(further.check)
-        elif tab == RECORDING and self._session.measured is not None:
-            figures = recorded(found, self._session.measured)
-            lead += "" if figures else "<p>No signal of this recording is over time or over frequency.</p>"
-        elif tab in (FELT, SAFETY) and not further.problems:
-            lead = "<p>Being computed …</p>"
-        return figures[:MOST_PLOTS], lead, words
-
     def _themed(self, figure: dict[str, Any]) -> dict[str, Any]:
         ink, grid = _INK[self._is_dark()]
         layout = figure["layout"]
         if self._is_dark():
             for each in figure["data"]:
-                line = each.get("line", {})
-                if line.get("color") in _LIGHTER:
-                    each["line"] = {**line, "color": _LIGHTER[line["color"]]}
+                for part in ("line", "marker"):
+                    drawn = each.get(part, {})
+                    if drawn.get("color") in _LIGHTER:
+                        each[part] = {**drawn, "color": _LIGHTER[drawn["color"]]}
         layout |= {"font": {"color": ink}, "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)"}
         for axis in ("xaxis", "yaxis"):
             layout[axis] |= {"gridcolor": grid, "linecolor": ink, "tickcolor": ink}

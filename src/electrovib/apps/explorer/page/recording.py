@@ -135,7 +135,7 @@ class RecordingPanel:
                         label=f"signal of {each.name}",
                         value=_UNUSED if place else "lateral_force_measured",
                     ).classes("w-60")
-                    unit = ui.input(f"unit of {each.name}, if the file states none").classes("w-72")
+                    unit = ui.input(f"unit of {each.name}, for instance V").classes("w-72")
                     unit.set_visibility(not each.unit)
                     rows.append((each.name, signal, unit))
             step = ui.input("time between samples, for instance 0.1 ms").classes("w-80")

@@ -31,23 +31,6 @@ CLASSES: Final = {
 """Classes of the style sheet for each state; the state is written as a word as well, never as a colour alone."""
 
 
-ABOUT: Final = (
-    "A voltage between the electrode of a plate and a finger attracts the skin to the plate. The attraction adds to the force"
-    " with which the finger presses, so the friction of a sliding finger follows the voltage, and the finger feels a vibration or"
-    " a texture on a smooth surface: electrovibration. A finger at rest feels nothing of it.",
-    "The attraction is caused by the electric field between plate and skin. The voltage is shared between the layers: at fast"
-    " changes as between capacitors, under a constant voltage as between resistors. Charge that passes through the skin and the"
-    " gap therefore makes the force fade within the time constant of these layers, although the voltage stays. 'Voltage across"
-    " each layer', and 'Over frequency', show this.",
-    "Move a slider, or type a value with its unit into the field beside it; an empty field gives the value of the scenario back."
-    " The pointer on a parameter shows its meaning, range and source. The button 'back' of the browser takes the last change"
-    " back, and the address of the page reproduces what is shown.",
-    "'Validity' states whether the models hold for this result: 'ok', 'warning' (outside the range in which a model was"
-    " verified, or above a strength), or 'unknown' where no statement is possible.",
-)
-"""What the page shows, for a person who has not met electrovibration, a paragraph each."""
-
-
 def judged_words(diagnostics: Sequence[Diagnostic]) -> str:
     """List what limits the validity of a result, the worst first, and count what is in order."""
     worst_first = sorted(diagnostics, key=lambda each: -STATES.index(each.state))
@@ -79,7 +62,7 @@ def law_words(found: Computed, further: Further) -> str:
         "stress evaluated in",
         "source status",
         "largest force",
-        "relative to the law of the page",
+        "relative to this law",
     )
     return _table(headings, rows)
 
@@ -87,6 +70,8 @@ def law_words(found: Computed, further: Further) -> str:
 def verdict_words(percept: Percept) -> str:
     """State the verdict of perception, the strongest channel, and where nothing varies."""
     strongest = f"; strongest channel {percept.loudest}" if percept.loudest else ""
+    if percept.sensation is None:
+        strongest += "; whether it is felt is not stated, because the detection threshold is not calibrated"
     words = f"<p><b>{escape(percept.verdict)}</b>{escape(strongest)}</p>"
     if not percept.loudest:
         words += "<p>The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show.</p>"

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure
+from electrovib.apps.explorer.pictures.axis import Axis
+from electrovib.apps.explorer.pictures.figure import PlottedCurve, figure
 from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
 from electrovib.physics.perception import Perception
 from electrovib.view.style import COLOURS

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.apps.explorer.limits import SHOWN_SAMPLES
+from electrovib.apps.explorer.pictures.axis import Axis, axis_table, span, unit_of
 from electrovib.view.style import COLOURS
-from electrovib.view.units import prefix_for, pretty_unit
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -24,10 +24,6 @@ LAYER_DASHES: Final = ("solid", "dash", "dot", "dashdot")
 """Dashes of the curves of layers, from the plate on: one that coincides with another one hides nothing."""
 DIGITS: Final = 5
 """Significant digits of the numbers that are sent."""
-_LOWEST: Final = 1e-6
-"""Part of the largest value below which a logarithmic axis does not begin by itself."""
-_FEW_DECADES: Final = 3.0
-"""Decades up to which a logarithmic axis has plain numbers in a prefixed unit, and above which it has powers of ten."""
 _LEGEND: Final = 520.0
 """Width of a row of the legend, in points; a letter takes about 6.2, a line 48."""
 
@@ -48,6 +44,8 @@ class PlottedCurve:
         As Plotly calls it.
     fill_from : array_like, shape (n,), optional
         Lower edge of a band whose upper edge is `y`; the band is filled and has no line.
+    width : float
+        Width of the line, in points.
     in_legend : bool
         Whether the legend names it; the text on hover always does.
     """
@@ -58,27 +56,8 @@ class PlottedCurve:
     colour: str = COLOURS[0]
     dash: str = "solid"
     fill_from: ArrayLike | None = None
+    width: float = 1.8
     in_legend: bool = True
-
-
-@dataclass(frozen=True)
-class Axis:
-    """Words, unit and scale of an axis.
-
-    Parameters
-    ----------
-    words, unit : str
-        What it shows, and the SI unit of the data.
-    is_logarithmic : bool
-        Scale.
-    lowest : float
-        Part of the largest value, dimensionless, below which a logarithmic axis does not begin.
-    """
-
-    words: str
-    unit: str
-    is_logarithmic: bool = False
-    lowest: float = _LOWEST
 
 
 def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict[str, Any]:
@@ -98,8 +77,8 @@ def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict
     dict
         Tables ``data``, ``layout`` and ``config`` for Plotly, without colours of the page.
     """
-    x_unit, x_scale = _unit(x, [each.x for each in curves])
-    y_unit, y_scale = _unit(y, _heights(curves))
+    x_unit, x_scale = unit_of(x, [each.x for each in curves])
+    y_unit, y_scale = unit_of(y, _heights(curves))
     data: list[dict[str, Any]] = []
     named: set[str] = set()
     for each in curves:
@@ -110,8 +89,8 @@ def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict
         "data": data,
         "layout": {
             "title": {"text": title, "x": 0.02, "y": 0.98, "yanchor": "top", "font": {"size": 14}},
-            "xaxis": _axis(x, x_unit, _span(x, [each.x for each in curves])),
-            "yaxis": _axis(y, y_unit, _span(y, _heights(curves))) | _range(y, curves, y_scale),
+            "xaxis": axis_table(x, x_unit, span(x, [each.x for each in curves])),
+            "yaxis": axis_table(y, y_unit, span(y, _heights(curves))) | _range(y, curves, y_scale),
             "margin": {"l": 62, "r": 12, "t": 30, "b": 44 + (18 * _rows(named) if len(named) > 1 else 0)},
             "legend": {
                 "orientation": "h",
@@ -176,7 +155,7 @@ def _lines(
         "name": curve.name,
         "legendgroup": curve.name,
         "showlegend": show,
-        "line": {"color": curve.colour, "dash": curve.dash, "width": 1.8, "simplify": False},
+        "line": {"color": curve.colour, "dash": curve.dash, "width": curve.width, "simplify": False},
         "hovertemplate": f"%{{y:.4~g}} {unit}<extra>{curve.name}</extra>",
     }
     if curve.fill_from is None:
@@ -218,49 +197,6 @@ def _numbers(values: NDArray[Any]) -> tuple[float | None, ...]:
     return tuple(
         value if kept else None for value, kept in zip(rounded.tolist(), finite.tolist(), strict=True)
     )
-
-
-def _unit(axis: Axis, data: Sequence[ArrayLike]) -> tuple[str, float]:
-    """Return the unit of the label and its size: one prefix for the whole axis, none where it has powers of ten."""
-    largest = max((high for low, high in map(_ends, data)), default=0.0)
-    has_powers = axis.is_logarithmic and (axis.unit == "Hz" or _span(axis, data) > _FEW_DECADES)
-    prefix, scale = ("", 1.0) if has_powers else prefix_for(largest, axis.unit)
-    return pretty_unit(f"{prefix}{axis.unit}" if axis.unit != "1" else "1"), scale
-
-
-def _ends(values: ArrayLike) -> tuple[float, float]:
-    """Return the smallest and the largest finite magnitude above 0; infinity and 0 where there is none."""
-    sizes = np.abs(np.asarray(values, dtype=float))
-    sizes = sizes[np.isfinite(sizes) & (sizes > 0)]
-    return (float(sizes.min()), float(sizes.max())) if sizes.size else (math.inf, 0.0)
-
-
-def _span(axis: Axis, data: Sequence[ArrayLike]) -> float:
-    """Return the decades that a logarithmic axis covers; 0 for a linear one."""
-    if not axis.is_logarithmic:
-        return 0.0
-    ends = [_ends(each) for each in data]
-    low, high = min((low for low, _ in ends), default=math.inf), max((high for _, high in ends), default=0.0)
-    return math.log10(high / max(low, axis.lowest * high)) if 0 < low < high else 0.0
-
-
-def _axis(axis: Axis, unit: str, span: float) -> dict[str, Any]:
-    shown: dict[str, Any] = {
-        "title": {"text": f"{axis.words} [{unit}]" if unit else axis.words, "standoff": 6},
-        "zeroline": False,
-        "ticks": "outside",
-        "automargin": True,
-        "hoverformat": ".4~g",
-    }
-    if axis.is_logarithmic:
-        shown |= {"type": "log", "exponentformat": "power"}
-        if span > _FEW_DECADES or axis.unit == "Hz":
-            shown["dtick"] = math.ceil(span / 8) or 1
-        elif span > 1:  # a decade or less is left to Plotly, which then has linear steps
-            digits = (1, 2, 5) if span <= 2 else (1,)
-            ticks = [digit * 10.0**power for power in range(-4, 5) for digit in digits]
-            shown |= {"tickvals": ticks, "ticktext": [f"{each:g}" for each in ticks]}
-    return shown
 
 
 def _range(axis: Axis, curves: Sequence[PlottedCurve], scale: float) -> dict[str, Any]:

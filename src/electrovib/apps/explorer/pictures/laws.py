@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure
+from electrovib.apps.explorer.pictures.axis import Axis
+from electrovib.apps.explorer.pictures.figure import PlottedCurve, figure
 from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
 from electrovib.apps.explorer.pictures.over_time import TIME
 from electrovib.view.style import COLOURS, FURTHER_COLOURS

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, Axis, PlottedCurve, figure, with_kept
+from electrovib.apps.explorer.pictures.axis import Axis
+from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, PlottedCurve, figure, with_kept
 from electrovib.view.style import COLOURS, NEUTRAL, layer_colours
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, Axis, PlottedCurve, figure, with_kept
+from electrovib.apps.explorer.pictures.axis import Axis
+from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, PlottedCurve, figure, with_kept
 from electrovib.view.style import COLOURS, layer_colours
 from electrovib.view.units import pretty_quantity
 
@@ -22,6 +23,8 @@ _VOLTAGES: Final = {
 }
 _COMPARABLE: Final = 20.0
 """Ratio of the largest voltages of two layers up to which both can be read on one axis."""
+_CURRENTS: Final = {"drive_current": "drive"}
+_ATTRACTION: Final = {"electrostatic_force": "attraction"}
 _FORCES: Final = {
     "lateral_force": "friction",
     "lateral_force_measured": "friction as the tribometer reads it",
@@ -45,10 +48,8 @@ def over_time(shown: Computed, pinned: Sequence[Computed] = ()) -> list[dict[str
     """
     plots = [
         _signals("Voltage", Axis("voltage", "V"), _VOLTAGES, shown, pinned),
-        _signals("Drive current", Axis("current", "A"), {"drive_current": "drive"}, shown, pinned),
-        _signals(
-            "Electrostatic force", Axis("force", "N"), {"electrostatic_force": "attraction"}, shown, pinned
-        ),
+        _signals("Drive current", Axis("current", "A"), _CURRENTS, shown, pinned),
+        _signals("Electrostatic force", Axis("force", "N"), _ATTRACTION, shown, pinned),
         _signals("Lateral force", Axis("force", "N"), _FORCES, shown, pinned),
         _layers(shown),
     ]
@@ -69,14 +70,27 @@ def _signals(
         )
         for each, dash, kept in with_kept(shown, pinned)
         for index, (signal, words) in enumerate(names.items())
-        if signal in each.trace and each.trace[signal].dims == ("time",)
+        if _is_known(each, signal)
     ]
     if not curves:
         return None
-    present = [words for signal, words in names.items() if signal in shown.trace]
+    present = [words for signal, words in names.items() if _is_known(shown, signal)]
     if len(names) > 1 and len(present) == 1:  # the legend, which would name the only curve, is omitted
         title = f"{title}: {present[0]}"
     return figure(title, TIME, axis, curves)
+
+
+def unknown_signals(shown: Computed) -> list[str]:
+    """Return the names, in words, of the signals over time that have no value at all."""
+    names = (*_VOLTAGES, *_CURRENTS, *_ATTRACTION, *_FORCES)
+    return [name.replace("_", " ") for name in names if name in shown.trace and not _is_known(shown, name)]
+
+
+def _is_known(shown: Computed, signal: str) -> bool:
+    """Return whether a result has a signal over time with a finite value."""
+    if signal not in shown.trace or shown.trace[signal].dims != ("time",):
+        return False
+    return bool(np.isfinite(shown.trace[signal].values).any())
 
 
 def _layers(shown: Computed) -> dict[str, Any] | None:

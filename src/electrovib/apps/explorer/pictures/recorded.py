@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.figure import Axis, PlottedCurve, figure
+from electrovib.apps.explorer.pictures.axis import Axis
+from electrovib.apps.explorer.pictures.figure import PlottedCurve, figure
 from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
 from electrovib.apps.explorer.pictures.over_time import TIME
 from electrovib.core.signals import SIGNALS
@@ -39,12 +40,16 @@ def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
         if name not in SIGNALS or dims not in (("time",), ("frequency",)):
             continue
         dimension = str(dims[0])
-        cases = [("recorded", measured, NEUTRAL), ("computed", shown.trace, COLOURS[0])]
+        cases = [("recorded", measured, NEUTRAL, 4.0), ("computed", shown.trace, COLOURS[0], 1.8)]
         curves = [
             PlottedCurve(
-                each[dimension].values, np.abs(values) if np.iscomplexobj(values) else values, words, colour
+                each[dimension].values,
+                np.abs(values) if np.iscomplexobj(values) else values,
+                words,
+                colour,
+                width=width,
             )
-            for words, each, colour in cases
+            for words, each, colour, width in cases
             if name in each and each[name].dims == dims
             for values in [each[name].values]
         ]

@@ -1,0 +1,73 @@
+"""What a page writes about a parameter, from its declaration, and the fields of parameters that have no value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from electrovib.view.units import pretty_quantity
+
+if TYPE_CHECKING:
+    from electrovib.scenario import Scenario
+
+
+class Declared:
+    """Words of a parameter, from its declaration."""
+
+    path: str
+    meaning: str
+    unit: str
+    source: str
+    allowed: tuple[float, float]
+
+    @property
+    def section(self) -> str:
+        """Part of the scenario to which the parameter belongs."""
+        return self.path.partition(".")[0]
+
+    @property
+    def name(self) -> str:
+        """Path below its part, in words; a layer's material is not named."""
+        inner = self.path.partition(".")[2].replace(".material.", ".")
+        return inner.replace("_", " ").replace(".", ", ")
+
+    def written(self, value: float) -> str:
+        """Write a value with its unit, as it is read again."""
+        return pretty_quantity(value, self.unit, digits=4)
+
+    @property
+    def help(self) -> str:
+        """Meaning, declared range and source, as shown beside the slider."""
+        low, high = (pretty_quantity(bound, self.unit) for bound in self.allowed)
+        source = f" Source: {self.source}." if self.source else ""
+        return f"{self.meaning} ({self.path}); allowed from {low} to {high}.{source}"
+
+
+@dataclass(frozen=True)
+class Blank(Declared):
+    """A field for a parameter that has no value.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path of the parameter.
+    meaning, unit, source : str
+        As declared; `source` is empty.
+    allowed : tuple of float
+        Declared range [SI].
+    """
+
+    path: str
+    meaning: str
+    unit: str
+    source: str
+    allowed: tuple[float, float]
+
+
+def blanks(scenario: Scenario) -> list[Blank]:
+    """Return a field for each parameter that can have a value and has none, in the order of the scenario."""
+    return [
+        Blank(path, quantity.doc, quantity.unit, "", (quantity.low, quantity.high))
+        for path, value, quantity in scenario.parameters()
+        if value is None
+    ]

@@ -1,0 +1,178 @@
+"""The page in a real browser, as visitors use it: choices, fields, keyboard, history, narrow screens."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.browser.test_page import drop, keep, peak, shown
+
+import electrovib as ev
+from electrovib.apps.explorer.further import TABS
+
+pytestmark = pytest.mark.slow
+
+SINE = "bau_2010/sine"
+
+
+def type_into(page, label: str, text: str):
+    field = page.get_by_label(label, exact=True)
+    field.fill(text)
+    field.press("Enter")
+    return field
+
+
+def choose(page, label: str, option: str):
+    page.get_by_role("combobox", name=label, exact=True).first.click()
+    page.get_by_role("option", name=option, exact=True).click()
+    page.wait_for_function("() => document.querySelectorAll('.q-menu').length === 0")
+
+
+def test_another_drive_keeps_amplitude_and_frequency_and_back_takes_it_back(opened):
+    page = opened(f"?preset={SINE}")
+    base = ev.load(SINE)
+    shown(page, peak(base))
+    type_into(page, "Drive: amplitude, value", "150 V")
+    sine = base.replace({"drive.amplitude": "150 V"})
+    shown(page, peak(sine))
+    choose(page, "Drive", "Square")
+    frequency = base.drive.frequency
+    square = base.replace({"drive": {"model": "Square", "high": 150, "low": -150, "frequency": frequency}})
+    shown(page, peak(square))
+    assert page.get_by_label("Drive: high, value").input_value() == "150 V"
+    page.go_back()
+    shown(page, peak(sine))
+    page.go_back()
+    shown(page, peak(base))
+    page.go_forward()
+    shown(page, peak(sine))
+    page.reload()
+    shown(page, peak(sine))
+
+
+def test_a_link_of_ten_changes_shows_the_same(opened):
+    changes = {
+        "drive.high": "700 V",
+        "drive.rise": "20 ms",
+        "drive.hold": "80 ms",
+        "stack.insulator.thickness": "60 um",
+        "stack.insulator.material.permittivity": "4",
+        "stack.gap.thickness": "2 um",
+        "stack.stratum_corneum.thickness": "150 um",
+        "contact.area": "90 mm2",
+        "load.normal_force": "0.6 N",
+        "friction.coefficient": "0.7",
+    }
+    page = opened("?preset=vezzoli_2014/fig6_gap")
+    for name in ("Contact", "Load", "Friction"):
+        page.get_by_role("button", name=f'Expand "{name}"').click()
+    for path, text in changes.items():
+        section, _, name = path.partition(".")
+        words = name.replace("material.", "").replace("_", " ").replace(".", ", ")
+        heading = {"drive": "Drive", "stack": "Layers"}.get(section, section.capitalize())
+        type_into(page, f"{heading}: {words}, value", text)
+        page.wait_for_url(f"**{path}**")
+    wanted = ev.load("vezzoli_2014/fig6_gap").replace(changes)
+    shown(page, peak(wanted))
+    other = opened("?" + page.url.partition("?")[2])
+    shown(other, peak(wanted))
+    assert other.get_by_label("Layers: gap, thickness, value").input_value() == "2 µm"
+
+
+def test_fields_take_units_refuse_others_and_give_values_back(opened):
+    page = opened(f"?preset={SINE}")
+    field = type_into(page, "Drive: amplitude, value", "12 mm")
+    page.get_by_text("drive.amplitude = '12 mm'").wait_for()
+    field.fill("55")
+    field.press("Escape")
+    page.wait_for_function("field => field.value === '100 V'", arg=field.element_handle())
+    type_into(page, "Drive: amplitude, value", "0.2 kV")
+    shown(page, peak(ev.load(SINE).replace({"drive.amplitude": 200})))
+    type_into(page, "Drive: amplitude, value", "")
+    shown(page, peak(ev.load(SINE)))
+    page.wait_for_function("field => field.value === '100 V'", arg=field.element_handle())
+    page.get_by_role("button", name='Expand "Limits"').click()
+    type_into(page, "Limits: voltage, value", "80 V")  # which had no value, so no slider
+    page.get_by_role("tab", name="Safety").click()
+    page.locator("tr", has_text="limits.voltage of the scenario").get_by_text("fail").wait_for()
+    assert page.get_by_label("Limits: voltage", exact=True).count() >= 1
+
+
+def test_what_is_being_typed_is_not_replaced_by_a_result(opened):
+    page = opened("?preset=vezzoli_2014/fig6_gap")
+    page.get_by_role("tab", name="Force laws").click()  # whose results arrive one after the other
+    field = page.get_by_label("Drive: high, value")
+    field.click()
+    field.press_sequentially("6", delay=100)
+    page.get_by_text("Vezzoli2014Causal").first.wait_for()
+    page.wait_for_timeout(800)
+    assert field.input_value() in ("61 kV", "1 kV6", "16 kV", "1 6kV", "1 k6V")  # wherever the pointer was
+
+
+def test_pointer_and_keyboard(opened):
+    page = opened("?preset=vezzoli_2014/fig6_gap")
+    slider = page.locator(".q-slider__track-container").nth(1)
+    slider.hover()
+    tip = page.locator(".q-tooltip")
+    tip.wait_for()
+    for words in (
+        "voltage of the hold",
+        "allowed from -100 kV to 100 kV",
+        "slider from",
+        "Source: Vezzoli 2014",
+    ):
+        assert words in tip.inner_text()
+    slider.focus()
+    page.keyboard.press("PageUp")
+    field = page.get_by_label("Drive: high, value")
+    page.wait_for_function("field => field.value === '1.062 kV'", arg=field.element_handle())
+    page.keyboard.press("Shift+Tab")
+    ring = "() => getComputedStyle(document.activeElement).boxShadow"
+    assert "0px 0px 0px 2px" in page.evaluate(ring)
+    page.get_by_role("button", name="Download").press("Enter")
+    page.get_by_text("Report (HTML)").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_text("Report (HTML)").wait_for(state="hidden")
+
+
+def test_a_phone_shows_the_plots_first_and_the_parameters_on_demand(opened, browser, server):
+    context = browser.new_context(viewport={"width": 390, "height": 844})
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{server.port}/?preset=vezzoli_2014/fig6_gap")
+    page.locator(".js-plotly-plot .main-svg").first.wait_for()
+    field = page.get_by_label("Drive: high, value")
+    assert not field.is_visible()
+    page.get_by_role("button", name="Show or hide the parameters").click()
+    field.wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    keep(page, "phone")
+    context.close()
+
+
+@pytest.mark.parametrize("name", ["shultz_2018/at_rest", "rauf_2025/relaxor"])
+def test_a_scenario_opens_on_every_tab_without_a_failure_of_the_program(opened, name):
+    page = opened(f"?preset={name}")
+    for tab in TABS:
+        page.get_by_role("tab", name=tab).click()
+        page.get_by_text("Being computed").wait_for(state="hidden")
+        page.wait_for_timeout(700)
+        assert page.get_by_role("alert").inner_text() == ""
+        assert page.get_by_text("This is a mistake of electrovib").count() == 0
+
+
+def test_several_columns_of_a_recording_are_compared(opened):
+    trace = ev.simulate("vezzoli_2014/fig6", time=np.linspace(0, 0.27, 300))
+    columns = (trace.time.values, trace.electrostatic_force.values, trace.drive_voltage.values)
+    rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    page = opened()
+    drop(page, "scope.csv", "\n".join(["time (s),CH1 (N),CH2 (V)", *rows]).encode())
+    for column, signal in (("CH1", "electrostatic force"), ("CH2", "electrostatic force")):
+        choose(page, f"signal of {column}", signal)
+    page.get_by_role("button", name="Compare").click()
+    page.get_by_text("Two columns are chosen as electrostatic force").wait_for()
+    choose(page, "signal of CH2", "drive voltage")
+    page.get_by_role("button", name="Compare").click()
+    page.wait_for_function("() => document.querySelectorAll('.js-plotly-plot .main-svg').length >= 4")
+    titles = page.evaluate(
+        "() => [...document.querySelectorAll('.js-plotly-plot')].map(e => e.layout.title.text)"
+    )
+    assert titles == ["electrostatic force", "drive voltage"]
