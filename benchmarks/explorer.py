@@ -20,7 +20,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from pathlib import Path
 from statistics import median
 
-from benchmarks.explorer_visitor import Visitor
+from benchmarks.explorer_visitor import MovingVisitor
 from benchmarks.table import surroundings, write
 
 VISITORS = 5
@@ -60,6 +60,7 @@ class Server:
             text=True,
         )
         self.address = re.search(r"http://[^/]+", self.process.stdout.readline())[0]
+        self.port = int(self.address.rsplit(":", 1)[1])
         self._wait()
         self.start = time.perf_counter() - begin
 
@@ -196,13 +197,13 @@ def loaded_and_flooded(server: Server) -> list[list[str]]:
 
 
 @asynccontextmanager
-async def together(server: Server) -> AsyncIterator[list[Visitor]]:
+async def together(server: Server) -> AsyncIterator[list[MovingVisitor]]:
     """Open the page for all visitors."""
     async with AsyncExitStack() as stack:
-        yield [await stack.enter_async_context(Visitor(server.address)) for _ in range(VISITORS)]
+        yield [await stack.enter_async_context(MovingVisitor(server.port)) for _ in range(VISITORS)]
 
 
-async def paced(visitor: Visitor) -> list[float]:
+async def paced(visitor: MovingVisitor) -> list[float]:
     """Move at random times, and wait for each answer; return the times that they took [s]."""
     dice, found = random.Random(visitor.address), []
     end = time.perf_counter() + SECONDS
@@ -212,7 +213,7 @@ async def paced(visitor: Visitor) -> list[float]:
     return found
 
 
-async def flooded(visitors: list[Visitor]) -> list[str]:
+async def flooded(visitors: list[MovingVisitor]) -> list[str]:
     """Move faster than anything can be computed; what is left to do afterwards is one update for each visitor."""
     before = sum(each.answers for each in visitors)
     moves = round(FLOOD * FLOODED)
@@ -235,7 +236,7 @@ async def flooded(visitors: list[Visitor]) -> list[str]:
     ]
 
 
-async def updated(visitor: Visitor, count: int) -> None:
+async def updated(visitor: MovingVisitor, count: int) -> None:
     """Move and wait, many times."""
     for _ in range(count):
         await visitor.update()

@@ -79,6 +79,7 @@ def page(item: Item) -> str:
         ("Source status", plain(status_text(model.status))),
         ("Reference", plain(model.reference)),
         ("Paper", f":doc:`../../papers/{paper}`" if paper else ""),
+        ("Code", f"``{model.__module__}``"),
         ("Formerly", ", ".join(f"``{name}``" for name in model.former_names)),
     ]
     return joined(

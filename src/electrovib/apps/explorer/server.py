@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import signal
 import socket
@@ -24,6 +25,8 @@ FIRST_PORT: Final = 8080
 TRIED_PORTS: Final = 50
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
+RECONNECTED: Final = 10.0
+"""Time in which an interrupted connection may come back to the same page [s]; on a busy machine 3 s are too short."""
 EVERYWHERE: Final = ("0.0.0.0", "::")  # noqa: S104 - compared with
 """Addresses of a server on all interfaces."""
 UNCONNECTED: Final = 15.0
@@ -85,7 +88,7 @@ def explore(
     build(own, first)
     shown = _names(host)[0]
     address = f"http://{shown}:{chosen}/" + (f"?{TOKEN}={token}" if token else "")
-    say(f"The page is at {address} ; Ctrl-C ends it.")
+    app.on_startup(lambda: say(f"The page is at {address} ; Ctrl-C ends it."))
     path = f"/?{TOKEN}={token}" if token else "/"
     with _orderly_end():
         ui.run(
@@ -97,6 +100,7 @@ def explore(
             show=path if browser else False,
             show_welcome_message=False,
             message_history_length=HISTORY,
+            reconnect_timeout=RECONNECTED,
             dark=None,
             favicon="〰",
             proxy_headers=False,
@@ -191,7 +195,14 @@ def _free_port(host: str, port: int | None) -> int:
         raise InputError(
             f"no port from {FIRST_PORT} to {FIRST_PORT + TRIED_PORTS - 1} can be opened at {host}: {reason}"
         )
-    raise InputError(f"port = {port}: it cannot be opened at {host} ({reason}); choose another with --port")
+    why = (
+        "another program listens there"
+        if reason.errno == errno.EADDRINUSE
+        else reason.strerror or str(reason)
+    )
+    raise InputError(
+        f"port = {port}: it cannot be opened at {host} ({why}); choose another with --port, or omit --port for one that is free"
+    )
 
 
 def _names(host: str) -> tuple[str, ...]:

@@ -269,14 +269,10 @@ def test_stopping_the_server_ends_what_is_open(monkeypatch):
 
 
 def test_sentences_of_a_tab_are_no_html():
-    nicegui = pytest.importorskip("nicegui")
-    from electrovib.apps.explorer.page.plots import Plots
+    pytest.importorskip("nicegui")
+    from electrovib.apps.explorer.page.content import content
 
-    assert nicegui
     evil = "<img src=x onerror=alert(1)>"
-    session = type("Session", (), {"pinned": [], "tab": SAFETY})()
-    plots = object.__new__(Plots)
-    plots._session = session
-    words = plots._content(None, Further(problems=(evil,)))[1]
+    words = content(SAFETY, None, Further(problems=(evil,))).above
     assert escape(evil) in words
     assert evil not in words

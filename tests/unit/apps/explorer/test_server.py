@@ -1,0 +1,48 @@
+"""Addresses that cannot be served are refused with a sentence, before anything is served."""
+
+from __future__ import annotations
+
+import socket
+
+import pytest
+
+import electrovib as ev
+from electrovib.apps.explorer.server import _free_port
+from electrovib.core.errors import InputError
+
+pytest.importorskip("nicegui")
+
+
+@pytest.fixture
+def busy():
+    """Listen on a port of this machine."""
+    with socket.socket() as listening:
+        listening.bind(("127.0.0.1", 0))
+        listening.listen()
+        yield listening.getsockname()[1]
+
+
+def test_a_port_in_use_is_refused_with_what_to_do(busy):
+    words = rf"^port = {busy}: .* at 127\.0\.0\.1 \(another program listens there\); .* omit --port for one that is free$"
+    with pytest.raises(InputError, match=words):
+        ev.explore(port=busy, browser=False)
+
+
+def test_without_a_port_the_next_free_one_is_taken(busy, monkeypatch):
+    monkeypatch.setattr("electrovib.apps.explorer.server.FIRST_PORT", busy)
+    assert busy < _free_port("127.0.0.1", None) < busy + 50
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"port": 0}, "port = 0: a port is a number from 1 to 65535"),
+        ({"port": 65536}, "port = 65536: a port is a number"),
+        ({"host": ""}, "host is empty: give an address, for instance 127.0.0.1"),
+        ({"host": "192.0.2.1", "port": 8080}, r"port = 8080: it cannot be opened at 192\.0\.2\.1 \("),
+        ({"host": "no such host.invalid"}, "host = no such host.invalid: no address of this machine"),
+    ],
+)
+def test_addresses_that_do_not_exist_are_refused(options, words):
+    with pytest.raises(InputError, match=words):
+        ev.explore(browser=False, **options)
