@@ -50,12 +50,12 @@ def by_polynomial(spring, pressure, thickness, voltage):
         stress = mpmath.mpf(EPS0) * mpmath.mpf(voltage) ** 2 / 2 / unit**2 / k
         # (left - u) (electrical + u)^2 - stress
         cubic = [
-            -1,
-            left - 2 * electrical,
-            2 * electrical * left - electrical**2,
             left * electrical**2 - stress,
+            2 * electrical * left - electrical**2,
+            left - 2 * electrical,
+            -1,
         ]
-        roots = mpmath.polyroots(cubic, maxsteps=500, extraprec=200)
+        roots = mpmath.polyroots(cubic, asc=True, maxsteps=500, extraprec=200)
         real = [mpmath.re(r) for r in roots if abs(mpmath.im(r)) < mpmath.mpf(10) ** -25 * (1 + abs(r))]
         return sorted(float(r * unit) for r in real if 0 <= r <= left)
 

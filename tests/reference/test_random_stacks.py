@@ -81,7 +81,7 @@ def exact_rates(slabs, element):
         polynomial = polynomial[:-1]
     if len(polynomial) < 2:
         return [], zero
-    roots = mpmath.polyroots(polynomial[::-1], maxsteps=400, extraprec=400)
+    roots = mpmath.polyroots(polynomial, asc=True, maxsteps=400, extraprec=400)
     assert all(abs(root.imag) < abs(root) * mpmath.mpf(10) ** -50 for root in roots)
     rates = sorted(-root.real for root in roots)
     assert rates[0] > 0

@@ -211,7 +211,7 @@ class BenchSettings(Model):
         "oscilloscope": OscilloscopeRole.example,
     }
 
-    title: str = ""
+    title: Annotated[str, Field(description="name of the set-up")] = ""
     current_limiter: CurrentLimiter
     limits: Limits
     burst: BurstRules = BurstRules()

@@ -28,8 +28,10 @@ _OPERATIONS: Final[dict[type[ast.AST], Callable[..., Any]]] = {
 }
 _FUNCTIONS: Final[dict[str, Callable[..., Any]]] = {
     "Abs": np.abs,
-    "Max": np.maximum,
-    "Min": np.minimum,
+    "Max": lambda one, other: (
+        (one + other + np.abs(one - other)) / 2
+    ),  # ngspice needs a derivative at the kink
+    "Min": lambda one, other: (one + other - np.abs(one - other)) / 2,
     "atan": np.arctan,
     "cos": np.cos,
     "cosh": np.cosh,

@@ -191,7 +191,8 @@ def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], 
             quantity_at(scenario, path)
         if np.ndim(values) != 1 or not len(values):
             problems.append(
-                f"over '{path}': expected a sequence of numbers in SI units, for instance numpy.geomspace(1e-6, 1e-4, 10)"
+                f"over '{path}': expected a sequence of at least one number in SI units, for instance"
+                " numpy.geomspace(1e-6, 1e-4, 10)"
             )
         if records and path.startswith("frequency."):
             problems.append(f"over '{path}': with records, all cases share the grid of frequencies")
