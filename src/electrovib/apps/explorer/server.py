@@ -25,8 +25,6 @@ FIRST_PORT: Final = 8080
 TRIED_PORTS: Final = 50
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
-RECONNECTED: Final = 10.0
-"""Time in which an interrupted connection may come back to the same page [s]; on a busy machine 3 s are too short."""
 EVERYWHERE: Final = ("0.0.0.0", "::")  # noqa: S104 - compared with
 """Addresses of a server on all interfaces."""
 UNCONNECTED: Final = 15.0
@@ -100,7 +98,6 @@ def explore(
             show=path if browser else False,
             show_welcome_message=False,
             message_history_length=HISTORY,
-            reconnect_timeout=RECONNECTED,
             dark=None,
             favicon="〰",
             proxy_headers=False,
