@@ -284,6 +284,19 @@ def test_numbers_that_are_not_finite_are_gaps():
     assert plot["data"][0]["y"] == (1.2346, None, None)
 
 
+def test_a_small_change_of_a_large_value_keeps_its_digits():
+    """Friction of 250 mN that attraction changes by 0.3 mN has no steps of rounding."""
+    x = np.linspace(0, 1, 201)
+    y = 0.25 + 0.3e-3 * x
+    plot = figure("t", Axis("x", "s"), Axis("y", "N"), [PlottedCurve(x, y, "a")])
+    shown = np.array(plot["data"][0]["y"])
+    assert shown == pytest.approx(250 + 0.3 * x, abs=0.3e-5)
+    assert max(len(repr(float(each))) for each in shown) <= 9
+    assert figure("t", Axis("x", "s"), Axis("y", "N"), [PlottedCurve([0, 1], [2.5, 2.5], "a")])["data"][0][
+        "y"
+    ] == (2.5, 2.5)
+
+
 def test_a_constant_is_drawn_as_one_and_zeros_on_a_logarithmic_axis_are_left_out():
     plot = figure("t", Axis("x", "s"), Axis("y", "N"), [PlottedCurve([0, 1], [2.0, 2.0 + 1e-12], "a")])
     assert plot["layout"]["yaxis"]["range"] == pytest.approx([1.6, 2.4])

@@ -185,7 +185,10 @@ def _numbers(values: NDArray[Any]) -> tuple[float | None, ...]:
     The framework watches every item of a list for changes, which takes longer than the simulation; a tuple is sent as it is.
     """
     finite = np.isfinite(values)
-    sizes = np.abs(np.where(finite & (values != 0), values, 1.0))
+    span = (
+        float(np.ptp(values[finite])) if finite.any() else 0.0
+    )  # a small change of a large value stays smooth
+    sizes = np.minimum(np.abs(np.where(finite & (values != 0), values, 1.0)), span or math.inf)
     places = DIGITS - 1 - np.floor(np.log10(sizes))
     up, down = (
         10.0 ** np.clip(places, 0, 300),
