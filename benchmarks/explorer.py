@@ -24,13 +24,13 @@ from benchmarks.explorer_visitor import MovingVisitor
 from benchmarks.table import surroundings, write
 
 VISITORS = 5
-PACE, SECONDS = 4.0, 5.0
+PACE, SECONDS = 4.0, 30.0
 """Moves of each visitor per second, and for how long."""
 FLOOD, FLOODED = 20.0, 10.0
 """The same for sliders that are moved without a pause: the page sends each 20 times per second at most."""
-UPDATES, WARM = 300, 100
+UPDATES, WARM = 10_000, 1_000
 """Updates between which memory is compared, and those before, while caches fill."""
-PRESSES = 10
+PRESSES = 80
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 ARGUMENTS = (
     "--no-sandbox",
