@@ -1,8 +1,9 @@
 """Textures as drives: of a whole path of the finger, and block by block while it moves."""
 
 from electrovib.study.texture.drive import TextureDrive, texture_drive
+from electrovib.study.texture.opening import texture_stream
 from electrovib.study.texture.reading import read_path, read_texture
-from electrovib.study.texture.stream import StreamClosedError, TextureStream, texture_stream
+from electrovib.study.texture.stream import StreamClosedError, TextureStream
 
 __all__ = [
     "StreamClosedError",

@@ -3,35 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.limits import MEAN_SQUARES
-from electrovib.scenario import Source
-from electrovib.study.check import cleared_for_output, sampled, with_drive
-from electrovib.study.texture.reading import TextureSource
-from electrovib.study.texture.set_up import FREQUENCY, RAMP, AllLimits, Amount, RenderingSetUp, amount
+from electrovib.study.texture.added import place_across
+from electrovib.study.texture.playing import play
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
-    from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult
     from electrovib.study.texture.synthesis import Synthesis
 
-LONGEST: Final = 600.0
-"""Longest stream [s], by default; a choice."""
-UNBOUNDED: Final = ("charge", "stored_energy", *MEAN_SQUARES)
-"""Limits with which a block of a stream cannot be compared."""
 _TICK: Final = 1e-6
 """Share of a sample by which a time stamp may be early or late."""
-_CHECKED: Final = 0.05
-"""Time at the largest amplitude for which a stream is checked before it begins [s]; a choice."""
-_IN_CYCLE: Final = 64
+_STATE: Final = (
+    "_next",
+    "_amplitude",
+    "_origin",
+    "_time",
+    "_place",
+    "_sample_place",
+    "_fallen",
+    "_fall_from",
+)
 
 
 class StreamClosedError(InputError):
@@ -58,6 +58,8 @@ class TextureStream:
     ----------
     error : InputError or None
         Why the stream ends or has ended; None while it runs.
+    blocks : list of ndarray
+        Blocks that `play` has written [V].
 
     Notes
     -----
@@ -73,6 +75,9 @@ class TextureStream:
         self._last = math.floor(longest * synthesis.rate) - synthesis.ramp_samples
         self.check = check
         self.error: InputError | None = None
+        self.blocks: list[Real] = []
+        self._interruption: BaseException | None = None
+        self._across = place_across(synthesis.texture)
         self._next, self._amplitude = 0, 0.0
         self._origin, self._time = math.nan, math.nan
         self._place: Real = np.zeros(2)
@@ -130,19 +135,77 @@ class TextureStream:
         -----
         A violation of a limit, of the longest block or of the longest duration, or a position or time that is no number, sets
         `error`; the samples that are returned from there on fall to 0 V within the limits, and once 0 V is reached every further
-        call raises.
+        call raises. A texture that raises an exception, or returns NaN, infinity or an array of another shape, ends the stream
+        likewise. KeyboardInterrupt and SystemExit during the call are raised again by the first call after 0 V is reached;
+        outside of it, only `play` makes sure that the ramp is written.
         """
         if self.error is not None:
             return self._ending(self._block)
+        before = self.state
         try:
-            places, now = self._read(position, time)
-            count, places = self._at_samples(places, now)
-        except (TypeError, ValueError, InputError) as error:
-            self.error = InputError(f"{error}. The stream ends at 0 V")
-            return self._ending(self._block)
-        before = places[:1] if self._sample_place is None else self._sample_place
-        velocity = (places - np.concatenate((before, places[:-1]))) * self.rate
-        return self._checked(count, places, velocity)
+            return self._rendered(position, time)
+        except BaseException as error:  # noqa: BLE001 - raised again at 0 V
+            self.state = before
+            self._interruption = error
+            self.end(InputError(f"interrupted by {type(error).__name__}. The stream ends at 0 V"))
+        return self._ending(self._block)
+
+    def play(self, moves: Iterable[tuple[ArrayLike, float]], write: Callable[[Real], object]) -> Real:
+        """Render and write blocks until the positions end, and the ramp to 0 V whatever ends the stream.
+
+        Parameters
+        ----------
+        moves : iterable of (position, time)
+            Arguments of `render`, one pair for each block; the iterable waits for the clock of the output.
+        write : callable
+            Takes the samples of a block [V] and passes them on to the output.
+
+        Returns
+        -------
+        voltage : ndarray, shape (n,)
+            All samples that were written [V], the ramp included.
+
+        Raises
+        ------
+        StreamClosedError
+            If the stream ended before the positions, with the reason.
+        BaseException
+            After the ramp: what `moves` or `write` raised, KeyboardInterrupt after SIGINT, SystemExit after another signal that
+            asks the process to end. A note of the exception states if the ramp could not be written.
+
+        Notes
+        -----
+        `played` has the samples also after an exception. A block that `write` did not accept does not count as played. Signals
+        are handled in the main thread only. A process that is killed (SIGKILL) writes nothing further: the output itself has
+        to return to 0 V when no samples arrive.
+        """
+        play(self, moves, write)
+        return self.played
+
+    @property
+    def played(self) -> Real:
+        """Samples that `play` has written [V]."""
+        return np.concatenate([np.zeros(0), *self.blocks])
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """Progress of the samples, which can be set to that before a block that was not played."""
+        return {name: getattr(self, name) for name in _STATE}
+
+    @state.setter
+    def state(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            setattr(self, name, value)
+
+    def end(self, reason: InputError) -> None:
+        """Let the samples that follow fall to 0 V, for a reason; an earlier reason is kept."""
+        self.error = self.error or reason
+
+    def closed(self) -> StreamClosedError:
+        """Return the error of a stream that has ended, with the reason as its cause."""
+        found = StreamClosedError(self.error.problems if self.error else "the stream has ended")
+        found.__cause__ = self.error
+        return found
 
     def close(self) -> Real:
         """End the stream by its ramp.
@@ -152,16 +215,31 @@ class TextureStream:
         voltage : ndarray, shape (n,)
             Samples [V] down to 0 V; none if 0 V is reached already.
         """
-        if self.error is None:
-            self.error = InputError("the stream was closed")
-            self._fall_from = self._amplitude
+        self.end(InputError("the stream was closed"))
         left = self._synthesis.ramp_samples - self._fallen
         return self._ending(left) if left > 0 else np.zeros(0)
 
-    def _checked(self, count: int, places: Real, velocity: Real) -> Real:
+    def _rendered(self, position: ArrayLike, time: float) -> Real:
+        """Return the samples of a block, or of the ramp after a position or a texture that failed."""
+        count = self._block
+        try:
+            places, now = self._read(position, time)
+            count, places = self._at_samples(places, now)
+            before = places[:1] if self._sample_place is None else self._sample_place
+            velocity = (places - np.concatenate((before, places[:-1]))) * self.rate
+            forces = self._synthesis.forces(places, velocity)
+        except Exception as error:  # noqa: BLE001 - whatever a position or a texture raises
+            kind = (
+                "" if isinstance(error, (TypeError, ValueError, InputError)) else f"{type(error).__name__}: "
+            )
+            self.error = InputError(f"{kind}{error}. The stream ends at 0 V")
+            self.error.__cause__ = error.__cause__ or error
+            return self._ending(count)
+        return self._checked(count, places, forces)
+
+    def _checked(self, count: int, places: Real, forces: Real) -> Real:
         """Return the samples of a block within the limits, or those up to the first violation and the ramp after them."""
         synthesis = self._synthesis
-        forces = synthesis.forces(places, velocity)
         ramped = synthesis.rising(self._next, synthesis.amplitudes(forces))
         place, why = synthesis.first_fault(forces, ramped, self._amplitude)
         if self._next + count > self._last and place < 0:
@@ -190,7 +268,8 @@ class TextureStream:
                 if self._next:
                     return np.zeros(count)
         elif self._fallen >= synthesis.ramp_samples:
-            raise StreamClosedError(self.error.problems if self.error else "the stream has ended")
+            interruption, self._interruption = self._interruption, None
+            raise interruption or self.closed()
         found = synthesis.voltages(self._next, synthesis.falling(self._fallen, count, self._fall_from))
         self._next += count
         self._fallen += count
@@ -212,7 +291,7 @@ class TextureStream:
         if wide:
             places = given.reshape(-1, 2)
         else:
-            places = np.full((given.size, 2), self._synthesis.texture.across)
+            places = np.full((given.size, 2), self._across)
             places[:, 0] = given
         if math.isnan(self._time):
             self._origin = now - (self._block - 1) / self.rate
@@ -243,93 +322,3 @@ class TextureStream:
                 )
         self._time, self._place = now, places[-1]
         return count, found
-
-
-def texture_stream(
-    scenario: Source,
-    *,
-    texture: TextureSource,
-    carrier: Amount | None = None,
-    frequency: Amount = FREQUENCY,
-    rate: Amount = 10e3,
-    block: Amount = 1e-3,
-    ramp: Amount = RAMP,
-    dimensions: int = 1,
-    longest: Amount = LONGEST,
-    limits: AllLimits = None,
-    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
-) -> TextureStream:
-    """Return a stream of samples that render a texture while a finger moves.
-
-    Parameters
-    ----------
-    scenario, texture, carrier, frequency, ramp, limits, set
-        As for `electrovib.texture_drive`.
-    rate : float or str
-        Samples per second [Hz], 2.5 times the carrier at least.
-    block : float or str
-        Longest time between two calls of `render` [s], which is also the latency.
-    dimensions : int
-        1 for positions along x (of a picture along its middle), 2 for x and y.
-    longest : float or str
-        Duration at which the stream ends at 0 V [s].
-
-    Returns
-    -------
-    TextureStream
-        With ``render(position, time)``, which returns the samples of a block, and ``close()``.
-
-    Raises
-    ------
-    InputError
-        Unless the largest voltage and the largest current are declared, the layers respond linearly, and the largest amplitude
-        passes every limit and breakdown.
-
-    Notes
-    -----
-    Before the stream begins, a burst at the largest amplitude is compared with every limit and with breakdown. Each block is
-    compared with the limits of voltage and current, the latter from the slope of the voltage and the charge that the stack and
-    the stray capacitance can take up. Limits of charge, of stored energy and of root mean squares have no such bound, and a
-    stream is refused where they are declared. A stream is never passed on to the bench.
-    """
-    found = RenderingSetUp.read(scenario, texture, set, limits, "a stream of a texture")
-    if unbounded := [name for name in UNBOUNDED if name in found.declared]:
-        raise InputError(
-            "a stream cannot be compared with this limit; compute the drive of a path with electrovib.texture_drive, which is",
-            path=f"limits.{unbounded[0]}",
-        )
-    if dimensions not in (1, 2):
-        raise InputError("must be 1 or 2", path="dimensions", value=str(dimensions))
-    tone = 0.0 if carrier is None else amount(carrier, "Hz", "carrier", low=1e-3, high=1e7)
-    per_second = amount(rate, "Hz", "rate", low=1.0, high=1e7)
-    span = amount(block, "s", "block", low=1 / per_second, high=1.0)
-    lasting = amount(longest, "s", "longest", low=1e-3, high=86400.0)
-    synthesis = found.synthesis(
-        carrier=tone,
-        frequency=amount(frequency, "Hz", "frequency", low=1e-3, high=1e7),
-        ramp=amount(ramp, "s", "ramp", low=1e-6, high=10.0),
-        rate=per_second,
-    )
-    check = _cleared(found.scenario, synthesis, limits)
-    return TextureStream(
-        synthesis, block=round(span * per_second), dimensions=dimensions, longest=lasting, check=check
-    )
-
-
-def _cleared(scenario: Scenario, synthesis: Synthesis, limits: AllLimits) -> CheckResult:
-    """Check a burst at the largest amplitude, or refuse the stream."""
-    hardware = synthesis.hardware
-    held = max(_CHECKED, 5 / hardware.carrier) if hardware.carrier else _CHECKED
-    step = 1 / (_IN_CYCLE * hardware.carrier) if hardware.carrier else hardware.ramp
-    count = round((held + 2 * hardware.ramp) / step) + 1
-    times = np.arange(count, dtype=np.float64) * np.float64(step)
-    envelope = np.minimum(1.0, np.minimum(times, times[-1] - times) / hardware.ramp)
-    wave = np.sin(2 * math.pi * hardware.carrier * times) if hardware.carrier else np.ones(len(times))
-    voltages = np.asarray(hardware.largest_amplitude * envelope * wave, dtype=np.float64)
-    return cleared_for_output(
-        with_drive(scenario, sampled(times, voltages)),
-        limits=limits,
-        what="a stream of a texture",
-        name="a burst at the largest amplitude of the stream",
-        consequence="No stream was made; declare a lower limits.voltage",
-    )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.units import format_quantity
+from electrovib.study.texture.added import added_friction
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -66,10 +67,17 @@ class Synthesis:
         Returns
         -------
         force : ndarray, shape (n,)
-            Attraction [N]; below 0 or above the largest one where it cannot be rendered.
+            Attraction [N]; below 0 or above the largest one where it cannot be rendered, NaN where the texture returned NaN
+            or infinity.
+
+        Raises
+        ------
+        InputError
+            If the model of the texture raises an exception or returns anything but n real numbers.
         """
-        friction = self.friction
-        return friction.force(self.texture.added_friction(position, velocity, friction.plate))
+        added = added_friction(self.texture, position, velocity, self.friction.plate)
+        with np.errstate(over="ignore"):
+            return self.friction.force(added)
 
     def amplitudes(self, forces: Real) -> Real:
         """Return the amplitude of the carrier, or the voltage without one.
@@ -109,7 +117,8 @@ class Synthesis:
         """
         if first >= self.ramp_samples:
             return amplitudes
-        return np.minimum(1.0, np.arange(first, first + len(amplitudes)) / self.ramp_samples) * amplitudes
+        with np.errstate(invalid="ignore"):  # 0 times infinity, which `first_fault` finds
+            return np.minimum(1.0, np.arange(first, first + len(amplitudes)) / self.ramp_samples) * amplitudes
 
     def falling(self, since: int, count: int, amplitude: float) -> Real:
         """Return amplitudes of the ramp at the end.
@@ -181,6 +190,10 @@ class Synthesis:
         """
         if len(ramped) == 0:
             return -1, ""
+        with np.errstate(invalid="ignore"):  # infinite amplitudes
+            return self._first_fault(forces, ramped, before)
+
+    def _first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
         hardware, both = self.hardware, np.concatenate(([before], ramped))
         steps = (both[1:] - both[:-1]) * self.rate
         largest_force, largest_slope = (
@@ -196,10 +209,17 @@ class Synthesis:
         if held.all():
             return -1, ""
         place = int(np.argmin(held))
-        return place, self._why(float(forces[place]), float(slopes[place]))
+        return place, self._why(
+            float(forces[place]), float(slopes[place]), int(np.count_nonzero(np.isnan(forces))), len(forces)
+        )
 
-    def _why(self, force: float, slope: float) -> str:
+    def _why(self, force: float, slope: float, unknown: int, count: int) -> str:
         hardware = self.hardware
+        if math.isnan(force):
+            return (
+                f"the model '{type(self.texture).__name__}' returned NaN or infinity, {unknown} of {count} values; the added"
+                " friction has to be a number of newtons"
+            )
         if not force >= 0:
             return (
                 "the texture has less friction than the plate itself, and attraction only adds friction; raise the texture or"

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import functools
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -308,3 +311,16 @@ def test_a_stream_that_could_not_be_held_is_not_made(case):
     options, words = REFUSED[case]
     with pytest.raises(InputError, match=words):
         stream(**options)
+
+
+def test_textures_of_users_pass_their_tests():
+    """In a process of its own: a model that is defined in a test is known to every test after it."""
+    file = Path(__file__).with_name("textures_of_users.py")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(file)],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout[-3000:]
