@@ -16,7 +16,8 @@ from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import current_tables, read_part
 from electrovib.scenario.notes import near_presets
-from electrovib.scenario.of_trace import scenario_of, sweep_of, with_current_sources, without_schema
+from electrovib.scenario.of_trace import DROPPED, scenario_of, sweep_of, with_current_sources, without_schema
+from electrovib.scenario.sourced import wrong_sources
 from electrovib.scenario.toml import SCHEMA
 
 if TYPE_CHECKING:
@@ -93,14 +94,21 @@ def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
 def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
     """Build a scenario; changes may correct mistakes in the tables."""
     content = current_tables(Scenario, without_schema(content))
+    given: Mapping[str, Any] | None = changes
     try:
         scenario = with_current_sources(read_part(Scenario, content, folder=folder))
-    except InputError:
+    except InputError as error:
         if not changes:
-            raise
+            wrong = wrong_sources(Scenario, content, former=DROPPED)
+            others = [each for each in error.problems if each.path not in {one.path for one in wrong}]
+            raise InputError([*others, *wrong]) from None
         Scenario.put_into(content, _beside(changes, folder), strict=False)
-        return read_part(Scenario, content, folder=folder)
-    return scenario.replace(changes) if changes else scenario
+        scenario, given = read_part(Scenario, content, folder=folder), None
+    if not scenario.sources.keys() <= {path for path, _, _ in scenario.parameters()} and (
+        wrong := wrong_sources(Scenario, scenario.to_dict(), former=DROPPED)
+    ):
+        raise InputError(wrong)
+    return scenario.replace(given) if given else scenario
 
 
 def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:

@@ -194,6 +194,7 @@ class TextureStream:
 
     @state.setter
     def state(self, state: dict[str, Any]) -> None:
+        """Return to earlier progress."""
         for name, value in state.items():
             setattr(self, name, value)
 

@@ -1,0 +1,129 @@
+"""Paths in the table of sources: those that no parameter can have are found when a file or a table is read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.discovery import find_members
+from electrovib.core.errors import Problem, closest, nearest
+from electrovib.core.tables import place_of
+from electrovib.physics.interface import IMPLIED
+from electrovib.physics.stack import Stack
+from electrovib.scenario.sources import BY_THE_USER
+
+if TYPE_CHECKING:
+    from electrovib.core.model import Model
+
+_MOST: Final = 3
+"""Most paths that are proposed."""
+
+
+def wrong_sources(
+    kind: type[Model], content: Mapping[str, Any], *, former: tuple[str, ...] = ()
+) -> list[Problem]:
+    """Find the sources of a scenario whose dotted path no parameter can have.
+
+    Parameters
+    ----------
+    kind : type
+        Model that the tables are of: `Scenario`.
+    content : mapping
+        Its nested tables, with ``sources``; without mistakes, or not yet validated.
+    former : tuple of str
+        Names of parameters that older versions had.
+
+    Returns
+    -------
+    list of Problem
+        One for each such path, with the nearest name.
+
+    Notes
+    -----
+    A path may lead to a table, to a parameter that is not given, to an optional part or a layer of the interface that is
+    not there, and to a parameter of another model than the one that is chosen: such sources remain where a table is changed or
+    removed. Sources that electrovib wrote for values set by the user are not examined.
+    """
+    sources = content.get("sources")
+    if not isinstance(sources, Mapping):
+        return []
+    problems = []
+    for path, text in sources.items():
+        if isinstance(text, Mapping):
+            whole = next(_paths({path: text}), path)
+            why = f'a path with full stops is one name in quotation marks: "{whole}" = "..."'
+            problems.append(Problem(why, path=f"sources.{path}"))
+        written_by_us = isinstance(text, str) and text.startswith(BY_THE_USER)
+        if written_by_us or not isinstance(text, str) or path.rpartition(".")[2] in former:
+            continue
+        if why := _fault(kind, content, path):
+            problems.append(Problem(f"no parameter has this path; {why}", path=f'sources."{path}"'))
+    return problems
+
+
+def _fault(kind: type[Model], content: Mapping[str, Any], path: str) -> str:
+    """Explain why no parameter has a path; empty if one has, or where the tables do not state their model."""
+    keys = path.split(".")
+    table: Any = content
+    kinds = [kind]
+    for depth, key in enumerate(keys):
+        where = ".".join(keys[:depth])
+        if isinstance(table, (list, tuple)):
+            place = place_of(table, key)
+            if place is None:
+                return f"'{where}' has entries 0 to {len(table) - 1}"
+            parts, table = kinds, table[place]
+        elif not kinds:
+            return "" if isinstance(table, Mapping) else f"'{where}' is a single value"
+        else:
+            names = _names(kinds, table)
+            today = next(
+                (each.former_parameters[key] for each in kinds if key in each.former_parameters), key
+            )
+            if today not in names:
+                owner = f"'{where}'" if where else "a scenario"
+                return f"{owner} has no '{key}'.{_meant(content, keys, depth, names)}"
+            parts = [part for each in kinds if (part := each.part(today)) is not None]
+            table = table.get(today) if isinstance(table, Mapping) else None
+        is_list = isinstance(table, (list, tuple))
+        kinds = parts if is_list else [member for part in parts for member in _members(part, table)]
+        if parts and not kinds:
+            return ""  # an unknown model, which is a mistake of its own
+    return ""
+
+
+def _members(part: type[Model], table: Any) -> list[type[Model]]:
+    """Return the models that a table can be of: every member of a family, because sources outlast a change of the model."""
+    if not part.is_family:
+        return [part]
+    if isinstance(table, Mapping) and part.chosen(table) is None:
+        return []
+    return list(find_members(part).values())
+
+
+def _names(kinds: list[type[Model]], table: Any) -> set[str]:
+    """Return the names that can follow in a path."""
+    if kinds[0] is Stack:
+        return {*IMPLIED, *(table if isinstance(table, Mapping) else ())}
+    own = (name for each in kinds for name in (*each.model_fields, *each.derived))
+    return {"model", *own}
+
+
+def _meant(content: Mapping[str, Any], keys: list[str], depth: int, names: set[str]) -> str:
+    """Write which paths may be meant."""
+    near = closest(keys[depth], names)
+    if near is not None:
+        return f" Did you mean '{'.'.join([*keys[:depth], near, *keys[depth + 1 :]])}'?"
+    same = [path for path in _paths(content) if path.rpartition(".")[2] == keys[-1]][:_MOST]
+    if same:
+        return f" Did you mean {' or '.join(repr(path) for path in same)}?"
+    return nearest(keys[depth], names)
+
+
+def _paths(table: Any, start: str = "") -> Iterator[str]:
+    """Yield the dotted paths of the tables as they are given."""
+    for key, item in table.items():
+        if isinstance(item, Mapping) and key != "sources":
+            yield from _paths(item, f"{start}{key}.")
+        else:
+            yield f"{start}{key}"
