@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from electrovib.core.budget import listening
+from electrovib.core.items import items_heard
 
 PATIENCE = 1.0
 """Time before the progress bar is shown [s]."""
 _PARTS = 1000
+_REPLACE = "\r\x1b[K"
+"""Return to the beginning of the line, and remove it."""
 
 
 @contextmanager
@@ -65,6 +70,39 @@ def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int
             state["over"] = True
             if state["bar"] is not None:
                 state["bar"].stop()
+
+
+@contextmanager
+def items_shown(title: str) -> Iterator[None]:
+    """Show the item of a computation that is under way on one line of the error output, if that is a terminal.
+
+    Parameters
+    ----------
+    title : str
+        What is computed.
+
+    Yields
+    ------
+    None
+        Each item replaces the line of the one before; at the end the line is removed.
+    """
+    if not sys.stderr.isatty():
+        yield
+        return
+    begin = time.monotonic()
+
+    def show(name: str, number: int, count: int) -> None:
+        words = f"{title}, after {time.monotonic() - begin:.0f} s: {number} of {count}, {name}"
+        room = shutil.get_terminal_size().columns - 1
+        sys.stderr.write(f"{_REPLACE}{words[:room]}")
+        sys.stderr.flush()
+
+    try:
+        with items_heard(show):
+            yield
+    finally:
+        sys.stderr.write(_REPLACE)
+        sys.stderr.flush()
 
 
 def _columns(*, counted: bool) -> list[Any]:

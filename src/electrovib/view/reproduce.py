@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
+from electrovib.core.items import each_item
 from electrovib.data.atomic import check_writable, left_by_a_kill, writing
 from electrovib.data.marks import Form, is_ours
 
@@ -160,7 +161,8 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
 
     contents: dict[str, bytes] = {}
     drawings: dict[str, str] = {}
-    for panel in found.panels:
+    names = each_item([f"drawing of {panel.id}" for panel in found.panels])
+    for _, panel in zip(names, found.panels, strict=True):
         figure = drawn(panel)
         contents[f"{panel.id}.svg"] = to_svg(figure).encode()
         contents[f"{panel.id}.png"] = to_png(figure)

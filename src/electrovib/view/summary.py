@@ -163,7 +163,7 @@ def quantities_of(trace: xarray.Dataset) -> list[str]:
         return []
 
 
-def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False) -> dict[str, str]:
+def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False, named: bool = True) -> dict[str, str]:
     """Write smallest and largest value of each quantity of a sweep, and where they occur.
 
     Parameters
@@ -172,6 +172,8 @@ def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False) -> dict[str, 
         From `electrovib.sweep`.
     plain : bool
         Units in letters that every terminal has: ``uA``.
+    named : bool
+        Name the parameter before each value of a place.
 
     Returns
     -------
@@ -193,10 +195,11 @@ def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False) -> dict[str, 
         ):
             at = np.unravel_index(place, values.shape)
             where = ", ".join(
-                f"{path} = {_shown(trace[path].values[i], units.get(str(path), ''), plain=plain)}"
+                (f"{path} = " if named else "")
+                + swept_value(trace[path].values[i], units.get(str(path), ""), plain=plain)
                 for path, i in zip(trace[name].dims, at, strict=True)
             )
-            number = _shown(values.flat[place], unit, plain=plain)
+            number = swept_value(values.flat[place], unit, plain=plain)
             ends.append(f"{number} (at {where})" if where else number)
         text = ends[0] if values.size == 1 else " to ".join(ends)
         lost = int(np.count_nonzero(~known))
@@ -204,9 +207,10 @@ def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False) -> dict[str, 
     return found
 
 
-def _shown(value: float, unit: str, *, plain: bool) -> str:
-    if plain and unit in KINDS:
-        return format_quantity(float(value), unit, digits=4)
+def swept_value(value: object, unit: str, *, plain: bool) -> str:
+    """Write a number with its unit, or a word; with plain units in letters that every terminal has."""
+    if plain and unit in KINDS and not isinstance(value, str):
+        return format_quantity(float(value), unit, digits=4)  # type: ignore[arg-type]
     return shown_value(value, unit)
 
 

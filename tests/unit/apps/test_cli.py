@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import html
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +13,9 @@ import pytest
 import xarray
 
 from electrovib.apps.cli import main
+from electrovib.apps.cli.map_lines import judged
+from electrovib.core.trace import make_trace
+from electrovib.core.units import format_quantity
 
 GOOD = """
 schema = 1
@@ -137,6 +142,45 @@ def test_numbers_of_a_sweep_as_a_table_and_again(cli, here):
     code, out, _ = cli("report", "a.csv", "-o", "a.html")
     assert code == 0
     assert "Over drive.rise" in (here / "a.html").read_text()
+
+
+MAP = ["--over", "stack.insulator.thickness=1um:100um:3log", "--over", "drive.high=100:1000:2"]
+
+
+def test_a_map_prints_a_few_lines_and_where_the_rest_is(cli):
+    """Names of the parameters once; of a limit its name, its largest value with the place, and the number of cases."""
+    code, out, _ = cli("run", *MAP, "-o", "map.nc")
+    assert code == 0
+    with xarray.open_dataset("map.nc") as trace:
+        warnings = [each for each in json.loads(trace.attrs["validity"]) if each["state"] == "warning"]
+        force = trace["peak electrostatic_force"]
+        peak = format_quantity(float(force.max()), "N", digits=4)
+    lines = out.splitlines()
+    assert len(out.split()) < 200
+    assert out.count("stack.insulator.thickness") == 1
+    assert any(line.endswith(f" to {peak} (at 1 um, 1 kV)") for line in lines)
+    stated = [line for line in lines if line.startswith("warning: ")]
+    assert len(stated) == len(warnings) > 1
+    for line, each in zip(stated, warnings, strict=True):
+        value, limit = (format_quantity(each[name], each["unit"], digits=3) for name in ("value", "limit"))
+        assert line.startswith(f"warning: {each['name']} (in {each['cases']} of 6 cases): up to {value} at ")
+        assert line.endswith(f", above {limit}")
+    assert any(line.startswith("not judged: ") and "reaches" not in line for line in lines)
+    assert "reasons and advice: 'electrovib report map.nc'" in lines
+    code, out, _ = cli("run", *MAP)
+    assert "reasons and advice: the same command with --report map.html" in out.splitlines()
+    code, out, _ = cli("report", "map.nc", "-o", "map.html")
+    assert code == 0
+    page = html.unescape(Path("map.html").read_text(encoding="utf-8"))
+    assert all(each["text"].split(";")[0].split(",")[0].split(" reaches ")[0] in page for each in warnings)
+
+
+def test_a_map_without_a_diagnostic_names_no_other_place(cli):
+    code, out, _ = cli("run", *MAP, "--report", "map.html")
+    assert code == 0
+    assert "reasons and advice: map.html" in out.splitlines()
+    trace = make_trace({}, {}, {"validity": "[]", "over": "[]"})
+    assert judged(trace, None, None) == []
 
 
 def test_records_of_a_sweep_are_kept_on_request(cli):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
+from electrovib.core.items import items_heard
 from electrovib.papers import vardar_2017
 
 pytestmark = pytest.mark.slow  # the reproduction takes tens of seconds
@@ -13,7 +14,14 @@ pytestmark = pytest.mark.slow  # the reproduction takes tens of seconds
 
 @pytest.fixture(scope="module")
 def found():
-    return vardar_2017.reproduce()
+    items = []
+    with items_heard(lambda *item: items.append(item)):
+        found = vardar_2017.reproduce()
+    count = 6
+    assert [(number, total) for _, number, total in items] == [
+        (number, count) for number in range(1, count + 1)
+    ]
+    return found
 
 
 def test_nothing_is_called_reproduced_that_the_abstract_does_not_print(found):

@@ -13,6 +13,7 @@ import pytest
 
 from electrovib.core.discovery import paper
 from electrovib.core.errors import InputError
+from electrovib.core.items import items_heard
 from electrovib.papers.vezzoli_2014 import by_skin, compute, decay, values
 from electrovib.papers.vezzoli_2014.looks import MEANINGS
 from electrovib.study.reproduction import REFERENCE, Row
@@ -24,7 +25,14 @@ from electrovib.view.units import typeset
 
 @pytest.fixture(scope="module")
 def reproduction():
-    return paper("vezzoli_2014").reproduce()
+    items = []
+    with items_heard(lambda *item: items.append(item)):
+        found = paper("vezzoli_2014").reproduce()
+    count = 10
+    assert [(number, total) for _, number, total in items] == [
+        (number, count) for number in range(1, count + 1)
+    ]
+    return found
 
 
 @pytest.fixture(scope="module")

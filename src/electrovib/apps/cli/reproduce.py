@@ -28,10 +28,10 @@ def command(
 
     Write report.html, numbers.json and figures with their curves; this takes about a minute.
     """
-    from electrovib.apps.progress import tracked
+    from electrovib.apps.progress import items_shown
     from electrovib.view.reproduce import reproduce
 
-    with tracked(f"reproducing {paper}"):
+    with items_shown(f"reproducing {paper}"):
         found = reproduce(paper, output, skin=skin, force=force)
     say(f"{paper}: {found.count()}")
     for number, finding in enumerate(found.findings, 1):

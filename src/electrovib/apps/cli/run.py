@@ -78,6 +78,7 @@ def command(
 def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:
     """Summarise the result in a few lines, with the values of a paper's scenario that are not found in the paper."""
     from electrovib.apps.cli.chosen import chosen
+    from electrovib.apps.cli.map_lines import is_map, judged
     from electrovib.core.diagnostics import read_diagnostics
     from electrovib.scenario import scenario_of
 
@@ -89,7 +90,10 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     if trace.attrs.get("reduction_error") and "transfer_error" in trace.attrs:
         error = 100 * float(trace.attrs["transfer_error"])
         lines.append(f"error of the response through materials reduced to relaxations: at most {error:.2g} %")
-    lines += validity_lines(read_diagnostics(trace.attrs["validity"]))
+    if is_map(trace):
+        lines += judged(trace, output, report)
+    else:
+        lines += validity_lines(read_diagnostics(trace.attrs["validity"]))
     lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']}")
     if "friction_solver" in trace.attrs:
@@ -121,13 +125,15 @@ def _range(trace: Any, name: str) -> str:
 
 def _numbers(trace: Any) -> list[str]:
     """Return the range of each quantity of a sweep, and where its ends are."""
+    from electrovib.apps.cli.map_lines import is_map
     from electrovib.view.summary import quantity_ranges
 
     over = ", ".join(
         f"{path} ({trace.sizes[path]} values)" for path in trace.sizes if path in trace.attrs["over"]
     )
+    ranges = quantity_ranges(trace, plain=True, named=not is_map(trace))
     lines = [f"over {over}; numbers of {trace.attrs['taken_over']}"] if over else []
-    return lines + [f"{name}: {text}" for name, text in quantity_ranges(trace, plain=True).items()]
+    return lines + [f"{name}: {text}" for name, text in ranges.items()]
 
 
 def validity_lines(diagnostics: Sequence[Diagnostic]) -> list[str]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from itertools import chain
 from typing import Final
 
 import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
+from electrovib.core.items import computed
 from electrovib.papers.vardar_2017 import figures
 from electrovib.papers.vardar_2017.scenarios import first_order_skin
 from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, sine_over_square
@@ -47,14 +50,17 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
             f"--skin {skin}: vardar_2017 depends on the conduction of the skin, which a table does not give; use"
             " electrovib perceive with your scenario"
         )
-    found = rows()
+    *parts, panels, tables = computed(
+        [*_numbers(), ("figures", figures.panels), ("table of skins", lambda: [skin_table()])]
+    )
+    found = tuple(chain(*parts))
     return Reproduction(
         paper="vardar_2017",
         citation=CITATION,
         rows=found,
-        panels=figures.panels(),
+        panels=panels,
         pages=(_page(),),
-        tables=(skin_table(),),
+        tables=tables,
         equations=EQUATIONS,
         references=(Pacinian.reference, NonPacinian.reference, RYU),
         title="Vardar et al. 2017: sine and square voltage",
@@ -64,7 +70,17 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
 
 def rows() -> tuple[Row, ...]:
     """Return the numbers; the abstract prints one, 60 Hz."""
-    return (_direction(), _u_shape(), *_equal(), *_beyond())
+    return tuple(chain(*computed(_numbers())))
+
+
+def _numbers() -> list[tuple[str, Callable[[], Iterable[Row]]]]:
+    """Return what the numbers are, and what computes them."""
+    return [
+        ("direction of the thresholds", lambda: [_direction()]),
+        ("frequency of the lowest threshold", lambda: [_u_shape()]),
+        ("frequencies of equal thresholds", _equal),
+        ("effects of edges and weights", _beyond),
+    ]
 
 
 def _direction() -> Row:

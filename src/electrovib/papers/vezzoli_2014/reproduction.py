@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import chain
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.items import computed
 from electrovib.papers.vezzoli_2014.values import CITATION
 from electrovib.study.reproduction import Reproduction
 
@@ -52,14 +54,28 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     )
 
     own = None if skin is None else _own_skin(skin)
-    rows = (*numbers.rows(), *falling_edge.rows(), *population.rows())
+    found = computed(
+        [
+            ("printed numbers", numbers.rows),
+            ("numbers of the falling edge", falling_edge.rows),
+            ("numbers of the population", population.rows),
+            ("figures of the paper", lambda: figures.panels(own)),
+            ("figures of the falling edge", falling_edge.panels),
+            ("figures of the population", population.panels),
+            ("table of decays", lambda: [decay.table()]),
+            ("tables by skin", lambda: by_skin.tables(own)),
+            ("table of the falling edge", lambda: [falling_edge.table()]),
+            ("table of the population", lambda: [population.table()]),
+        ]
+    )
+    rows, panels, tables = (tuple(chain(*part)) for part in (found[:3], found[3:6], found[6:]))
     return Reproduction(
         paper="vezzoli_2014",
         citation=CITATION,
         rows=rows,
-        panels=(*figures.panels(own), *falling_edge.panels(), *population.panels()),
+        panels=panels,
         pages=(open_questions.page(rows),),
-        tables=(decay.table(), *by_skin.tables(own), falling_edge.table(), population.table()),
+        tables=tables,
         equations=EQUATIONS,
         references=tuple(sorted({each.source for each in compute.all_skins().values()} - {CITATION})),
         title="Vezzoli et al. 2014, recomputed",

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
-from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem
+from electrovib.core.errors import DataFileError, InputError, NoColumnError, Problem, shortened
 from electrovib.core.files import note_input
 from electrovib.core.model import Model
 from electrovib.core.parsing import read_toml
@@ -92,6 +93,7 @@ def read_path(source: PathSource, texture: Texture) -> FingerPath:
         return _read(FingerPath, stroke, Path(), "path")  # type: ignore[type-abstract]
     is_toml = isinstance(source, str) and source.lstrip().startswith("{")
     if isinstance(source, str | Path) and not is_toml and Path(source).suffix.lower() != ".toml":
+        _refuse_no_file(source)
         return _recorded(Path(source), texture.across)
     table, folder = _table(source, "path", _PATH)
     return _read(FingerPath, table, folder, "path")  # type: ignore[type-abstract]
@@ -103,6 +105,18 @@ def _speed(text: str) -> float | None:
         return parse_quantity(text, "m/s")
     except ValueError:
         return None
+
+
+def _refuse_no_file(source: str | Path) -> None:
+    """Refuse what is neither a speed nor a file."""
+    path = Path(source)
+    if not isinstance(source, str) or path.exists() or path.suffix.lower() in _DATA:
+        return
+    unit = re.fullmatch(r"[-+]?[\d.]+(?:e[-+]?\d+)?\s*([a-zA-Z]+)", source.strip())
+    meant = f" Did you mean '{source.strip()}/s'?" if unit and _speed(f"{source}/s") is not None else ""
+    raise InputError(
+        f"neither a speed nor a file.{meant} Give {_PATH}", path="path", value=shortened(source, 60)
+    )
 
 
 def _table(source: object, name: str, example: str) -> tuple[dict[str, Any], Path]:

@@ -116,3 +116,21 @@ def test_a_wrong_path_is_refused_in_a_sentence(case, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=words) as caught:
         read_path("path.csv", GRATING)
     assert len(caught.value.problems) == 1
+
+
+@pytest.mark.parametrize("text", ["30 mm", "fast", "nan m/s", "30 s", "3O mm/s", "12:30"])
+def test_what_is_neither_a_speed_nor_a_file_is_said(text):
+    """A length in the place of a speed is the most frequent mistake."""
+    with pytest.raises(InputError) as caught:
+        read_path(text, GRATING)
+    (problem,) = caught.value.problems
+    assert (problem.path, problem.value) == ("path", text)
+    assert problem.reason.startswith("neither a speed nor a file")
+    assert ("Did you mean '30 mm/s'?" in problem) == (text == "30 mm")
+    assert "path.csv with the columns time and x" in problem
+
+
+def test_a_file_that_is_not_there_is_a_file(tmp_path):
+    for source in ("none.csv", tmp_path / "30 mm"):
+        with pytest.raises(InputError, match="there is no such file"):
+            read_path(source, GRATING)
