@@ -29,6 +29,7 @@ extensions = [
     "figures",
     "gallery_results",
     "reference",
+    "thumbnails",
 ]
 exclude_patterns = ["_build", "_ext", "_static", "_gallery"]
 default_role = "literal"

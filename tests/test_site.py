@@ -13,7 +13,9 @@ import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import electrovib as ev
 from electrovib.study.catalogue.items import everything, paper_items, scenario_items
@@ -381,3 +383,20 @@ def test_an_equation_is_a_picture_that_stands_on_the_line_of_the_text(part):
 )
 def test_what_is_of_a_network(address, expected):
     assert is_of_network(address) is expected
+
+
+def test_a_thumbnail_shows_a_panel_that_can_be_read(part):
+    """A red panel in a white picture of 1000 x 800 fills the thumbnail in one direction and is in its middle."""
+    thumbnails, gallery = part("thumbnails"), part("gallery")
+    assert set(thumbnails.PANELS) <= {name for names in gallery.QUESTIONS.values() for name in names}
+    picture = Image.new("RGBA", (1000, 800), "white")
+    picture.paste("red", (500, 200, 1000, 400))
+    found = np.asarray(thumbnails.thumbnail(picture, (0.5, 0.25, 1.0, 0.5)))
+    red = (found == (255, 0, 0)).all(axis=-1)
+    width, height = thumbnails.SIZE
+    assert found.shape == (height, width, 3)
+    assert red.any(axis=0).all()
+    rows = np.flatnonzero(red.any(axis=1))
+    assert len(rows) == pytest.approx(width * 200 / 500, abs=1)
+    assert rows[0] + rows[-1] == pytest.approx(height - 1, abs=1)
+    assert np.mean(found[0] == 255) == 1

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import xarray as xr
+from thumbnails import SIZE
 
 from electrovib.scenario import Scenario
 
@@ -64,6 +65,7 @@ def settings(docs: Path) -> dict[str, Any]:
         "image_scrapers": ("gallery.shown_results",),
         "reset_argv": "gallery.arguments",
         "within_subsection_order": "FileNameSortKey",
+        "thumbnail_size": SIZE,
         "min_reported_time": 0,
         "show_memory": False,
         "show_signature": False,
