@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from scipy.signal import lfilter
 
 import electrovib as ev
+from electrovib.apps.cli import app
 from electrovib.physics.resonance import release_seen_by_sensor
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -53,6 +55,19 @@ def pulses(time):
     return sum(((time > low) & (time < high)).astype(float) for low, high in ((3, 4), (4.7, 6), (6.9, 7.4)))
 
 
+def spectrum_of_skin(folder, random):
+    """Write the impedance of a layer of skin; return its frequencies and permittivities."""
+    frequency = np.geomspace(10, 1e5, 41)
+    permittivity = (
+        3 + 1500 / (1 + (2j * np.pi * frequency * 1e-3) ** 0.8) + 2e-6 / (2j * np.pi * frequency * 8.854e-12)
+    )
+    impedance = 200e-6 / (2j * np.pi * frequency * 8.854e-12 * permittivity * 1e-4)
+    impedance *= 1 + 0.005 * random.standard_normal(frequency.size)
+    header = "frequency [Hz],Z real [ohm],Z imag [ohm]"
+    table(folder / "spectrum.csv", header, frequency, impedance.real, impedance.imag)
+    return frequency, permittivity
+
+
 def of_instruments(folder):
     """Write what the page on files of instruments reads."""
     random = np.random.default_rng(1)
@@ -63,6 +78,8 @@ def of_instruments(folder):
     late = time + 0.0123
     measured = 0.4 * pulses(late) + 1e-3 * random.standard_normal(time.size)
     table(folder / "force.csv", "time [s],F [N],Sync [V]", time, measured, 5 * pulses(late))
+    columns = {"lateral_force_measured": "F [N]", "plate_voltage": "Sync [V]"}
+    ev.save(ev.import_file(folder / "force.csv", columns), folder / "force.nc")
     ev.save(ev.simulate("vezzoli_2014/fig6"), folder / "run.nc")
     fine = np.arange(0, 0.6, 50e-6)
     voltage = np.where((fine > 0.1) & (fine < 0.5) & ((fine * 1000) % 1 < 0.5), 300.0, 2.0)
@@ -71,6 +88,7 @@ def of_instruments(folder):
     table(folder / "clutch.csv", "time [s],U [V],F [N]", fine, voltage, force)
     columns = {"drive_voltage": "U [V]", "lateral_force_measured": "F [N]"}
     ev.save(ev.import_file(folder / "clutch.csv", columns), folder / "clutch.nc")
+    spectrum_of_skin(folder, random)
 
 
 def of_fits(folder):
@@ -87,14 +105,10 @@ def of_fits(folder):
         table(folder / f"{name}_force.csv", header, time, force + noise[0], lateral + noise[1])
         columns = {signal: f"{signal} [N]" for signal in ("electrostatic_force", "lateral_force")}
         ev.save(ev.import_file(folder / f"{name}_force.csv", columns), folder / f"{name}.nc")
-    frequency = np.geomspace(10, 1e5, 41)
-    permittivity = (
-        3 + 1500 / (1 + (2j * np.pi * frequency * 1e-3) ** 0.8) + 2e-6 / (2j * np.pi * frequency * 8.854e-12)
-    )
-    impedance = 200e-6 / (2j * np.pi * frequency * 8.854e-12 * permittivity * 1e-4)
-    impedance *= 1 + 0.005 * random.standard_normal(frequency.size)
+    frequency, permittivity = spectrum_of_skin(folder, random)
     header = "frequency [Hz],Z real [ohm],Z imag [ohm]"
-    table(folder / "spectrum.csv", header, frequency, impedance.real, impedance.imag)
+    resistor = 51e3 * (1 + 0.002 * random.standard_normal((2, frequency.size)))
+    table(folder / "r.csv", header, frequency, resistor[0], resistor[1] - 51e3)
     for name, noise in (("a", 0.01), ("b", 0.02)):
         scatter = 1 + noise * random.standard_normal((2, frequency.size))
         header = "frequency [Hz],permittivity,loss factor"
@@ -114,12 +128,91 @@ def of_the_bench(folder):
 PAGES = {"importing.md": of_instruments, "fitting.md": of_fits, "bench.md": of_the_bench}
 
 
+BLOCK = re.compile(r"```.*?```|^    [^\n]*$", re.DOTALL | re.MULTILINE)
+INLINE = re.compile(r"`((?:electrovib |--|ev\.)[^`]+)`")
+PLACEHOLDER = re.compile(r"\b[A-Z]{4,}\b(?!_)")
+FIT = "electrovib fit my.toml a.nc --free stack.gap.thickness --signal electrostatic_force"
+MATERIAL = 'electrovib fit-material spectrum.csv --area "1 cm2" --thickness "200 um"'
+OPTIONS = {
+    '--gain-error electrostatic_force="2 %"': FIT,
+    '--zero-error electrostatic_force="1 mN"': FIT,
+    '--systematic "2 %"': MATERIAL,
+    '--reference r.csv="51 kohm"': MATERIAL,
+}
+"""Options with a value in the running text, and the command that each is appended to."""
+CALLS = {
+    'ev.import_file("scope.csv", {"lateral_force_measured": "Ch2 [V]"}, scale={"lateral_force_measured": "4/9 N/V"})',
+    'ev.merge_traces(scope, force, edges="drive_voltage=plate_voltage")',
+    'ev.measure_times(trace, signal="lateral_force_measured", sensor=ev.Sensor(frequency=380.0, quality=3.0))',
+}
+"""Calls with all their arguments in the running text."""
+NOT_IN_FULL = {
+    "ev.measure_ring(trace, ...)",
+    "ev.plan_bench(scenario, bench=...)",
+    "ev.run_bench(scenario, bench=..., simulate=True)",
+}
+"""Calls whose arguments are not all shown."""
+
+
+def running_text(page):
+    """Return the commands, options and calls in the running text of a page, without its blocks."""
+    text = BLOCK.sub("", (DOCS / page).read_text(encoding="utf-8"))
+    return [" ".join(found.split()) for found in INLINE.findall(text)]
+
+
+def is_in_full(command):
+    """Return whether a command has arguments and no placeholder such as FILE."""
+    return len(command.split()) > 2 and not PLACEHOLDER.search(command)
+
+
+def run_calls(calls, folder, monkeypatch):
+    """Run calls on the Traces that the commands of their page have written."""
+    monkeypatch.chdir(folder)
+    names = {"ev": ev}
+    for name, file in (("scope", "scope.nc"), ("force", "force.nc"), ("trace", "measured.nc")):
+        if (folder / file).exists():
+            names[name] = ev.open_trace(folder / file)
+    for call in calls:
+        assert eval(call, names) is not None, call
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
-def test_the_commands_of_a_page_run_one_after_the_other(page, tmp_path):
+def test_the_commands_of_a_page_run_one_after_the_other(page, tmp_path, monkeypatch):
+    """Those of its blocks, then those of its running text, which name the same files."""
     PAGES[page](tmp_path)
     for command in commands(page):
         run(command, tmp_path)
+    shown = running_text(page)
+    for command in shown:
+        if command.startswith("electrovib ") and is_in_full(command):
+            run(command.replace(" -o ", " --force -o "), tmp_path)
+    for number, option in enumerate(option for option in shown if option in OPTIONS):
+        out = f"option{number}.toml" if OPTIONS[option] is MATERIAL else f"option{number}"
+        run(f"{OPTIONS[option]} {option} -o {out}", tmp_path)
+    run_calls([call for call in shown if call in CALLS], tmp_path, monkeypatch)
+
+
+def test_everything_in_the_running_text_is_run_or_has_no_values():
+    """An option without a value is one of the command line; a name of a function is a public one."""
+    options = set()
+    waiting = [typer.main.get_command(app)]
+    while waiting:
+        command = waiting.pop()
+        waiting += getattr(command, "commands", {}).values()
+        options |= {
+            name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)
+        }
+    found = [each for page in PAGES for each in running_text(page)]
+    for each in found:
+        name, *values = each.split(maxsplit=1)
+        if each.startswith("--"):
+            assert name in options, each
+            assert not values or each in OPTIONS or PLACEHOLDER.search(values[0]), each
+        elif each.startswith("ev.") and each not in CALLS | NOT_IN_FULL:
+            assert callable(getattr(ev, each.removeprefix("ev."))), each
+    assert CALLS | NOT_IN_FULL | set(OPTIONS) <= set(found)
+    assert sum(each.startswith("electrovib ") and is_in_full(each) for each in found) == 1
 
 
 def test_every_page_with_commands_is_run():

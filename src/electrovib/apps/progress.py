@@ -74,7 +74,7 @@ def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int
 
 @contextmanager
 def items_shown(title: str) -> Iterator[None]:
-    """Show the item of a computation that is under way on one line of the error output, if that is a terminal.
+    """Show the item of a computation that is computed at present on one line of the error output, if that is a terminal.
 
     Parameters
     ----------
