@@ -517,6 +517,14 @@ def test_command_line(tmp_path, monkeypatch, capsys):
     assert Path("circuit.cir").read_text().endswith("\n.end\n")
 
 
+def test_a_name_with_a_blank_is_quoted_for_the_shell(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["electrovib", "export", "vezzoli_2014/fig6", "my circuit.cir"])
+    with pytest.raises(SystemExit):
+        main()
+    assert capsys.readouterr().out.splitlines()[-1] == "run it:  ngspice -b 'my circuit.cir'"
+
+
 def test_command_line_tells_a_mistake_in_one_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["electrovib", "export", "vezzoli_2014/fig6", "circuit.txt"])

@@ -7,8 +7,9 @@ import json
 import pytest
 
 import electrovib as ev
-from electrovib.core.discovery import offers
+from electrovib.core.discovery import find_members, offers
 from electrovib.core.errors import InputError
+from electrovib.physics.drive.base import Drive
 from electrovib.scenario import Scenario, read_part
 from electrovib.scenario.sourced import wrong_sources
 
@@ -161,3 +162,18 @@ def test_a_path_without_quotation_marks_is_explained(tmp_path):
     assert problem == (
         'sources.stack: a path with full stops is one name in quotation marks: "stack.gap.thickness" = "..."'
     )
+
+
+def test_a_layer_of_the_interface_that_was_removed_may_keep_its_source():
+    without = ev.load("vezzoli_2014/fig6").to_dict()
+    assert "gap" not in without["stack"]
+    assert ev.load(without | {"sources": {"stack.gap.thickness": "mine"}}).sources
+    with pytest.raises(InputError, match=r"Did you mean 'stack\.gap\.thickness'"):
+        ev.load(without | {"sources": {"stack.gap.thicknes": "mine"}})
+
+
+def test_a_derived_parameter_has_a_source():
+    sine = find_members(Drive)["Sine"]
+    assert "high" in sine.derived
+    assert wrong_sources(sine, {"sources": {"high": "mine", "amplitude": "mine"}}) == []
+    assert len(wrong_sources(sine, {"sources": {"hold": "mine"}})) == 1

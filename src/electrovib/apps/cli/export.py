@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -75,7 +76,7 @@ def command(
         with tracked("solving and writing"):
             written = export(scenario, target, set=wanted, force=force)
         say(f"written: {written}")
-        say(f"run it:  ngspice -b {written}")
+        say(f"run it:  ngspice -b {shlex.quote(str(written))}")
         return
     with tracked("sampling and checking"):
         found = export_waveform(

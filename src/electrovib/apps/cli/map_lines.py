@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -42,7 +43,9 @@ def judged(trace: Any, output: str | None, report: str | None) -> list[str]:
         return []
     if report:
         return [*lines, f"reasons and advice: {report}"]
-    how = f"'electrovib report {output}'" if output else "the same command with --report map.html"
+    how = (
+        f"'electrovib report {shlex.quote(output)}'" if output else "the same command with --report map.html"
+    )
     return [*lines, f"reasons and advice: {how}"]
 
 

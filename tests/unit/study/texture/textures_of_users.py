@@ -177,6 +177,7 @@ def test_a_texture_may_overwrite_the_positions_that_it_is_given():
     after = np.concatenate([found.render(*move) for move in moves(3, RUNNING, 0.6)])
     assert found.error is None
     np.testing.assert_allclose(after, before[-1])
+    np.testing.assert_allclose(found.state["_sample_place"][:, 0], 0.6)
 
 
 def test_a_texture_that_fails_at_once_gives_0_volts():
@@ -213,6 +214,21 @@ def test_an_interrupt_waits_until_0_volts(kind):
         found.render(0.1, 1.0)
 
 
+def test_a_block_that_an_interrupt_loses_is_not_part_of_the_samples(monkeypatch):
+    """The interrupt comes after a block has been rendered and before it is returned."""
+    found, before = running("777 Hz")
+    rendered = found._rendered
+
+    def interrupted(position, time):
+        rendered(position, time)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(found, "_rendered", interrupted)
+    after = ended(found, by=KeyboardInterrupt)
+    assert found.samples == len(before) + BLOCK * math.ceil(found._synthesis.ramp_samples / BLOCK)
+    is_within_limits(found, np.concatenate([before, after]))
+
+
 def test_a_drive_of_a_path_names_the_texture_too():
     fault["is"] = raising(ValueError("odd"))
     with pytest.raises(InputError, match="texture: the model 'Failing' raised ValueError: odd"):
@@ -222,12 +238,13 @@ def test_a_drive_of_a_path_names_the_texture_too():
 class Device:
     """An output that can refuse blocks, and that a signal may reach while it writes."""
 
-    def __init__(self, *, refused=(), sends=None, at=RUNNING):
-        self.samples, self.calls, self.refused, self.sends, self.at = [], 0, refused, sends, at
+    def __init__(self, *, refused=(), sends=None, at=RUNNING, again=None):
+        self.samples, self.calls, self.refused = [], 0, refused
+        self.sends, self.at, self.again = sends, at, again
 
     def __call__(self, block):
         number, self.calls = self.calls, self.calls + 1
-        if self.sends is not None and number == self.at:
+        if self.sends is not None and number in (self.at, self.again):
             os.kill(os.getpid(), self.sends)
         if number in self.refused:
             raise OSError("no output")
@@ -274,6 +291,16 @@ def test_whatever_raises_while_playing_the_ramp_is_written(case):
     is_within_limits(found, device.played)
     np.testing.assert_array_equal(device.played, found.played)
     assert np.max(np.abs(found.played)) > 10
+    assert found.samples == len(found.played)
+
+
+def test_positions_that_end_within_the_ramp_still_give_the_reason():
+    fault["is"] = raising(ValueError("odd"))
+    found, device = stream(ramp="5 ms"), Device()
+    with pytest.raises(StreamClosedError, match="'Failing' raised ValueError: odd"):
+        found.play([*moves(RUNNING), *moves(1, RUNNING, 0.6)], device)
+    is_within_limits(found, device.played)
+    assert len(device.played) == BLOCK * RUNNING + 50
 
 
 def test_an_output_that_refuses_the_ramp_too_is_said():
@@ -311,6 +338,16 @@ def test_a_signal_while_playing_ends_by_the_ramp(number, kind, where):
     assert f"interrupted by {signal.Signals(number).name}" in str(found.error)
     assert kind is KeyboardInterrupt or stopped.value.code == 128 + number
     assert {each: signal.getsignal(each) for each in before} == before
+
+
+def test_a_second_signal_does_not_stop_the_ramp():
+    fault["is"] = None
+    found, device = stream(ramp="5 ms"), Device(sends=signal.SIGINT, again=RUNNING + 1)
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        found.play(moves(500), device)
+    is_within_limits(found, device.played)
+    assert device.calls == RUNNING + 2
+    assert not hasattr(stopped.value, "__notes__")
 
 
 def test_playing_in_a_thread_leaves_the_signals_alone():
