@@ -13,8 +13,8 @@ SIZE: Final = (600, 420)
 PANELS: Final = {
     "field_solution": (0.0, 0.13, 0.54, 0.87),
     "measured_swipe": (0.0, 0.0, 0.665, 1.0),
-    "picture_texture": (0.0, 0.0, 1.0, 0.37),
-    "whole_experiment": (0.0, 0.48, 0.49, 1.0),
+    "picture_texture": (0.18, 0.0, 1.0, 0.37),
+    "whole_experiment": (0.0, 0.469, 0.49, 1.0),
 }
 """Left, upper, right and lower edge of a panel in the first picture of an example, as shares of its width and height."""
 WHOLE: Final = (0.0, 0.0, 1.0, 1.0)
