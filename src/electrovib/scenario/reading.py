@@ -168,6 +168,9 @@ def paper_scenario(name: str) -> Scenario:
     InputError
         If there is no such scenario; the message has the three nearest names and what each is.
     """
+    if name == "-":
+        why = "a scenario is not read from the standard input; save it as a .toml file and give its name"
+        raise InputError(why)
     author_year, _, wanted = name.partition("/")
     if author_year not in paper_names() and author_year not in papers():
         near = _near_file(name) or near_presets(name)

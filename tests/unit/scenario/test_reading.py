@@ -218,3 +218,8 @@ def test_a_damaged_sweep_of_a_trace(over):
 def test_damaged_quantities_of_a_trace(names):
     with pytest.raises(InputError, match="attribute 'quantities' of this Trace is damaged"):
         sweep_of(carrying(over="{}", quantities=names))
+
+
+def test_the_standard_input_is_no_scenario():
+    with pytest.raises(InputError, match=r"save it as a \.toml file"):
+        load("-")
