@@ -176,3 +176,58 @@ def test_several_columns_of_a_recording_are_compared(opened):
         "() => [...document.querySelectorAll('.js-plotly-plot')].map(e => e.layout.title.text)"
     )
     assert titles == ["electrostatic force", "drive voltage"]
+
+
+def focused(page) -> list[str]:
+    """Return role and name of the focused element as the browser hands them to a screen reader, and its value text."""
+    devtools = page.context.new_cdp_session(page)
+    nodes = devtools.send("Accessibility.getFullAXTree")["nodes"]
+    (found,) = [
+        each
+        for each in nodes
+        if {"name": "focused", "value": {"type": "booleanOrUndefined", "value": True}}
+        in each.get("properties", [])
+        and each["role"]["value"] != "RootWebArea"
+    ]
+    text = page.evaluate("document.activeElement.ariaValueText")  # which Chromium's tools do not report
+    return [found["role"]["value"], found.get("name", {}).get("value"), text]
+
+
+RECORD = """() => {
+  window.states = [];
+  const target = document.activeElement;
+  const note = () => window.states.push(
+    [target.getAttribute('aria-valuenow'), target.getAttribute('aria-valuetext')].join(' '));
+  new MutationObserver(note).observe(target, {attributes: true});
+  note();
+}"""
+
+
+def test_a_screen_reader_is_given_name_and_value_with_unit_of_a_slider(opened):
+    page = opened("?preset=vezzoli_2014/fig6_gap")
+    slider = page.get_by_role("slider", name="Drive: high", exact=True)
+    slider.focus()
+    assert focused(page) == ["slider", "Drive: high", "1 kV"]
+    field = page.get_by_label("Drive: high, value")
+    page.evaluate(RECORD)
+    for _ in range(12):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_function("field => field.value === '1.074 kV'", arg=field.element_handle())
+    page.wait_for_timeout(500)
+    assert focused(page) == ["slider", "Drive: high", "1.074 kV"]
+    states = page.evaluate("window.states")
+    assert len(states) > 1
+    for state in states:  # the text is never that of another position
+        position, volt, unit = state.split(" ")
+        assert int(position) == round((float(volt) * {"V": 1, "kV": 1e3}[unit] + 3000) / 6)
+    page.keyboard.press("End")
+    page.wait_for_function("field => field.value === '3 kV'", arg=field.element_handle())
+    assert slider.get_attribute("aria-valuetext") == "3 kV"
+    page.keyboard.press("Home")
+    page.wait_for_function("field => field.value === '-3 kV'", arg=field.element_handle())
+    type_into(page, "Drive: high, value", "1.0003 kV")
+    page.wait_for_function("slider => slider.ariaValueText === '1 kV'", arg=slider.element_handle())
+    type_into(page, "Layers: gap, thickness, value", "2 um")
+    gap = page.get_by_role("slider", name="Layers: gap, thickness", exact=True)
+    page.wait_for_function("slider => slider.ariaValueText === '2 µm'", arg=gap.element_handle())
+    assert page.locator("[role=slider]").count() == page.locator("[role=slider][aria-valuetext]").count() > 10

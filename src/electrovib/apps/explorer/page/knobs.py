@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
 from electrovib.apps.explorer.choices import Choice, choices, chosen
-from electrovib.apps.explorer.controls import SECTIONS, STEPS, Control, controls
+from electrovib.apps.explorer.controls import SECTIONS, Control, controls
 from electrovib.apps.explorer.declared import Blank, Declared, blanks
+from electrovib.apps.explorer.page.parameter_slider import ParameterSlider
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import InputError
 
@@ -98,8 +100,8 @@ class Knobs:
             text = control.written(value)
             if field.value != text and path != self._unread:  # what is being typed stays
                 field.set_value(text)
-            if path != self._moving and control.position(value) != slider.value:
-                slider.set_value(control.position(value))
+            if path != self._moving:
+                slider.show(control.position(value), text)
         self._silent = False
 
     def _field_of(self, path: str) -> Any:
@@ -140,13 +142,12 @@ class Knobs:
     def _row(self, control: Control) -> None:
         with ui.column().classes("w-full gap-0 ev-row") as row:
             field = self._field(control, control.written(control.value))
-            slider = ui.slider(
-                min=0,
-                max=STEPS,
-                step=1,
-                value=control.position(control.value),
-                on_change=lambda e, c=control: self._moved(c, e.value),
-            ).props(f'aria-label="{_label(control)}" dense')
+            slider = ParameterSlider(
+                words=_label(control),
+                position=control.position(control.value),
+                text=control.written(control.value),
+                on_move=functools.partial(self._moved, control),
+            )
         _explain(row, control)
         self._rows[control.path] = (control, slider, field)
 
@@ -180,12 +181,13 @@ class Knobs:
         field.set_value("" if value is None else declared.written(value))
         self._unread = ""
 
-    def _moved(self, control: Control, position: float) -> None:
-        if not self._silent:
-            is_other = control.path != self._moving
-            self._moving = control.path  # a slider is not set while it is moved: it would jump back
-            text = control.written(control.at(position))
-            self._ask(self._session.state.changed(control.path, text), is_other)
+    def _moved(self, control: Control, position: float) -> str:
+        """Ask for the value at a position of a slider, and return it with its unit."""
+        is_other = control.path != self._moving
+        self._moving = control.path  # a slider is not set while it is moved: it would jump back
+        text = control.written(control.at(position))
+        self._ask(self._session.state.changed(control.path, text), is_other)
+        return text
 
     def _typed(self, declared: Declared, field: Any) -> None:
         """Take what was typed; an empty field gives the parameter back the value of the scenario."""
