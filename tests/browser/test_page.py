@@ -313,3 +313,17 @@ def test_a_page_for_other_machines_needs_its_token(browser, tmp_path_factory):
         context.close()
     finally:
         server.stop()
+
+
+def test_servers_that_are_started_together_take_a_port_each(tmp_path_factory):
+    from concurrent.futures import ThreadPoolExecutor
+
+    from tests.browser.conftest import started
+
+    with ThreadPoolExecutor(3) as pool:
+        servers = list(pool.map(lambda name: started(tmp_path_factory, name), ("one", "two", "three")))
+    answers = [_status(server) for server in servers]
+    logs = [server.stop() for server in servers]
+    assert len({server.port for server in servers}) == 3
+    assert answers == [200, 200, 200]
+    assert logs == ["", "", ""]

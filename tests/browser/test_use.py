@@ -8,6 +8,7 @@ from tests.browser.test_page import drop, keep, peak, shown
 
 import electrovib as ev
 from electrovib.apps.explorer.further import TABS
+from electrovib.physics.perception import ElasticSkin
 
 pytestmark = pytest.mark.slow
 
@@ -231,3 +232,30 @@ def test_a_screen_reader_is_given_name_and_value_with_unit_of_a_slider(opened):
     gap = page.get_by_role("slider", name="Layers: gap, thickness", exact=True)
     page.wait_for_function("slider => slider.ariaValueText === '2 µm'", arg=gap.element_handle())
     assert page.locator("[role=slider]").count() == page.locator("[role=slider][aria-valuetext]").count() > 10
+
+
+def test_a_detection_threshold_is_chosen_on_the_page(opened):
+    page = opened(f"?preset={SINE}")
+    page.get_by_role("tab", name="Felt").click()
+    page.get_by_text("set a threshold with its uncertainty and a compliance of the skin").wait_for()
+    choose(page, "Compliance of the skin (perception)", "ElasticSkin, begins with example values")
+    page.get_by_text("set a threshold with its uncertainty among").wait_for()
+    page.get_by_role("button", name='Expand "Perception"').click()
+    field = type_into(page, "Perception: threshold, value", "1 um")
+    page.get_by_text("have to be given together").wait_for()
+    field.fill("")  # which takes it back
+    field.press("Enter")
+    page.wait_for_function("() => document.querySelector('[role=alert]').innerText === ''")
+    type_into(page, "Perception: threshold, value", "1 um")
+    type_into(page, "Perception: threshold uncertainty, value", "3")
+    table = {"compliance": ElasticSkin.example | {"model": "ElasticSkin"}}
+    wanted = ev.load(SINE).replace({"perception": table | {"threshold": "1 um", "threshold_uncertainty": 3}})
+    words = f"{ev.perceive(wanted).sensation:.1f} dB above the detection threshold"
+    page.get_by_text(words).wait_for()
+    keep(page, "felt_calibrated")
+    other = opened("?" + page.url.partition("?")[2])
+    other.get_by_role("tab", name="Felt").click()
+    other.get_by_text(words).wait_for()
+    other.get_by_role("button", name='Expand "Perception"').click()
+    assert other.get_by_label("Perception: threshold, value").input_value() == "1 µm"
+    assert other.get_by_role("slider", name="Perception: compliance, stiffness").is_visible()

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from electrovib.apps.explorer.choices import Choice, choices, chosen
 from electrovib.apps.explorer.controls import SECTIONS, Control, controls
-from electrovib.apps.explorer.declared import Blank, Declared, blanks
+from electrovib.apps.explorer.declared import Blank, Declared, blanks, parameters_of
 from electrovib.apps.explorer.page.parameter_slider import ParameterSlider
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import InputError
@@ -86,10 +86,11 @@ class Knobs:
 
     def show(self, found: Computed) -> None:
         """Write the values of a result into fields and sliders."""
-        values = {path: value for path, value, _ in found.scenario.parameters()}
+        values = {path: value for path, value, _ in parameters_of(found.scenario)}
         given = {path for path in values if values[path] is not None}
-        if self._blanks.keys() & given or (self._rows.keys() & values.keys()) - given:
-            self._rebuild_rows(found.scenario)  # a parameter has got its first value, or has none any more
+        has_lost = {path for path in self._rows if path.startswith("perception.")} - values.keys()
+        if self._blanks.keys() & given or (self._rows.keys() & values.keys()) - given or has_lost:
+            self._rebuild_rows(self._scenario())  # a parameter has got its first value, or has none any more
             if self._typing in {**self._rows, **self._blanks}:
                 self._field_of(self._typing).run_method("focus")
             return
@@ -193,18 +194,26 @@ class Knobs:
         """Take what was typed; an empty field gives the parameter back the value of the scenario."""
         text, state = (field.value or "").strip(), self._session.state
         self._unread = ""
+        if text == state.changes.get(declared.path):
+            return
         value = self._value(declared.path)
-        if text == ("" if value is None else declared.written(value)) or text == state.changes.get(
-            declared.path
-        ):
+        if text == ("" if value is None else declared.written(value)) and not self._is_refused():
             return
         self._moving, self._typing = "", declared.path
         self._ask(state.changed(declared.path, text) if text else state.reset(declared.path), True)
 
+    def _is_refused(self) -> bool:
+        """Return whether the scenario of the page has a mistake, so that an earlier result is shown."""
+        try:
+            scenario_of(self._session.state, own=self._session.own)
+        except InputError:
+            return True
+        return False
+
     def _value(self, path: str) -> float | None:
         """Return the value of a parameter in the result that is shown."""
         found = self._session.computed
-        values = {} if found is None else {path: value for path, value, _ in found.scenario.parameters()}
+        values = {} if found is None else {path: value for path, value, _ in parameters_of(found.scenario)}
         return values.get(path)
 
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any
 
-from nicegui.elements.mixins.value_element import ValueElement
+from nicegui import ui
 
 from electrovib.apps.explorer.controls import STEPS
 
-THROTTLE: Final = 0.05
-"""Shortest time between two moves that the browser sends [s]."""
 
-
-class ParameterSlider(ValueElement[float], component="parameter_slider.js"):
+class ParameterSlider(ui.slider, component="parameter_slider.js"):
     """A slider that states its value with its unit to a screen reader.
 
     Parameters
@@ -29,10 +26,11 @@ class ParameterSlider(ValueElement[float], component="parameter_slider.js"):
     """
 
     def __init__(self, *, words: str, position: float, text: str, on_move: Callable[[float], str]) -> None:
-        super().__init__(value=position, on_value_change=self._moved, throttle=THROTTLE)
+        super().__init__(min=0, max=STEPS, step=1, value=position, on_change=self._moved)
+        assert self.component is not None
+        self.tag = self.component.tag  # in place of the slider of Quasar, which the component wraps
         self._on_move, self._is_silent = on_move, False
-        self._props |= {"min": 0, "max": STEPS, "step": 1, "dense": True, "aria-label": words, "text": text}
-        self._props["placed"] = 0
+        self._props |= {"dense": True, "aria-label": words, "text": text, "placed": 0}
 
     def show(self, position: float, text: str) -> None:
         """Place the slider at a value, without a call of `on_move`.
