@@ -109,6 +109,24 @@ def test_what_is_being_typed_is_not_replaced_by_a_result(opened):
     assert field.input_value() in ("61 kV", "1 kV6", "16 kV", "1 6kV", "1 k6V")  # wherever the pointer was
 
 
+def test_a_field_that_is_being_typed_stays_when_another_parameter_gets_its_slider(opened):
+    page = opened(f"?preset={SINE}")
+    page.get_by_role("button", name='Expand "Limits"').click()
+    type_into(page, "Limits: voltage, value", "80 V")
+    current = page.get_by_label("Limits: current, value")
+    current.click()
+    current.press_sequentially("10 ", delay=50)
+    page.get_by_role("slider", name="Limits: voltage").wait_for()
+    current.press_sequentially("uA")
+    page.keyboard.press("Enter")
+    page.get_by_role("slider", name="Limits: current").wait_for()
+    assert current.input_value() == "10 µA"
+    type_into(page, "Limits: voltage, value", "")
+    page.get_by_role("slider", name="Limits: voltage").wait_for(state="detached")
+    assert page.get_by_label("Limits: voltage, value").input_value() == ""
+    assert page.get_by_role("slider", name="Limits: current").is_visible()
+
+
 def test_pointer_and_keyboard(opened):
     page = opened("?preset=vezzoli_2014/fig6_gap")
     slider = page.locator(".q-slider__track-container").nth(1)
@@ -144,8 +162,20 @@ def test_a_phone_shows_the_plots_first_and_the_parameters_on_demand(opened, brow
     assert not field.is_visible()
     page.get_by_role("button", name="Show or hide the parameters").click()
     field.wait_for()
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
     keep(page, "phone")
+    page.keyboard.press("Escape")
+    page.mouse.click(385, 600)  # beside the parameters, which closes them
+    for tab in TABS:
+        page.get_by_role("tab", name=tab).click()
+        page.wait_for_timeout(500)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390, tab
+        page.wait_for_timeout(500)  # in which the list of tabs moves
+        edges = page.get_by_role("tab", name=tab).bounding_box()
+        arrows = [each.bounding_box() for each in page.locator(".q-tabs__arrow:visible").all()]
+        for arrow in arrows:  # none of which covers the name of the tab
+            assert (
+                arrow["x"] >= edges["x"] + edges["width"] - 1 or arrow["x"] + arrow["width"] <= edges["x"] + 1
+            )
     context.close()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -32,7 +33,13 @@ class Declared:
     def name(self) -> str:
         """Path below its part, in words; a layer's material is not named."""
         inner = self.path.partition(".")[2].replace(".material.", ".")
+        inner = re.sub(r"channels\.(\d+)", lambda found: f"channel {int(found[1]) + 1}", inner)
         return inner.replace("_", " ").replace(".", ", ")
+
+    @property
+    def is_detail(self) -> bool:
+        """Whether the parameter comes after the others of its section: that of a channel of perception."""
+        return self.path.startswith("perception.channels.")
 
     def written(self, value: float) -> str:
         """Write a value with its unit, as it is read again."""

@@ -136,7 +136,10 @@ def test_a_perception_can_be_declared_where_a_scenario_has_none():
     state = PageState("vezzoli_2014/fig6_gap").changed("perception.window", "0.2 s")
     changed = scenario_of(state, own={})
     assert changed.perception == Perception(window=0.2)
-    assert "perception.channels.0.best_frequency" in {each.path for each in controls(changed)}
+    by_path = {each.path: each for each in controls(changed)}
+    channel = by_path["perception.channels.0.best_frequency"]
+    assert (channel.name, channel.is_detail) == ("channel 1, best frequency", True)
+    assert not by_path["perception.window"].is_detail
 
 
 def test_a_calibrated_perception_survives_the_link():

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -21,6 +22,17 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 
+@dataclass
+class _Row:
+    """Elements of a parameter; one without a value has no slider."""
+
+    declared: Declared
+    column: Any
+    field: Any
+    control: Control | None = None
+    slider: ParameterSlider | None = None
+
+
 class Knobs:
     """A slider and a field for each parameter of the scenario, in sections that open and close.
 
@@ -34,11 +46,10 @@ class Knobs:
 
     def __init__(self, session: Session, *, ask: Callable[[PageState, bool], None]) -> None:
         self._session, self._ask = session, ask
-        self._rows: dict[str, tuple[Control, Any, Any]] = {}
-        self._blanks: dict[str, Any] = {}
+        self._rows: dict[str, _Row] = {}
         self._open = {"drive": True, "stack": True}
         self._silent = False
-        self._moving = self._typing = self._unread = ""
+        self._moving = self._unread = ""
         self._drawer = ui.left_drawer(value=None, bordered=True).props("width=320").classes("p-1")
         with self._drawer:
             self._choices = ui.column().classes("w-full gap-0 px-3")
@@ -70,44 +81,59 @@ class Knobs:
 
     def _rebuild_rows(self, scenario: Scenario) -> None:
         """Make the controls of a scenario; they begin at its values."""
-        found, empty = controls(scenario), blanks(scenario)
-        self._rows, self._blanks, self._moving = {}, {}, ""
+        offered: list[Control | Blank] = [*controls(scenario), *blanks(scenario)]
+        self._rows, self._moving = {}, ""
         self._place.clear()
         with self._place:
             for section, heading in SECTIONS.items():
-                mine = [each for each in found if each.section == section]
-                others = [each for each in empty if each.section == section]
-                if mine or others:
+                mine = [each for each in offered if each.section == section]
+                if mine:
                     with self._section(section, heading):
-                        for each in mine:
-                            self._row(each)
-                        for blank in others:
-                            self._blank(blank)
+                        for each in sorted(mine, key=lambda each: each.is_detail):
+                            self._rows[each.path] = self._row(each)
 
     def show(self, found: Computed) -> None:
         """Write the values of a result into fields and sliders."""
         values = {path: value for path, value, _ in parameters_of(found.scenario)}
-        given = {path for path in values if values[path] is not None}
-        has_lost = {path for path in self._rows if path.startswith("perception.")} - values.keys()
-        if self._blanks.keys() & given or (self._rows.keys() & values.keys()) - given or has_lost:
-            self._rebuild_rows(self._scenario())  # a parameter has got its first value, or has none any more
-            if self._typing in {**self._rows, **self._blanks}:
-                self._field_of(self._typing).run_method("focus")
-            return
+        if any(path.startswith("perception.") and path not in values for path in self._rows):
+            self._rebuild_if_other()
+        self._give_sliders(found.scenario, values)
         self._silent = True
-        for path, (control, slider, field) in self._rows.items():
-            if (value := values.get(path)) is None:
+        for path, row in self._rows.items():
+            if path not in values:
                 continue
-            text = control.written(value)
-            if field.value != text and path != self._unread:  # what is being typed stays
-                field.set_value(text)
-            if path != self._moving:
-                slider.show(control.position(value), text)
+            value = values[path]
+            text = "" if value is None else row.declared.written(value)
+            if row.field.value != text and path != self._unread:  # what is being typed stays
+                row.field.set_value(text)
+            if (
+                row.slider is not None
+                and row.control is not None
+                and value is not None
+                and path != self._moving
+            ):
+                row.slider.show(row.control.position(value), text)
         self._silent = False
 
-    def _field_of(self, path: str) -> Any:
-        """Return the field of a parameter."""
-        return self._rows[path][2] if path in self._rows else self._blanks[path]
+    def _rebuild_if_other(self) -> None:
+        """Make the controls again, unless they are those of the state of the page and an earlier result is shown."""
+        scenario = self._scenario()
+        if not self._rows.keys() <= {path for path, _, _ in parameters_of(scenario)}:
+            self._rebuild_rows(scenario)
+
+    def _give_sliders(self, scenario: Scenario, values: Mapping[str, float | None]) -> None:
+        """Give a slider to each parameter that has got its first value, and take it from one that has none any more."""
+        wanted = {
+            path for path, row in self._rows.items() if values.get(path) is not None and row.slider is None
+        }
+        if wanted:
+            for each in controls(scenario):
+                if each.path in wanted:
+                    self._slide(self._rows[each.path], each)
+        for path, row in self._rows.items():
+            if row.slider is not None and path in values and values[path] is None:
+                row.slider.delete()
+                row.slider = row.control = None
 
     def _section(self, section: str, heading: str) -> Any:
         """Make a part that opens and closes, and remember whether it is open."""
@@ -140,22 +166,26 @@ class Knobs:
         self._ask(wanted, True)
         self._rebuild_rows(self._scenario())
 
-    def _row(self, control: Control) -> None:
-        with ui.column().classes("w-full gap-0 ev-row") as row:
-            field = self._field(control, control.written(control.value))
-            slider = ParameterSlider(
+    def _row(self, declared: Control | Blank) -> _Row:
+        control = declared if isinstance(declared, Control) else None
+        with ui.column().classes("w-full gap-0 ev-row") as column:
+            field = self._field(declared, "" if control is None else control.written(control.value))
+        row = _Row(declared, column, field)
+        if control is not None:
+            self._slide(row, control)
+        _explain(column, declared)
+        return row
+
+    def _slide(self, row: _Row, control: Control) -> None:
+        """Make the slider of a parameter."""
+        row.control = control
+        with row.column:
+            row.slider = ParameterSlider(
                 words=_label(control),
                 position=control.position(control.value),
                 text=control.written(control.value),
                 on_move=functools.partial(self._moved, control),
             )
-        _explain(row, control)
-        self._rows[control.path] = (control, slider, field)
-
-    def _blank(self, blank: Blank) -> None:
-        with ui.column().classes("w-full gap-0 ev-row") as row:
-            self._blanks[blank.path] = self._field(blank, "")
-        _explain(row, blank)
 
     def _field(self, declared: Declared, text: str) -> Any:
         """Make the name of a parameter and the field of its value."""
@@ -199,7 +229,7 @@ class Knobs:
         value = self._value(declared.path)
         if text == ("" if value is None else declared.written(value)) and not self._is_refused():
             return
-        self._moving, self._typing = "", declared.path
+        self._moving = ""
         self._ask(state.changed(declared.path, text) if text else state.reset(declared.path), True)
 
     def _is_refused(self) -> bool:
