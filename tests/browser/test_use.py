@@ -81,12 +81,23 @@ def test_a_link_of_ten_changes_shows_the_same(opened):
 
 def test_fields_take_units_refuse_others_and_give_values_back(opened):
     page = opened(f"?preset={SINE}")
+    shown_amplitude = "document.querySelector('[aria-label=\"Drive: amplitude, value\"]').value"
     field = type_into(page, "Drive: amplitude, value", "12 mm")
     page.get_by_text("drive.amplitude = '12 mm'").wait_for()
     field.fill("55")
     field.press("Escape")
-    page.wait_for_function("field => field.value === '100 V'", arg=field.element_handle())
+    page.wait_for_function(f"() => {shown_amplitude} === '100 V'")
+    page.wait_for_function("() => document.activeElement.ariaLabel === 'Drive: amplitude, value'")
+    page.wait_for_function("() => document.querySelector('[role=alert]').innerText === ''")
+    type_into(page, "Drive: frequency, value", "100 Hz")  # of which the refused amplitude is no part
+    shown(page, peak(ev.load(SINE).replace({"drive.frequency": 100})))
     type_into(page, "Drive: amplitude, value", "0.2 kV")
+    shown(page, peak(ev.load(SINE).replace({"drive.amplitude": 200, "drive.frequency": 100})))
+    type_into(page, "Drive: amplitude, value", "12 mm")
+    page.get_by_text("drive.amplitude = '12 mm'").wait_for()
+    field.press("Escape")
+    page.wait_for_url("**drive.amplitude%3D0.2*")
+    type_into(page, "Drive: frequency, value", "")
     shown(page, peak(ev.load(SINE).replace({"drive.amplitude": 200})))
     type_into(page, "Drive: amplitude, value", "")
     shown(page, peak(ev.load(SINE)))
@@ -125,6 +136,19 @@ def test_a_field_that_is_being_typed_stays_when_another_parameter_gets_its_slide
     page.get_by_role("slider", name="Limits: voltage").wait_for(state="detached")
     assert page.get_by_label("Limits: voltage, value").input_value() == ""
     assert page.get_by_role("slider", name="Limits: current").is_visible()
+
+
+def test_the_keyboard_reaches_the_results_past_the_parameters(opened):
+    page = opened(f"?preset={SINE}")
+    skip = page.get_by_role("button", name="Skip to the results")
+    page.keyboard.press("Tab")
+    page.wait_for_function("button => button.getBoundingClientRect().top >= 0", arg=skip.element_handle())
+    page.keyboard.press("Enter")
+    assert focused(page)[:2] == ["tab", "Over time"]
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    page.get_by_text("5 to 95 % of fingers").first.wait_for(timeout=90_000)
+    assert skip.bounding_box()["y"] < 0
 
 
 def test_pointer_and_keyboard(opened):

@@ -47,6 +47,7 @@ class Knobs:
     def __init__(self, session: Session, *, ask: Callable[[PageState, bool], None]) -> None:
         self._session, self._ask = session, ask
         self._rows: dict[str, _Row] = {}
+        self._accepted: dict[str, str] = {}
         self._open = {"drive": True, "stack": True}
         self._silent = False
         self._moving = self._unread = ""
@@ -196,8 +197,8 @@ class Knobs:
                 .props(f'dense borderless input-class="text-right" aria-label="{_label(declared)}, value"')
                 .classes("w-24 ev-field")
             )
-        for event in ("blur", "keydown.enter"):
-            field.on(event, lambda _: self._typed(declared, field))
+        field.on("blur", lambda _: self._typed(declared, field))
+        field.on("keydown.enter", lambda _: self._entered(declared, field))
         field.on("keydown.esc", lambda _: self._give_up(declared, field))
         return field
 
@@ -207,10 +208,24 @@ class Knobs:
             self._unread = declared.path
 
     def _give_up(self, declared: Declared, field: Any) -> None:
-        """Show the present value again in place of what was typed."""
-        value = self._value(declared.path)
+        """Show the present value again in place of what was typed, and take a value back that was refused."""
+        path, state = declared.path, self._session.state
+        value = self._value(path)
         field.set_value("" if value is None else declared.written(value))
         self._unread = ""
+        if path in state.changes and self._is_refused():
+            text = self._accepted.get(path, "")
+            self._ask(state.changed(path, text) if text else state.reset(path), True)
+            self._keep_focus(path, field)
+
+    def _keep_focus(self, path: str, field: Any) -> None:
+        """Focus the field of a parameter if it was made again, as it is where no change is left."""
+        if self._rows[path].field is not field:
+            self._rows[path].field.run_method("focus")
+
+    def _entered(self, declared: Declared, field: Any) -> None:
+        self._typed(declared, field)
+        self._keep_focus(declared.path, field)
 
     def _moved(self, control: Control, position: float) -> str:
         """Ask for the value at a position of a slider, and return it with its unit."""
@@ -230,6 +245,8 @@ class Knobs:
         if text == ("" if value is None else declared.written(value)) and not self._is_refused():
             return
         self._moving = ""
+        if not self._is_refused():
+            self._accepted[declared.path] = state.changes.get(declared.path, "")
         self._ask(state.changed(declared.path, text) if text else state.reset(declared.path), True)
 
     def _is_refused(self) -> bool:
