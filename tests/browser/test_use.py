@@ -285,6 +285,8 @@ def test_a_screen_reader_is_given_name_and_value_with_unit_of_a_slider(opened):
     type_into(page, "Layers: gap, thickness, value", "2 um")
     gap = page.get_by_role("slider", name="Layers: gap, thickness", exact=True)
     page.wait_for_function("slider => slider.ariaValueText === '2 µm'", arg=gap.element_handle())
+    thumb = gap.locator(".q-slider__thumb").evaluate("thumb => parseFloat(thumb.style.left)")
+    assert thumb == float(gap.get_attribute("aria-valuenow")) / 10 > 50
     assert page.locator("[role=slider]").count() == page.locator("[role=slider][aria-valuetext]").count() > 10
 
 

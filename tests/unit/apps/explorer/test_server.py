@@ -59,6 +59,21 @@ def test_every_address_of_a_host_is_taken(busy, monkeypatch):
     assert "127.0.0.1" in found <= wanted
 
 
+def test_an_address_that_this_machine_does_not_have_is_left_out(monkeypatch):
+    known = socket.getaddrinfo
+    monkeypatch.setattr(
+        socket,
+        "getaddrinfo",
+        lambda _, *rest, **options: [
+            entry for host in ("192.0.2.1", "127.0.0.1") for entry in known(host, *rest, **options)
+        ],
+    )
+    _, sockets = listening("two", None)
+    found = [each.getsockname()[0] for each in sockets]
+    close(sockets)
+    assert found == ["127.0.0.1"]
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from nicegui import events, ui
 
-from electrovib.apps.explorer.controls import controls
-from electrovib.apps.explorer.fitting import RunningFit
+from electrovib.apps.explorer.fitting import RunningFit, fittable
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.words import fit_words
 from electrovib.apps.explorer.state import PageState
@@ -38,8 +37,6 @@ document.querySelectorAll('.q-uploader__header a').forEach(e => e.setAttribute('
 MOST_COLUMNS: Final = 12
 """Columns of a recording for which the page asks."""
 _UNUSED: Final = ""
-_WITHOUT_EFFECT: Final = frozenset({"perception", "limits", "time", "frequency"})
-"""Sections whose parameters change no signal, so that they cannot be fitted."""
 _REFRESH: Final = 0.25
 """Time between two updates of the progress of a fit [s]."""
 
@@ -179,8 +176,7 @@ class RecordingPanel:
         self._fit.clear()
         if self._session.computed is None:
             return
-        known = controls(self._session.computed.scenario)
-        paths = {each.path: each.path for each in known if each.section not in _WITHOUT_EFFECT}
+        paths = fittable(self._session.computed.scenario)
         with self._fit, ui.row().classes("items-center"):
             chosen = ui.select(paths, label="parameters to fit", multiple=True, value=[])
             chosen.classes("w-96 max-w-full").props("use-chips")
