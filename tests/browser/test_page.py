@@ -22,8 +22,8 @@ FORCE = """() => {
     e => e.offsetParent !== null && e.layout?.title?.text === 'Electrostatic force');
   return plot ? Math.max(...plot.data[0].y) + ' ' + plot.layout.yaxis.title.text : '';
 }"""
-FRAMEWORK = frozenset({"nested-interactive"})
-"""Findings of the framework's own element for files."""
+FRAMEWORK = ("nested-interactive", "Choose a file")
+"""Finding of axe in the framework's own element for files, and its name."""
 SCREENSHOTS = os.environ.get("ELECTROVIB_SCREENSHOTS")
 
 
@@ -108,7 +108,7 @@ def test_dry_and_moist_fingers_and_curves_to_compare(opened):
     shown(page, peak(base))
     page.get_by_role("button", name="Keep curve").click()
     for words, name in (("dry finger", "dry"), ("moist finger", "wet")):
-        page.get_by_label("Skin").click()
+        page.get_by_label("Skin", exact=True).click()
         page.get_by_role("option", name=words).click()
         shown(page, peak(base.replace({"stack.stratum_corneum.material": f"gabriel_1996/{name}"})))
     count = (
@@ -223,13 +223,17 @@ def test_no_serious_finding_of_accessibility(opened, scheme):
     axe = pytest.importorskip("axe_playwright_python.sync_playwright")
     page = opened("?preset=vezzoli_2014/fig6_gap", color_scheme=scheme)
     page.wait_for_timeout(1000)
+    page.get_by_role("combobox", name="Drive").focus()  # whose label has another colour then
     for tab in ("Over time", "Over frequency", "Force laws", "Felt", "Safety", "Recording"):
-        page.get_by_role("tab", name=tab).click()
+        if tab != "Over time":
+            page.get_by_role("tab", name=tab).click()
         page.wait_for_timeout(1500)
         found = [
-            (each["id"], [node["html"][:200] for node in each["nodes"]])
+            (each["id"], node["html"][:200])
             for each in axe.Axe().run(page).response["violations"]
-            if each["impact"] in ("serious", "critical") and each["id"] not in FRAMEWORK
+            for node in each["nodes"]
+            if each["impact"] in ("serious", "critical")
+            and not (each["id"] == FRAMEWORK[0] and FRAMEWORK[1] in node["html"])
         ]
         assert found == [], (tab, json.dumps(found, indent=1))
 
@@ -311,3 +315,17 @@ def test_a_page_for_other_machines_needs_its_token(browser, tmp_path_factory):
         context.close()
     finally:
         server.stop()
+
+
+def test_servers_that_are_started_together_take_a_port_each(tmp_path_factory):
+    from concurrent.futures import ThreadPoolExecutor
+
+    from tests.browser.conftest import started
+
+    with ThreadPoolExecutor(3) as pool:
+        servers = list(pool.map(lambda name: started(tmp_path_factory, name), ("one", "two", "three")))
+    answers = [_status(server) for server in servers]
+    logs = [server.stop() for server in servers]
+    assert len({server.port for server in servers}) == 3
+    assert answers == [200, 200, 200]
+    assert logs == ["", "", ""]

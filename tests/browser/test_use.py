@@ -8,6 +8,7 @@ from tests.browser.test_page import drop, keep, peak, shown
 
 import electrovib as ev
 from electrovib.apps.explorer.further import TABS
+from electrovib.physics.perception import ElasticSkin
 
 pytestmark = pytest.mark.slow
 
@@ -80,12 +81,23 @@ def test_a_link_of_ten_changes_shows_the_same(opened):
 
 def test_fields_take_units_refuse_others_and_give_values_back(opened):
     page = opened(f"?preset={SINE}")
+    shown_amplitude = "document.querySelector('[aria-label=\"Drive: amplitude, value\"]').value"
     field = type_into(page, "Drive: amplitude, value", "12 mm")
     page.get_by_text("drive.amplitude = '12 mm'").wait_for()
     field.fill("55")
     field.press("Escape")
-    page.wait_for_function("field => field.value === '100 V'", arg=field.element_handle())
+    page.wait_for_function(f"() => {shown_amplitude} === '100 V'")
+    page.wait_for_function("() => document.activeElement.ariaLabel === 'Drive: amplitude, value'")
+    page.wait_for_function("() => document.querySelector('[role=alert]').innerText === ''")
+    type_into(page, "Drive: frequency, value", "100 Hz")  # of which the refused amplitude is no part
+    shown(page, peak(ev.load(SINE).replace({"drive.frequency": 100})))
     type_into(page, "Drive: amplitude, value", "0.2 kV")
+    shown(page, peak(ev.load(SINE).replace({"drive.amplitude": 200, "drive.frequency": 100})))
+    type_into(page, "Drive: amplitude, value", "12 mm")
+    page.get_by_text("drive.amplitude = '12 mm'").wait_for()
+    field.press("Escape")
+    page.wait_for_url("**drive.amplitude%3D0.2*")
+    type_into(page, "Drive: frequency, value", "")
     shown(page, peak(ev.load(SINE).replace({"drive.amplitude": 200})))
     type_into(page, "Drive: amplitude, value", "")
     shown(page, peak(ev.load(SINE)))
@@ -106,6 +118,37 @@ def test_what_is_being_typed_is_not_replaced_by_a_result(opened):
     page.get_by_text("Vezzoli2014Causal").first.wait_for()
     page.wait_for_timeout(800)
     assert field.input_value() in ("61 kV", "1 kV6", "16 kV", "1 6kV", "1 k6V")  # wherever the pointer was
+
+
+def test_a_field_that_is_being_typed_stays_when_another_parameter_gets_its_slider(opened):
+    page = opened(f"?preset={SINE}")
+    page.get_by_role("button", name='Expand "Limits"').click()
+    type_into(page, "Limits: voltage, value", "80 V")
+    current = page.get_by_label("Limits: current, value")
+    current.click()
+    current.press_sequentially("10 ", delay=50)
+    page.get_by_role("slider", name="Limits: voltage").wait_for()
+    current.press_sequentially("uA")
+    page.keyboard.press("Enter")
+    page.get_by_role("slider", name="Limits: current").wait_for()
+    assert current.input_value() == "10 µA"
+    type_into(page, "Limits: voltage, value", "")
+    page.get_by_role("slider", name="Limits: voltage").wait_for(state="detached")
+    assert page.get_by_label("Limits: voltage, value").input_value() == ""
+    assert page.get_by_role("slider", name="Limits: current").is_visible()
+
+
+def test_the_keyboard_reaches_the_results_past_the_parameters(opened):
+    page = opened(f"?preset={SINE}")
+    skip = page.get_by_role("button", name="Skip to the results")
+    page.keyboard.press("Tab")
+    page.wait_for_function("button => button.getBoundingClientRect().top >= 0", arg=skip.element_handle())
+    page.keyboard.press("Enter")
+    assert focused(page)[:2] == ["tab", "Over time"]
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    page.get_by_text("5 to 95 % of fingers").first.wait_for(timeout=90_000)
+    assert skip.bounding_box()["y"] < 0
 
 
 def test_pointer_and_keyboard(opened):
@@ -143,8 +186,19 @@ def test_a_phone_shows_the_plots_first_and_the_parameters_on_demand(opened, brow
     assert not field.is_visible()
     page.get_by_role("button", name="Show or hide the parameters").click()
     field.wait_for()
-    assert page.evaluate("document.documentElement.scrollWidth") <= 390
     keep(page, "phone")
+    page.keyboard.press("Escape")
+    page.mouse.click(385, 600)  # beside the parameters, which closes them
+    for tab in TABS:
+        page.get_by_role("tab", name=tab).click()
+        page.wait_for_timeout(500)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390, tab
+        page.wait_for_timeout(500)  # in which the list of tabs moves
+        names = page.locator(".q-tabs__content").bounding_box()
+        for arrow in page.locator(".q-tabs__arrow:visible").all():  # none of which covers a name
+            edges = arrow.bounding_box()
+            left, right = edges["x"], edges["x"] + edges["width"]
+            assert left >= names["x"] + names["width"] - 1 or right <= names["x"] + 1, tab
     context.close()
 
 
@@ -176,3 +230,87 @@ def test_several_columns_of_a_recording_are_compared(opened):
         "() => [...document.querySelectorAll('.js-plotly-plot')].map(e => e.layout.title.text)"
     )
     assert titles == ["electrostatic force", "drive voltage"]
+
+
+def focused(page) -> list[str]:
+    """Return role and name of the focused element as the browser hands them to a screen reader, and its value text."""
+    devtools = page.context.new_cdp_session(page)
+    nodes = devtools.send("Accessibility.getFullAXTree")["nodes"]
+    (found,) = [
+        each
+        for each in nodes
+        if {"name": "focused", "value": {"type": "booleanOrUndefined", "value": True}}
+        in each.get("properties", [])
+        and each["role"]["value"] != "RootWebArea"
+    ]
+    text = page.evaluate("document.activeElement.ariaValueText")  # which Chromium's tools do not report
+    return [found["role"]["value"], found.get("name", {}).get("value"), text]
+
+
+RECORD = """() => {
+  window.states = [];
+  const target = document.activeElement;
+  const note = () => window.states.push(
+    [target.getAttribute('aria-valuenow'), target.getAttribute('aria-valuetext')].join(' '));
+  new MutationObserver(note).observe(target, {attributes: true});
+  note();
+}"""
+
+
+def test_a_screen_reader_is_given_name_and_value_with_unit_of_a_slider(opened):
+    page = opened("?preset=vezzoli_2014/fig6_gap")
+    slider = page.get_by_role("slider", name="Drive: high", exact=True)
+    slider.focus()
+    assert focused(page) == ["slider", "Drive: high", "1 kV"]
+    field = page.get_by_label("Drive: high, value")
+    page.evaluate(RECORD)
+    for _ in range(12):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_function("field => field.value === '1.074 kV'", arg=field.element_handle())
+    page.wait_for_timeout(500)
+    assert focused(page) == ["slider", "Drive: high", "1.074 kV"]
+    states = page.evaluate("window.states")
+    assert len(states) > 1
+    for state in states:  # the text is never that of another position
+        position, volt, unit = state.split(" ")
+        assert int(position) == round((float(volt) * {"V": 1, "kV": 1e3}[unit] + 3000) / 6)
+    page.keyboard.press("End")
+    page.wait_for_function("field => field.value === '3 kV'", arg=field.element_handle())
+    assert slider.get_attribute("aria-valuetext") == "3 kV"
+    page.keyboard.press("Home")
+    page.wait_for_function("field => field.value === '-3 kV'", arg=field.element_handle())
+    type_into(page, "Drive: high, value", "1.0003 kV")
+    page.wait_for_function("slider => slider.ariaValueText === '1 kV'", arg=slider.element_handle())
+    type_into(page, "Layers: gap, thickness, value", "2 um")
+    gap = page.get_by_role("slider", name="Layers: gap, thickness", exact=True)
+    page.wait_for_function("slider => slider.ariaValueText === '2 µm'", arg=gap.element_handle())
+    thumb = gap.locator(".q-slider__thumb").evaluate("thumb => parseFloat(thumb.style.left)")
+    assert thumb == float(gap.get_attribute("aria-valuenow")) / 10 > 50
+    assert page.locator("[role=slider]").count() == page.locator("[role=slider][aria-valuetext]").count() > 10
+
+
+def test_a_detection_threshold_is_chosen_on_the_page(opened):
+    page = opened(f"?preset={SINE}")
+    page.get_by_role("tab", name="Felt").click()
+    page.get_by_text("set a threshold with its uncertainty and a compliance of the skin").wait_for()
+    choose(page, "Compliance of the skin (perception)", "ElasticSkin, begins with example values")
+    page.get_by_text("set a threshold with its uncertainty among").wait_for()
+    page.get_by_role("button", name='Expand "Perception"').click()
+    field = type_into(page, "Perception: threshold, value", "1 um")
+    page.get_by_text("have to be given together").wait_for()
+    field.fill("")  # which takes it back
+    field.press("Enter")
+    page.wait_for_function("() => document.querySelector('[role=alert]').innerText === ''")
+    type_into(page, "Perception: threshold, value", "1 um")
+    type_into(page, "Perception: threshold uncertainty, value", "3")
+    table = {"compliance": ElasticSkin.example | {"model": "ElasticSkin"}}
+    wanted = ev.load(SINE).replace({"perception": table | {"threshold": "1 um", "threshold_uncertainty": 3}})
+    words = f"{ev.perceive(wanted).sensation:.1f} dB above the detection threshold"
+    page.get_by_text(words).wait_for()
+    keep(page, "felt_calibrated")
+    other = opened("?" + page.url.partition("?")[2])
+    other.get_by_role("tab", name="Felt").click()
+    other.get_by_text(words).wait_for()
+    other.get_by_role("button", name='Expand "Perception"').click()
+    assert other.get_by_label("Perception: threshold, value").input_value() == "1 µm"
+    assert other.get_by_role("slider", name="Perception: compliance, stiffness").is_visible()

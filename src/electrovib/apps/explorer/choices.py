@@ -1,4 +1,4 @@
-"""Choices that replace a whole part of a scenario: the drive, the force law, the finger's skin, the insulator."""
+"""Choices that replace a whole part of a scenario: drive, force law, skin, insulator, compliance of the skin."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.material.library import materials
+from electrovib.physics.perception import SkinCompliance
 from electrovib.scenario.offers import skins, with_offers
 
 if TYPE_CHECKING:
@@ -61,10 +62,12 @@ class Choice:
         name : str
             One of `options`, or the name of another model that a link gives.
         """
-        if self.path not in state.changes and f"{self.path}.model" not in state.changes:
+        owner = self.path.rpartition(".")[0]
+        if not {self.path, f"{self.path}.model", owner} & set(state.changes):
             return AS_GIVEN
         if self.path in _FAMILIES:
-            return type(getattr(scenario, self.path)).__name__
+            part = _part(scenario, self.path)
+            return AS_GIVEN if part is None else type(part).__name__
         return state.changes.get(self.path, AS_GIVEN)
 
 
@@ -79,8 +82,9 @@ def choices(scenario: Scenario) -> list[Choice]:
     Returns
     -------
     choices : list of Choice
-        Drive, force law, and the material of skin and insulator where the stack has these layers. An alternative that
-        does not fit the rest of the scenario is refused with a sentence when it is chosen.
+        Drive, force law, the material of skin and insulator where the stack has these layers, and the lateral compliance of
+        the skin, with which perception computes displacements. An alternative that does not fit the rest of the scenario is
+        refused with a sentence when it is chosen.
     """
     found = [
         Choice("Drive", "drive", _as_given(scenario.drive) | {name: name for name in _drives()}),
@@ -97,6 +101,7 @@ def choices(scenario: Scenario) -> list[Choice]:
         library = {each.name: each.name.replace("_", " ") for each in materials()}
         given = _as_given(layers["insulator"].material)
         found.append(Choice("Insulator", "stack.insulator.material", given | library))
+    found.append(Choice("Compliance of the skin (perception)", _COMPLIANCE, _compliances(scenario)))
     return found
 
 
@@ -118,7 +123,8 @@ def chosen(state: PageState, choice: Choice, name: str, own: Mapping[str, Scenar
     -------
     PageState
         A drive keeps highest and lowest voltage, frequency and what else both drives have; a force law the parameters that
-        both laws have; a material or skin keeps what was changed and what its source does not state.
+        both laws have; a compliance begins with example values; a material or skin keeps what was changed and what its
+        source does not state.
     """
     if name == AS_GIVEN:
         return state.reset(choice.path)
@@ -128,13 +134,13 @@ def chosen(state: PageState, choice: Choice, name: str, own: Mapping[str, Scenar
         scenario = scenario_of(state, own=own)
     except InputError:  # of another choice, which this one may mend
         scenario = scenario_of(state.reset(), own=own)
-    present = getattr(scenario, choice.path)
+    present = _part(scenario, choice.path)
     kind: Any = find_members(_FAMILIES[choice.path])[name]
     if choice.path == "drive":
         limit = getattr(scenario.limits, kind.quantity, None)
         return state.changed("drive", inline(name, carried_drive(kind, present, limit=limit)))
     plain = {key: value for key, value in kind.example.items() if isinstance(value, (int, float))}
-    return state.changed(choice.path, inline(name, plain | carried(kind, present)))
+    return state.changed(choice.path, inline(name, plain | (carried(kind, present) if present else {})))
 
 
 def _with_material(state: PageState, path: str, name: str, own: Mapping[str, Scenario]) -> PageState:
@@ -153,8 +159,29 @@ def _with_material(state: PageState, path: str, name: str, own: Mapping[str, Sce
     return found
 
 
-_FAMILIES: Final[Mapping[str, Any]] = {"drive": Drive, "force": ForceLaw}
+_COMPLIANCE: Final = "perception.compliance"
+_FAMILIES: Final[Mapping[str, Any]] = {"drive": Drive, "force": ForceLaw, _COMPLIANCE: SkinCompliance}
 """Paths whose alternatives are the models of a family."""
+
+
+def _part(scenario: Scenario, path: str) -> Any:
+    """Return the model at a path; None where the scenario declares none."""
+    found: Any = scenario
+    for name in path.split("."):
+        found = getattr(found, name, None)
+    return found
+
+
+def _compliances(scenario: Scenario) -> dict[str, str]:
+    """Return the models of the lateral compliance of the skin."""
+    present = _part(scenario, _COMPLIANCE)
+    if present is not None:
+        given = _as_given(present)
+    else:
+        given = {AS_GIVEN: "none" if scenario.finger is None else "that of the finger of the scenario"}
+    return given | {
+        name: f"{name}, begins with example values" for name in find_members(_FAMILIES[_COMPLIANCE])
+    }
 
 
 def _as_given(part: Any) -> dict[str, str]:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from electrovib.apps.explorer.declared import Declared
+from electrovib.apps.explorer.declared import Declared, parameters_of
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def controls(scenario: Scenario) -> list[Control]:
     """
     declared = [
         _control(path, value, quantity, scenario.sources.get(path, ""))
-        for path, value, quantity in scenario.parameters()
+        for path, value, quantity in parameters_of(scenario)
         if value is not None
     ]
     found = [each for each in declared if each is not None and (each.value != 0 or _moves(scenario, each))]

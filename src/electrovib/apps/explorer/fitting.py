@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from electrovib.apps.explorer.controls import controls
 from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_RUN
 from electrovib.apps.explorer.runner import SERVER_ENDS, InterruptedWorkError, interruptible
 from electrovib.core.budget import budget
@@ -24,7 +25,14 @@ LONGEST_FIT: Final = 120.0
 """Seconds after which a fit is ended."""
 MOST_FITS: Final = 2
 """Fits of all visitors that run at the same time."""
+_WITHOUT_EFFECT: Final = frozenset({"perception", "limits", "time", "frequency"})
+"""Sections whose parameters change no signal."""
 _FREE: Final = threading.BoundedSemaphore(MOST_FITS)
+
+
+def fittable(scenario: Scenario) -> list[str]:
+    """Return the paths of the parameters that a page offers to fit: those with a value that changes a signal."""
+    return [each.path for each in controls(scenario) if each.section not in _WITHOUT_EFFECT]
 
 
 @dataclass

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import logging
 import signal
 import socket
@@ -16,13 +15,11 @@ from typing import Any, Final
 from electrovib.apps.explorer.access import LOOPBACK, TOKEN, AccessControl, is_loopback, new_token
 from electrovib.apps.explorer.capacity import RequestLimits
 from electrovib.apps.explorer.limits import MOST_PAGES
+from electrovib.apps.explorer.ports import listening, served_on
 from electrovib.apps.explorer.runner import SERVER_ENDS
 from electrovib.core.errors import InputError
 from electrovib.scenario import DEFAULT, Scenario, Source, read_scenario
 
-FIRST_PORT: Final = 8080
-"""Port that is tried first."""
-TRIED_PORTS: Final = 50
 HISTORY: Final = 20
 """Messages that are kept for a browser whose connection is interrupted; each can hold the plots of the page."""
 EVERYWHERE: Final = ("0.0.0.0", "::")  # noqa: S104 - compared with
@@ -78,17 +75,17 @@ def explore(
 
     host = host.strip().removeprefix("[").removesuffix("]")
     own, first = _first(scenario, set)
-    chosen = _free_port(host, port)
+    chosen, sockets = listening(host, port)
     token = "" if is_loopback(host) else new_token()
-    _guard(app, host, chosen, token)
-    _import_all()
-    SERVER_ENDS.clear()
-    build(own, first)
     shown = _names(host)[0]
     address = f"http://{shown}:{chosen}/" + (f"?{TOKEN}={token}" if token else "")
-    app.on_startup(lambda: say(f"The page is at {address} ; Ctrl-C ends it."))
     path = f"/?{TOKEN}={token}" if token else "/"
-    with _orderly_end():
+    with served_on(sockets), _orderly_end():
+        _guard(app, host, chosen, token)
+        _import_all()
+        SERVER_ENDS.clear()
+        build(own, first)
+        app.on_startup(lambda: say(f"The page is at {address} ; Ctrl-C ends it."))
         ui.run(
             host=host,
             port=chosen,
@@ -165,42 +162,6 @@ def _import_all() -> None:
     import electrovib.study.perceive
     import electrovib.study.population
     import electrovib.view.report  # noqa: F401 - as above
-
-
-def _free_port(host: str, port: int | None) -> int:
-    """Return a port that nothing else listens on."""
-    if not host:
-        raise InputError(
-            "host is empty: give an address, for instance 127.0.0.1, or 0.0.0.0 for all interfaces"
-        )
-    candidates = [port] if port is not None else range(FIRST_PORT, FIRST_PORT + TRIED_PORTS)
-    for each in candidates:
-        if not 1 <= each <= 65535:
-            raise InputError(f"port = {each}: a port is a number from 1 to 65535")
-        with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            try:
-                probe.bind((host, each))
-            except socket.gaierror:
-                raise InputError(f"host = {host}: no address of this machine has this name") from None
-            except PermissionError:
-                raise InputError(f"port = {each}: this user may not open it; take one above 1023") from None
-            except OSError as error:
-                reason = error
-                continue
-            return each
-    if port is None:
-        raise InputError(
-            f"no port from {FIRST_PORT} to {FIRST_PORT + TRIED_PORTS - 1} can be opened at {host}: {reason}"
-        )
-    why = (
-        "another program listens there"
-        if reason.errno == errno.EADDRINUSE
-        else reason.strerror or str(reason)
-    )
-    raise InputError(
-        f"port = {port}: it cannot be opened at {host} ({why}); choose another with --port, or omit --port for one that is free"
-    )
 
 
 def _names(host: str) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
 
 GAP = "vezzoli_2014/fig6_gap"
-DRIVE, LAW, SKIN, INSULATOR = choices(ev.load(GAP))
+DRIVE, LAW, SKIN, INSULATOR, _ = choices(ev.load(GAP))
 DRIVES = [name for name in DRIVE.options if name != AS_GIVEN]
 
 

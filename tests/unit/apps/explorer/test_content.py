@@ -114,3 +114,35 @@ def test_a_parameter_that_can_only_be_0_has_no_slider():
         "drive.delay",
         "stack.insulator.material.conductivity",
     } <= paths  # which are 0, and can move
+
+
+def test_a_calibrated_perception_is_stated_with_its_level():
+    changes = {
+        "perception.compliance": {"model": "ElasticSkin", "stiffness": 1000},
+        "perception.threshold": "1 um",
+        "perception.threshold_uncertainty": 3,
+    }
+    lacking = "not calibrated: set {} among the parameters"
+    threshold, both = (
+        "a threshold with its uncertainty",
+        "a threshold with its uncertainty and a compliance of the skin",
+    )
+    for given, words in (
+        ((), lacking.format(both)),
+        (list(changes)[1:], lacking.format("a compliance of the skin")),
+        (list(changes)[:1], lacking.format(threshold)),
+        (list(changes), ""),
+    ):
+        scenario = ev.load("bau_2010/sine").replace({path: changes[path] for path in given})
+        percept = ev.perceive(scenario)
+        above = of_tab(FELT, compute(scenario)).above
+        if words:
+            assert f"{words}</p>" in above
+        else:
+            assert percept.sensation > 3
+            stated = (
+                f"{percept.sensation:.1f} dB above the detection threshold, whose uncertainty is 3 dB</p>"
+            )
+            assert f"<b>detectable</b>; strongest channel {percept.loudest}; {stated}" in above
+    weak = ev.load("bau_2010/sine").replace({**changes, "perception.threshold": "1 mm"})
+    assert f"{-ev.perceive(weak).sensation:.1f} dB below the detection" in of_tab(FELT, compute(weak)).above

@@ -9,10 +9,13 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.apps.explorer.choices import AS_GIVEN, choices, chosen
 from electrovib.apps.explorer.controls import STEPS, Control, controls
-from electrovib.apps.explorer.declared import blanks
-from electrovib.apps.explorer.state import PageState, presets, scenario_of
+from electrovib.apps.explorer.declared import blanks, parameters_of
+from electrovib.apps.explorer.state import PageState, presets, read_query, scenario_of
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.paths import value_at
+from electrovib.physics.perception import ElasticSkin, Perception
+
+COMPLIANCE = "Compliance of the skin (perception)"
 
 
 def log(low=1e-6, value=1e-4, high=1e-2):
@@ -22,10 +25,10 @@ def log(low=1e-6, value=1e-4, high=1e-2):
 @pytest.mark.parametrize("name", presets())
 def test_every_scenario_has_sliders_that_begin_at_its_values(name):
     scenario = ev.load(name)
-    found = controls(scenario)
+    found, values = controls(scenario), {path: value for path, value, _ in parameters_of(scenario)}
     assert len(found) > 8
     for each in found:
-        assert each.value == value_at(scenario, each.path)
+        assert each.value == values[each.path]
         assert each.allowed[0] <= each.low < each.high <= each.allowed[1]
         assert each.low <= each.value <= each.high
         assert each.at(each.position(each.value)) == each.value
@@ -76,7 +79,7 @@ def test_a_value_that_spans_decades_has_a_logarithmic_slider_around_it():
 
 def test_choices_name_what_a_scenario_takes():
     by_label = {each.label: each for each in choices(ev.load("vezzoli_2014/fig6_gap"))}
-    assert list(by_label) == ["Drive", "Force law", "Skin", "Insulator"]
+    assert list(by_label) == ["Drive", "Force law", "Skin", "Insulator", COMPLIANCE]
     assert by_label["Skin"].options["gabriel_1996/dry"].startswith("dry finger")
     assert all(next(iter(each.options)) == AS_GIVEN for each in by_label.values())
     without = ev.load("rauf_2025/field_3")
@@ -105,7 +108,7 @@ def test_what_is_written_has_the_letters_of_its_unit_and_is_read_again():
     assert by_path["stack.gap.material.permittivity"].name == "gap, permittivity"
 
 
-@pytest.mark.parametrize("place", range(4))
+@pytest.mark.parametrize("place", range(5))
 def test_every_choice_gives_a_scenario_or_a_sentence(place):
     name = "vezzoli_2014/fig6_gap"
     choice = choices(ev.load(name))[place]
@@ -119,4 +122,51 @@ def test_every_choice_gives_a_scenario_or_a_sentence(place):
         else:
             assert choice.present(state, changed) == value
             fitting += changed != ev.load(name)
-    assert fitting >= min(4, len(choice.options) - 2)
+    assert fitting >= min(4, len(choice.options) - 1)
+
+
+def test_a_perception_can_be_declared_where_a_scenario_has_none():
+    scenario = ev.load("vezzoli_2014/fig6_gap")
+    assert scenario.perception is None
+    rows = {each.path: each for each in controls(scenario)}
+    empty = {each.path for each in blanks(scenario)}
+    assert {"perception.threshold", "perception.threshold_uncertainty"} <= empty
+    assert rows["perception.window"].value == Perception().window
+    assert not any(path.startswith("perception.channels") for path in rows)
+    state = PageState("vezzoli_2014/fig6_gap").changed("perception.window", "0.2 s")
+    changed = scenario_of(state, own={})
+    assert changed.perception == Perception(window=0.2)
+    by_path = {each.path: each for each in controls(changed)}
+    channel = by_path["perception.channels.0.best_frequency"]
+    assert (channel.name, channel.is_detail) == ("channel 1, best frequency", True)
+    assert not by_path["perception.window"].is_detail
+
+
+def test_a_calibrated_perception_survives_the_link():
+    name = "vezzoli_2014/fig6_gap"
+    *_, choice = choices(ev.load(name))
+    assert (choice.label, choice.options[AS_GIVEN]) == (COMPLIANCE, "none")
+    state = chosen(PageState(name), choice, "ElasticSkin", {})
+    state = state.changed("perception.compliance.stiffness", "2 kN/m")
+    state = state.changed("perception.threshold", "1 um").changed("perception.threshold_uncertainty", "3")
+    again = read_query(state.to_query(), own={}, default=name)
+    scenario = scenario_of(again, own={})
+    wanted = Perception(compliance=ElasticSkin(stiffness=2000), threshold=1e-6, threshold_uncertainty=3)
+    assert scenario.perception == wanted
+    assert choice.present(again, scenario) == "ElasticSkin"
+    viscous = chosen(again, choice, "ElasticViscousSkin", {})
+    changed = scenario_of(viscous, own={}).perception
+    assert (changed.compliance.stiffness, changed.threshold) == (2000, 1e-6)
+    assert scenario_of(chosen(again, choice, AS_GIVEN, {}), own={}).perception.compliance is None
+
+
+def test_a_link_that_gives_a_whole_perception_shows_its_compliance():
+    table = "{ compliance = { model = 'ElasticSkin', stiffness = 1000 } }"
+    state = PageState("bau_2010/sine", {"perception": table})
+    scenario = scenario_of(state, own={})
+    (choice,) = [each for each in choices(ev.load("bau_2010/sine")) if each.label == COMPLIANCE]
+    assert choice.present(state, scenario) == "ElasticSkin"
+    (without,) = [each for each in choices(scenario) if each.label == COMPLIANCE]
+    assert without.options[AS_GIVEN] == "ElasticSkin, as in the scenario"
+    plain = PageState("bau_2010/sine", {"perception": "{ window = 1 }"})
+    assert choice.present(plain, scenario_of(plain, own={})) == AS_GIVEN

@@ -14,7 +14,7 @@ import electrovib as ev
 from electrovib.apps.explorer import reading
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.downloads import DOWNLOADS
-from electrovib.apps.explorer.fitting import MOST_FREE, RunningFit
+from electrovib.apps.explorer.fitting import MOST_FREE, RunningFit, fittable
 from electrovib.apps.explorer.limits import (
     LARGEST_SCENARIO,
     LARGEST_UPLOAD,
@@ -294,3 +294,10 @@ def test_names_of_uploads_never_reach_the_file_system(scratch, here):
             assert str(error)
     assert list(scratch.iterdir()) == []
     assert not Path("/etc/evil.csv").exists()
+
+
+def test_parameters_that_change_no_signal_are_not_offered_to_fit():
+    scenario = ev.load("vezzoli_2014/fig6").replace({"limits.voltage": 500})
+    parts = {path.partition(".")[0] for path in fittable(scenario)}
+    assert {"drive", "stack", "contact", "friction"} <= parts
+    assert not parts & {"perception", "limits", "time", "frequency"}

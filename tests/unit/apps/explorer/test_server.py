@@ -7,7 +7,7 @@ import socket
 import pytest
 
 import electrovib as ev
-from electrovib.apps.explorer.server import _free_port
+from electrovib.apps.explorer.ports import close, listening
 from electrovib.core.errors import InputError
 
 pytest.importorskip("nicegui")
@@ -29,8 +29,49 @@ def test_a_port_in_use_is_refused_with_what_to_do(busy):
 
 
 def test_without_a_port_the_next_free_one_is_taken(busy, monkeypatch):
-    monkeypatch.setattr("electrovib.apps.explorer.server.FIRST_PORT", busy)
-    assert busy < _free_port("127.0.0.1", None) < busy + 50
+    monkeypatch.setattr("electrovib.apps.explorer.ports.FIRST_PORT", busy)
+    port, sockets = listening("127.0.0.1", None)
+    close(sockets)
+    assert busy < port < busy + 50
+
+
+def test_a_port_that_was_chosen_is_taken_before_the_page_is_served(busy, monkeypatch):
+    monkeypatch.setattr("electrovib.apps.explorer.ports.FIRST_PORT", busy)
+    first, sockets = listening("127.0.0.1", None)
+    second, others = listening("127.0.0.1", None)
+    try:
+        assert busy < first < second
+        with pytest.raises(InputError, match=f"^port = {first}: .*another program listens there"):
+            ev.explore(port=first, browser=False)
+    finally:
+        close([*sockets, *others])
+    again, freed = listening("127.0.0.1", first)
+    close(freed)
+    assert again == first
+
+
+def test_every_address_of_a_host_is_taken(busy, monkeypatch):
+    monkeypatch.setattr("electrovib.apps.explorer.ports.FIRST_PORT", busy)
+    wanted = {entry[4][0] for entry in socket.getaddrinfo("localhost", busy, type=socket.SOCK_STREAM)}
+    _, sockets = listening("localhost", None)
+    found = {each.getsockname()[0] for each in sockets}
+    close(sockets)
+    assert "127.0.0.1" in found <= wanted
+
+
+def test_an_address_that_this_machine_does_not_have_is_left_out(monkeypatch):
+    known = socket.getaddrinfo
+    monkeypatch.setattr(
+        socket,
+        "getaddrinfo",
+        lambda _, *rest, **options: [
+            entry for host in ("192.0.2.1", "127.0.0.1") for entry in known(host, *rest, **options)
+        ],
+    )
+    _, sockets = listening("two", None)
+    found = [each.getsockname()[0] for each in sockets]
+    close(sockets)
+    assert found == ["127.0.0.1"]
 
 
 @pytest.mark.parametrize(
@@ -41,6 +82,7 @@ def test_without_a_port_the_next_free_one_is_taken(busy, monkeypatch):
         ({"host": ""}, "host is empty: give an address, for instance 127.0.0.1"),
         ({"host": "192.0.2.1", "port": 8080}, r"port = 8080: it cannot be opened at 192\.0\.2\.1 \("),
         ({"host": "no such host.invalid"}, "host = no such host.invalid: no address of this machine"),
+        ({"host": "x" * 70}, "host = x+: no address of this machine"),
     ],
 )
 def test_addresses_that_do_not_exist_are_refused(options, words):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from nicegui import ui
 
@@ -17,6 +17,9 @@ from electrovib.study.catalogue import scenarios
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.session import Session
+
+_SKIP: Final = "() => document.querySelector('[role=tab][aria-selected=true]').focus()"
+"""Past the parameters, which are some sixty stops of the keyboard."""
 
 
 class Bar:
@@ -49,6 +52,7 @@ class Bar:
             for name in presets(session.own)
         }
         with ui.header().classes("items-center gap-x-2 gap-y-0 px-2 py-1"):
+            ui.button("Skip to the results").on("click", js_handler=_SKIP).props("no-caps").classes("ev-skip")
             ui.button(icon="menu", on_click=toggle).props(
                 'flat dense color=white aria-label="Show or hide the parameters"'
             ).tooltip("Show or hide the parameters")

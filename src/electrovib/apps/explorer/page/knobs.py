@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
 from electrovib.apps.explorer.choices import Choice, choices, chosen
-from electrovib.apps.explorer.controls import SECTIONS, STEPS, Control, controls
-from electrovib.apps.explorer.declared import Blank, Declared, blanks
+from electrovib.apps.explorer.controls import SECTIONS, Control, controls
+from electrovib.apps.explorer.declared import Blank, Declared, blanks, parameters_of
+from electrovib.apps.explorer.page.parameter_slider import ParameterSlider
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import InputError
 
@@ -17,6 +20,17 @@ if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
     from electrovib.apps.explorer.session import Session
     from electrovib.scenario import Scenario
+
+
+@dataclass
+class _Row:
+    """Elements of a parameter; one without a value has no slider."""
+
+    declared: Declared
+    column: Any
+    field: Any
+    control: Control | None = None
+    slider: ParameterSlider | None = None
 
 
 class Knobs:
@@ -32,11 +46,11 @@ class Knobs:
 
     def __init__(self, session: Session, *, ask: Callable[[PageState, bool], None]) -> None:
         self._session, self._ask = session, ask
-        self._rows: dict[str, tuple[Control, Any, Any]] = {}
-        self._blanks: dict[str, Any] = {}
+        self._rows: dict[str, _Row] = {}
+        self._accepted: dict[str, str] = {}
         self._open = {"drive": True, "stack": True}
         self._silent = False
-        self._moving = self._typing = self._unread = ""
+        self._moving = self._unread = ""
         self._drawer = ui.left_drawer(value=None, bordered=True).props("width=320").classes("p-1")
         with self._drawer:
             self._choices = ui.column().classes("w-full gap-0 px-3")
@@ -68,43 +82,59 @@ class Knobs:
 
     def _rebuild_rows(self, scenario: Scenario) -> None:
         """Make the controls of a scenario; they begin at its values."""
-        found, empty = controls(scenario), blanks(scenario)
-        self._rows, self._blanks, self._moving = {}, {}, ""
+        offered: list[Control | Blank] = [*controls(scenario), *blanks(scenario)]
+        self._rows, self._moving = {}, ""
         self._place.clear()
         with self._place:
             for section, heading in SECTIONS.items():
-                mine = [each for each in found if each.section == section]
-                others = [each for each in empty if each.section == section]
-                if mine or others:
+                mine = [each for each in offered if each.section == section]
+                if mine:
                     with self._section(section, heading):
-                        for each in mine:
-                            self._row(each)
-                        for blank in others:
-                            self._blank(blank)
+                        for each in sorted(mine, key=lambda each: each.is_detail):
+                            self._rows[each.path] = self._row(each)
 
     def show(self, found: Computed) -> None:
         """Write the values of a result into fields and sliders."""
-        values = {path: value for path, value, _ in found.scenario.parameters()}
-        given = {path for path in values if values[path] is not None}
-        if self._blanks.keys() & given or (self._rows.keys() & values.keys()) - given:
-            self._rebuild_rows(found.scenario)  # a parameter has got its first value, or has none any more
-            if self._typing in {**self._rows, **self._blanks}:
-                self._field_of(self._typing).run_method("focus")
-            return
+        values = {path: value for path, value, _ in parameters_of(found.scenario)}
+        if any(path.startswith("perception.") and path not in values for path in self._rows):
+            self._rebuild_if_other()
+        self._give_sliders(found.scenario, values)
         self._silent = True
-        for path, (control, slider, field) in self._rows.items():
-            if (value := values.get(path)) is None:
+        for path, row in self._rows.items():
+            if path not in values:
                 continue
-            text = control.written(value)
-            if field.value != text and path != self._unread:  # what is being typed stays
-                field.set_value(text)
-            if path != self._moving and control.position(value) != slider.value:
-                slider.set_value(control.position(value))
+            value = values[path]
+            text = "" if value is None else row.declared.written(value)
+            if row.field.value != text and path != self._unread:  # what is being typed stays
+                row.field.set_value(text)
+            if (
+                row.slider is not None
+                and row.control is not None
+                and value is not None
+                and path != self._moving
+            ):
+                row.slider.show(row.control.position(value), text)
         self._silent = False
 
-    def _field_of(self, path: str) -> Any:
-        """Return the field of a parameter."""
-        return self._rows[path][2] if path in self._rows else self._blanks[path]
+    def _rebuild_if_other(self) -> None:
+        """Make the controls again, unless they are those of the state of the page and an earlier result is shown."""
+        scenario = self._scenario()
+        if not self._rows.keys() <= {path for path, _, _ in parameters_of(scenario)}:
+            self._rebuild_rows(scenario)
+
+    def _give_sliders(self, scenario: Scenario, values: Mapping[str, float | None]) -> None:
+        """Give a slider to each parameter that has got its first value, and take it from one that has none any more."""
+        wanted = {
+            path for path, row in self._rows.items() if values.get(path) is not None and row.slider is None
+        }
+        if wanted:
+            for each in controls(scenario):
+                if each.path in wanted:
+                    self._slide(self._rows[each.path], each)
+        for path, row in self._rows.items():
+            if row.slider is not None and path in values and values[path] is None:
+                row.slider.delete()
+                row.slider = row.control = None
 
     def _section(self, section: str, heading: str) -> Any:
         """Make a part that opens and closes, and remember whether it is open."""
@@ -137,23 +167,26 @@ class Knobs:
         self._ask(wanted, True)
         self._rebuild_rows(self._scenario())
 
-    def _row(self, control: Control) -> None:
-        with ui.column().classes("w-full gap-0 ev-row") as row:
-            field = self._field(control, control.written(control.value))
-            slider = ui.slider(
-                min=0,
-                max=STEPS,
-                step=1,
-                value=control.position(control.value),
-                on_change=lambda e, c=control: self._moved(c, e.value),
-            ).props(f'aria-label="{_label(control)}" dense')
-        _explain(row, control)
-        self._rows[control.path] = (control, slider, field)
+    def _row(self, declared: Control | Blank) -> _Row:
+        control = declared if isinstance(declared, Control) else None
+        with ui.column().classes("w-full gap-0 ev-row") as column:
+            field = self._field(declared, "" if control is None else control.written(control.value))
+        row = _Row(declared, column, field)
+        if control is not None:
+            self._slide(row, control)
+        _explain(column, declared)
+        return row
 
-    def _blank(self, blank: Blank) -> None:
-        with ui.column().classes("w-full gap-0 ev-row") as row:
-            self._blanks[blank.path] = self._field(blank, "")
-        _explain(row, blank)
+    def _slide(self, row: _Row, control: Control) -> None:
+        """Make the slider of a parameter."""
+        row.control = control
+        with row.column:
+            row.slider = ParameterSlider(
+                words=_label(control),
+                position=control.position(control.value),
+                text=control.written(control.value),
+                on_move=functools.partial(self._moved, control),
+            )
 
     def _field(self, declared: Declared, text: str) -> Any:
         """Make the name of a parameter and the field of its value."""
@@ -164,8 +197,8 @@ class Knobs:
                 .props(f'dense borderless input-class="text-right" aria-label="{_label(declared)}, value"')
                 .classes("w-24 ev-field")
             )
-        for event in ("blur", "keydown.enter"):
-            field.on(event, lambda _: self._typed(declared, field))
+        field.on("blur", lambda _: self._typed(declared, field))
+        field.on("keydown.enter", lambda _: self._entered(declared, field))
         field.on("keydown.esc", lambda _: self._give_up(declared, field))
         return field
 
@@ -175,34 +208,59 @@ class Knobs:
             self._unread = declared.path
 
     def _give_up(self, declared: Declared, field: Any) -> None:
-        """Show the present value again in place of what was typed."""
-        value = self._value(declared.path)
+        """Show the present value again in place of what was typed, and take a value back that was refused."""
+        path, state = declared.path, self._session.state
+        value = self._value(path)
         field.set_value("" if value is None else declared.written(value))
         self._unread = ""
+        if path in state.changes and self._is_refused():
+            text = self._accepted.get(path, "")
+            self._ask(state.changed(path, text) if text else state.reset(path), True)
+            self._keep_focus(path, field)
 
-    def _moved(self, control: Control, position: float) -> None:
-        if not self._silent:
-            is_other = control.path != self._moving
-            self._moving = control.path  # a slider is not set while it is moved: it would jump back
-            text = control.written(control.at(position))
-            self._ask(self._session.state.changed(control.path, text), is_other)
+    def _keep_focus(self, path: str, field: Any) -> None:
+        """Focus the field of a parameter if it was made again, as it is where no change is left."""
+        if self._rows[path].field is not field:
+            self._rows[path].field.run_method("focus")
+
+    def _entered(self, declared: Declared, field: Any) -> None:
+        self._typed(declared, field)
+        self._keep_focus(declared.path, field)
+
+    def _moved(self, control: Control, position: float) -> str:
+        """Ask for the value at a position of a slider, and return it with its unit."""
+        is_other = control.path != self._moving
+        self._moving = control.path  # a slider is not set while it is moved: it would jump back
+        text = control.written(control.at(position))
+        self._ask(self._session.state.changed(control.path, text), is_other)
+        return text
 
     def _typed(self, declared: Declared, field: Any) -> None:
         """Take what was typed; an empty field gives the parameter back the value of the scenario."""
         text, state = (field.value or "").strip(), self._session.state
         self._unread = ""
-        value = self._value(declared.path)
-        if text == ("" if value is None else declared.written(value)) or text == state.changes.get(
-            declared.path
-        ):
+        if text == state.changes.get(declared.path):
             return
-        self._moving, self._typing = "", declared.path
+        value = self._value(declared.path)
+        if text == ("" if value is None else declared.written(value)) and not self._is_refused():
+            return
+        self._moving = ""
+        if not self._is_refused():
+            self._accepted[declared.path] = state.changes.get(declared.path, "")
         self._ask(state.changed(declared.path, text) if text else state.reset(declared.path), True)
+
+    def _is_refused(self) -> bool:
+        """Return whether the scenario of the page has a mistake, so that an earlier result is shown."""
+        try:
+            scenario_of(self._session.state, own=self._session.own)
+        except InputError:
+            return True
+        return False
 
     def _value(self, path: str) -> float | None:
         """Return the value of a parameter in the result that is shown."""
         found = self._session.computed
-        values = {} if found is None else {path: value for path, value, _ in found.scenario.parameters()}
+        values = {} if found is None else {path: value for path, value, _ in parameters_of(found.scenario)}
         return values.get(path)
 
 

@@ -59,7 +59,7 @@ class Plots:
                 ui.label("Validity").classes("text-base font-bold").props("role=heading aria-level=2")
                 self._judged = ui.html("", sanitize=False).classes("text-sm").props("aria-live=polite")
         tabs = ui.tabs(on_change=lambda e: session.open(e.value))
-        with tabs.props('dense no-caps align=left aria-label="Results"').classes("w-full"):
+        with tabs.props('dense no-caps outside-arrows align=left aria-label="Results"').classes("w-full"):
             for name in TABS:
                 ui.tab(name)
         tabs.set_value(TABS[0])

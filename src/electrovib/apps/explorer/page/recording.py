@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from nicegui import events, ui
 
-from electrovib.apps.explorer.controls import controls
-from electrovib.apps.explorer.fitting import RunningFit
+from electrovib.apps.explorer.fitting import RunningFit, fittable
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.words import fit_words
 from electrovib.apps.explorer.state import PageState
@@ -90,7 +89,7 @@ class RecordingPanel:
                         f"The file was not taken: a page takes one file of at most {LARGEST_UPLOAD / 1e6:g} MB at a time."
                     ),
                 )
-                .classes("w-96")
+                .classes("w-96 max-w-full")
                 .props('aria-label="Drop a file"')
             )
             ui.timer(0.1, lambda: ui.run_javascript(_LABELS), once=True)
@@ -134,11 +133,11 @@ class RecordingPanel:
                         signals,
                         label=f"signal of {each.name}",
                         value=_UNUSED if place else "lateral_force_measured",
-                    ).classes("w-60")
-                    unit = ui.input(f"unit of {each.name}, for instance V").classes("w-72")
+                    ).classes("w-60 max-w-full")
+                    unit = ui.input(f"unit of {each.name}, for instance V").classes("w-72 max-w-full")
                     unit.set_visibility(not each.unit)
                     rows.append((each.name, signal, unit))
-            step = ui.input("time between samples, for instance 0.1 ms").classes("w-80")
+            step = ui.input("time between samples, for instance 0.1 ms").classes("w-80 max-w-full")
             step.set_visibility(not found.recorded.time and found.recorded.step is None)
             ui.button("Compare", on_click=lambda: self._import(rows, str(step.value))).props("no-caps")
 
@@ -177,10 +176,10 @@ class RecordingPanel:
         self._fit.clear()
         if self._session.computed is None:
             return
-        paths = {each.path: each.path for each in controls(self._session.computed.scenario)}
+        paths = fittable(self._session.computed.scenario)
         with self._fit, ui.row().classes("items-center"):
             chosen = ui.select(paths, label="parameters to fit", multiple=True, value=[])
-            chosen.classes("w-96").props("use-chips")
+            chosen.classes("w-96 max-w-full").props("use-chips")
             self._start_button = ui.button("Fit", on_click=lambda: self._start(list(chosen.value))).props(
                 "no-caps"
             )

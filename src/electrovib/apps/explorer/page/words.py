@@ -71,7 +71,18 @@ def verdict_words(percept: Percept) -> str:
     """State the verdict of perception, the strongest channel, and where nothing varies."""
     strongest = f"; strongest channel {percept.loudest}" if percept.loudest else ""
     if percept.sensation is None:
-        strongest += "; whether it is felt is not stated, because the detection threshold is not calibrated"
+        lacking = ["a threshold with its uncertainty"] * (percept.uncertainty is None)
+        lacking += ["a compliance of the skin"] * (percept.unit == "N")
+        strongest += (
+            "; whether it is felt is not stated, because perception is not calibrated: set"
+            f" {' and '.join(lacking)} among the parameters"
+        )
+    elif percept.loudest:
+        side = "above" if percept.sensation >= 0 else "below"
+        strongest += (
+            f"; {abs(percept.sensation):.1f} dB {side} the detection threshold,"
+            f" whose uncertainty is {percept.uncertainty:g} dB"
+        )
     words = f"<p><b>{escape(percept.verdict)}</b>{escape(strongest)}</p>"
     if not percept.loudest:
         words += "<p>The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show.</p>"
