@@ -163,7 +163,9 @@ def fit_answer(
         text += f" {each.sentence[0].upper()}{each.sentence[1:]}."
     if comparison is not None and comparison.sentence:
         text += f" {comparison.sentence[0].upper()}{comparison.sentence[1:]}."
-    if not found.estimate.converged:
+    if found.estimate.stalled:
+        text += " The search was ended there, because further steps made the estimate no more likely."
+    elif not found.estimate.converged:
         text += " The search ended without having converged."
     return text
 

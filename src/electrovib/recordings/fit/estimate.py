@@ -78,6 +78,8 @@ class LeastSquaresEstimate:
         How often the model was evaluated.
     converged : bool
         Whether the search ended by itself.
+    stalled : bool
+        Whether it was ended because further steps along a combination that the data do not determine had no effect.
     """
 
     values: Mapping[str, float]
@@ -89,6 +91,7 @@ class LeastSquaresEstimate:
     on_bound: Mapping[str, str]
     evaluations: int
     converged: bool
+    stalled: bool = False
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -172,6 +175,7 @@ def estimate_at(
     on_bound: Mapping[str, str],
     evaluations: int,
     converged: bool,
+    stalled: bool = False,
 ) -> LeastSquaresEstimate:
     """Judge the parameters at which a search has ended.
 
@@ -183,7 +187,7 @@ def estimate_at(
         Weighted residuals there, dimensionless.
     derivatives : ndarray, shape (n, parameters)
         Of the residuals after the parameters.
-    noise_is_known, on_bound, evaluations, converged
+    noise_is_known, on_bound, evaluations, converged, stalled
         As in `LeastSquaresEstimate`.
 
     Returns
@@ -216,6 +220,7 @@ def estimate_at(
         on_bound=dict(on_bound),
         evaluations=evaluations,
         converged=converged,
+        stalled=stalled,
     )
 
 

@@ -148,7 +148,11 @@ class ScenarioFit:
         unit = 1.0 if known else estimate.variance
         return profile_interval(
             lambda value: (
-                (self.problem.rise(name, value, estimate.values, free) - estimate.sum_of_squares) / unit
+                (
+                    self.problem.rise(name, value, estimate.values, free, variance=unit)
+                    - estimate.sum_of_squares
+                )
+                / unit
             ),
             estimate.values[name],
             deviation=estimate.standard_deviations[name],
