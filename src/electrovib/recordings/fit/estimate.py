@@ -139,6 +139,15 @@ class LeastSquaresEstimate:
         """Criterion of Schwarz."""
         return bic(self._deviance, counted=self._counted, data=self.count)
 
+    def quantile(self, level: float) -> float:
+        """Return half the width of an interval of this probability [1] over the standard deviation, by Student's t."""
+        from scipy.stats import norm, t
+
+        upper = 0.5 + level / 2
+        return float(
+            norm.ppf(upper) if self.noise_is_known else t.ppf(upper, max(self.degrees_of_freedom, 1))
+        )
+
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
         """Interval of one parameter from its standard deviation and Student's t.
 
@@ -156,13 +165,7 @@ class LeastSquaresEstimate:
         upper : float
             Likewise.
         """
-        from scipy.stats import norm, t
-
-        quantile = 0.5 + level / 2
-        factor = (
-            norm.ppf(quantile) if self.noise_is_known else t.ppf(quantile, max(self.degrees_of_freedom, 1))
-        )
-        half = float(factor) * self.standard_deviations[name]
+        half = self.quantile(level) * self.standard_deviations[name]
         return self.values[name] - half, self.values[name] + half
 
 
