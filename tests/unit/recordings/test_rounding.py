@@ -135,13 +135,22 @@ def test_the_interval_of_a_coarse_recording_includes_its_rounding_and_states_it(
     assert (row.lower, row.upper) == pytest.approx((lower, upper), rel=1e-9)
     assert row.deviation == pytest.approx(found.deviation(FRICTION))
     assert row.deviation > 1.08 * found.estimate.standard_deviations[FRICTION]
-    assert "of the variance is that of rounding errors" in row.note
+    share = 1 - (found.rounding.deviations[FRICTION] / row.deviation) ** 2
+    assert row.note.startswith(f"{share:.0%} of the variance is that of rounding errors")
+    assert "is rounded to steps of" in row.note
     assert "is rounded to steps of" in fit_answer(result.best, result.rows)
 
 
 def recorded_of(found):
     """Return the recording of a fit."""
     return found.problem.prediction.measured[0].trace
+
+
+def test_scatter_that_rounding_causes_is_not_counted_as_noise_too(fast):
+    _, found = fast.fit(5, ratio=100)
+    plain = found.estimate.standard_deviations[FRICTION]
+    assert found.rounding.deviations[FRICTION] < 0.5 * plain
+    assert found.rounding.deviation(FRICTION) > plain
 
 
 def test_fine_steps_leave_the_interval_as_it_was(fast):

@@ -301,6 +301,11 @@ def test_a_profile_keeps_linear_unknowns_within_their_bounds():
     area, zero = 1e-6, f"recording: zero of {READING}"
     found = problem.rise(FREE[1], area, {FREE[0]: 0.5, zero: 0.0}, prediction.free)
     held = problem.residual({FREE[0]: 2.0, FREE[1]: area, zero: 0.0})
+    separated = Separated(problem, prediction.free, {}, within_bounds=True)
+    step = 1e-4 * area
+    ends = [np.sum(separated.residual({FREE[1]: area + side * step}) ** 2) for side in (1, -1)]
+    slope = 2 * separated.residual({FREE[1]: area}) @ separated.derivatives({FREE[1]: area})
+    assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-3)
     assert found == pytest.approx(float(np.sum((held - held.mean()) ** 2)), rel=1e-9)
 
 

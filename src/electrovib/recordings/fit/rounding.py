@@ -249,7 +249,8 @@ class Rounding:
         if name not in self.errors:
             return ""
         share = 1 - (self.deviations[name] / self.deviation(name)) ** 2
-        return f"{share:.0%} of the variance is that of rounding errors, which do not average out"
+        signals = "; ".join(each.sentence for each in self.signals)
+        return f"{share:.0%} of the variance is that of rounding errors, which do not average out: {signals}"
 
     @property
     def sentence(self) -> str:
