@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS
 from electrovib.recordings.calibration_error import CalibrationError
-from electrovib.recordings.fit.rounding import resolution_of
+from electrovib.recordings.fit.resolution import resolution_of
 
 if TYPE_CHECKING:
     import xarray
