@@ -22,6 +22,7 @@ FUNCTIONS = {
     "erf": erf,
     "exp": np.exp,
     "interpolated": np.interp,
+    "log": np.log,
     "round": np.round,
     "sign": np.sign,
     "sin": np.sin,

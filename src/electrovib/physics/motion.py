@@ -97,7 +97,10 @@ class Distance(Separation, family=True):
 class TremblingDistance(Distance):
     """A finger held near the plate with a sinusoidal tremor."""
 
-    equation: ClassVar[Mapping[str, str]] = {"gap": "mean + amplitude*sin(2*pi*frequency*time)"}
+    equation: ClassVar[Mapping[str, str]] = {
+        "gap": "mean + amplitude*sin(2*pi*frequency*time)",
+        "rate": "2*pi*frequency*amplitude*cos(2*pi*frequency*time)",
+    }
     example: ClassVar[Mapping[str, Any]] = {"mean": 100e-6, "amplitude": 10e-6, "frequency": 8.0}
 
     mean: Annotated[Number, _DISTANCE]
@@ -145,6 +148,7 @@ class TouchAndLift(Distance):
         "lifted": "Max(0, Min(1, (time - begin - approach - touch)/lift))",
         "nearness": "(cos(pi*lifted) - cos(pi*approached))/2",
         "gap": "far*(near/far)**nearness",
+        "rate": "far*(near/far)**nearness*log(near/far)*pi/2*(sin(pi*approached)/approach - sin(pi*lifted)/lift)",
     }
     example: ClassVar[Mapping[str, Any]] = {
         "far": 1e-3,

@@ -161,9 +161,13 @@ def fit_answer(
     text = f"Fitted to {counted} numbers: {'; '.join(parts) or 'no parameter is determined'}."
     for each in found.undetermined:
         text += f" {each.sentence[0].upper()}{each.sentence[1:]}."
+    if found.rounding is not None:
+        text += f" {found.rounding.sentence[0].upper()}{found.rounding.sentence[1:]}."
     if comparison is not None and comparison.sentence:
         text += f" {comparison.sentence[0].upper()}{comparison.sentence[1:]}."
-    if not found.estimate.converged:
+    if found.estimate.stalled:
+        text += " The search was ended there, because further steps made the estimate no more likely."
+    elif not found.estimate.converged:
         text += " The search ended without having converged."
     return text
 

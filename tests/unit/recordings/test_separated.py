@@ -12,11 +12,15 @@ from electrovib.core.discovery import find_members
 from electrovib.core.trace import make_trace
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
+from electrovib.recordings.fit import fit_scenario
+from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace
 from electrovib.recordings.fit.prediction import STEP, Prediction
 from electrovib.recordings.fit.problem import WeightedProblem
 from electrovib.recordings.fit.separated import Separated
+from electrovib.recordings.fit.stalled import Stall
 from electrovib.solve.mechanics.proportional import BEHIND_FRICTION, INDEPENDENT, proportional_to_friction
+from electrovib.view.fitted import fit_answer
 
 TIMES = np.linspace(0, 10e-3, 150)
 FREE = (
@@ -232,3 +236,102 @@ def test_the_separated_search_has_the_minimum_and_covariance_of_the_joint_one(mo
     if case != "bound":
         np.testing.assert_allclose(apart.covariance, joint.covariance, rtol=3e-5)
         assert apart.evaluations <= joint.evaluations
+
+
+LINKED = {"5": FREE, "4": FREE[:2] + FREE[3:]}
+"""Friction, contact area and the zero of the sensor together: the likelihood rises by 1e-6 a step for thousands of steps."""
+
+
+def linked(names):
+    """Return a scenario, its recording with a zero, and the settings of a fit that is ended after 3000 evaluations."""
+    scenario, count = chain(), []
+    measured = MeasuredTrace(trace=recorded(scenario, zero=0.05), offsets=(READING,))
+    free = LINKED[names]
+    settings = {
+        "free": free,
+        "start": {name: START[name] for name in free},
+        "progress": lambda number, _: count.append(number) or len(count) > 3000,
+    }
+    return scenario, measured, settings, count
+
+
+@pytest.mark.parametrize("names", ["4", pytest.param("5", marks=pytest.mark.slow)])
+def test_a_search_along_an_undetermined_combination_is_ended_and_names_it(names):
+    scenario, measured, settings, count = linked(names)
+    found = fit_scenario(scenario, measured, **settings)
+    assert found.estimate.stalled
+    assert not found.estimate.converged
+    assert found.estimate.evaluations <= len(count) < 300
+    (worst,) = found.undetermined
+    sign = np.sign(worst.exponents[FREE[0]])
+    assert worst.exponents == pytest.approx({FREE[0]: sign, FREE[1]: -sign}, abs=0.05)
+    assert (
+        found.estimate.sum_of_squares
+        < 1.001
+        * found.problem.minimum(
+            found.problem.prediction.free | {FREE[0]: FreeParameter(start=0.5, lower=0.499, upper=0.501)},
+            known=False,
+        ).sum_of_squares
+    )
+    assert "further steps made" in fit_answer(found, ())
+
+
+@pytest.mark.slow
+def test_the_table_of_an_undetermined_fit_takes_no_long_search():
+    scenario, measured, settings, count = linked("5")
+    rows = {row.name: row for row in ev.fit(scenario, measured, **settings).rows}
+    assert len(count) < 2000
+    assert [rows[name].state for name in FREE[:2]] == ["not", "not"]
+    for name, value, _ in scenario.parameters():
+        if name in FREE:
+            assert rows[name].lower < float(value) < rows[name].upper
+    zero = rows[f"recording: zero of {READING}"]
+    assert zero.lower < 0.05 < zero.upper
+    # the limits that the declared ranges of the others leave: friction up to 100, and the same product
+    assert rows[FREE[0]].upper == 100
+    assert rows[FREE[1]].lower == pytest.approx(4.8e-7, rel=0.02)
+
+
+def test_a_profile_keeps_linear_unknowns_within_their_bounds():
+    """At a tenth of the smallest area that they allow, friction is at its bound and the zero the best for it."""
+    scenario, measured, *_ = linked("4")
+    prediction = Prediction(scenario, [measured], free=FREE[:2])
+    prediction.free[FREE[0]] = FreeParameter(start=0.5, lower=0.0, upper=2.0)
+    problem = WeightedProblem(prediction, [1.0])
+    area, zero = 1e-6, f"recording: zero of {READING}"
+    found = problem.rise(FREE[1], area, {FREE[0]: 0.5, zero: 0.0}, prediction.free)
+    held = problem.residual({FREE[0]: 2.0, FREE[1]: area, zero: 0.0})
+    separated = Separated(problem, prediction.free, {}, within_bounds=True)
+    step = 1e-4 * area
+    ends = [np.sum(separated.residual({FREE[1]: area + side * step}) ** 2) for side in (1, -1)]
+    slope = 2 * separated.residual({FREE[1]: area}) @ separated.derivatives({FREE[1]: area})
+    assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-3)
+    assert found == pytest.approx(float(np.sum((held - held.mean()) ** 2)), rel=1e-9)
+
+
+def test_a_stall_needs_an_undetermined_combination_and_no_gain():
+    slopes = 1e3 * np.column_stack([np.linspace(1, 2, 50)] * 2)
+    values = {"a": 1.0, "b": 2.0}
+
+    def steps_until(squares, derivatives, variance=1.0):
+        stall = Stall(variance)
+        for number, each in enumerate(squares):
+            residual = np.full(50, np.sqrt(each / 50))
+            if stall.is_reached(values, residual, derivatives):
+                return number
+        return None
+
+    flat, falling = np.full(80, 50.0), 50 - 2.4e-4 * np.arange(80)
+    determined = 1e3 * np.column_stack([np.linspace(1, 2, 50), np.linspace(1, 2, 50) ** 2])
+    assert steps_until(flat, slopes) == 50
+    assert steps_until(flat, determined) is None
+    assert steps_until(falling, slopes) is None  # 0.012 variances in 50 steps
+    assert steps_until(falling, slopes, variance=2.0) == 50
+    assert steps_until(falling, slopes, variance=None) is None
+    assert steps_until(2e3 + falling, slopes, variance=None) == 50
+    assert steps_until(np.append(60 - np.arange(10), flat), slopes) == 60
+    # 0.1 standard deviations of the logarithm in the weakest combination: determined, with that variance
+    weak = determined * np.array([1, 0]) + 0.0
+    weak[:, 1] = 1.0 * np.sin(np.linspace(0, 30, 50))
+    assert steps_until(flat, weak) is None
+    assert steps_until(flat, weak, variance=1e4) == 50

@@ -78,6 +78,8 @@ class LeastSquaresEstimate:
         How often the model was evaluated.
     converged : bool
         Whether the search ended by itself.
+    stalled : bool
+        Whether it was ended because further steps along a combination that the data do not determine had no effect.
     """
 
     values: Mapping[str, float]
@@ -89,6 +91,7 @@ class LeastSquaresEstimate:
     on_bound: Mapping[str, str]
     evaluations: int
     converged: bool
+    stalled: bool = False
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -136,6 +139,15 @@ class LeastSquaresEstimate:
         """Criterion of Schwarz."""
         return bic(self._deviance, counted=self._counted, data=self.count)
 
+    def quantile(self, level: float) -> float:
+        """Return half the width of an interval of this probability [1] over the standard deviation, by Student's t."""
+        from scipy.stats import norm, t
+
+        upper = 0.5 + level / 2
+        return float(
+            norm.ppf(upper) if self.noise_is_known else t.ppf(upper, max(self.degrees_of_freedom, 1))
+        )
+
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
         """Interval of one parameter from its standard deviation and Student's t.
 
@@ -153,13 +165,7 @@ class LeastSquaresEstimate:
         upper : float
             Likewise.
         """
-        from scipy.stats import norm, t
-
-        quantile = 0.5 + level / 2
-        factor = (
-            norm.ppf(quantile) if self.noise_is_known else t.ppf(quantile, max(self.degrees_of_freedom, 1))
-        )
-        half = float(factor) * self.standard_deviations[name]
+        half = self.quantile(level) * self.standard_deviations[name]
         return self.values[name] - half, self.values[name] + half
 
 
@@ -172,6 +178,7 @@ def estimate_at(
     on_bound: Mapping[str, str],
     evaluations: int,
     converged: bool,
+    stalled: bool = False,
 ) -> LeastSquaresEstimate:
     """Judge the parameters at which a search has ended.
 
@@ -183,7 +190,7 @@ def estimate_at(
         Weighted residuals there, dimensionless.
     derivatives : ndarray, shape (n, parameters)
         Of the residuals after the parameters.
-    noise_is_known, on_bound, evaluations, converged
+    noise_is_known, on_bound, evaluations, converged, stalled
         As in `LeastSquaresEstimate`.
 
     Returns
@@ -216,6 +223,7 @@ def estimate_at(
         on_bound=dict(on_bound),
         evaluations=evaluations,
         converged=converged,
+        stalled=stalled,
     )
 
 

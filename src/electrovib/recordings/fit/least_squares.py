@@ -11,6 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.estimate import LeastSquaresEstimate, estimate_at
+from electrovib.recordings.fit.stalled import Stall, StalledError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -91,6 +92,7 @@ def least_squares(
     converged: float = CONVERGED,
     most_evaluations: int = MOST_EVALUATIONS,
     judged: bool = True,
+    stall: Stall | None = None,
 ) -> LeastSquaresEstimate:
     """Minimise the sum of squares of a weighted residual.
 
@@ -113,6 +115,8 @@ def least_squares(
         After which it ends without having converged.
     judged : bool
         Whether the covariance is computed, with derivatives at the minimum.
+    stall : Stall, optional
+        By which the search ends where the data do not determine how to go on; by default it goes on.
 
     Returns
     -------
@@ -130,9 +134,12 @@ def least_squares(
         raise InputError(f"{first.size} data for {len(free)} free parameters: give at least as many")
     if not np.isfinite(first).all():
         raise InputError("the model is not finite at the starting values: begin elsewhere")
-    search = _Search(residual, derivatives, free)
-    found = search.minimum(converged, most_evaluations)
-    values = search.values(found.params)
+    search = _Search(residual, derivatives, free, stall)
+    try:
+        found = search.minimum(converged, most_evaluations)
+        values, evaluations, ended = search.values(found.params), int(found.nfev), bool(found.success)
+    except StalledError as stalled:
+        values, evaluations, ended = stalled.values, search.evaluations, False
     left = np.asarray(residual(values), dtype=float)
     if not judged:
         return LeastSquaresEstimate(
@@ -143,8 +150,9 @@ def least_squares(
             count=left.size,
             noise_is_known=noise_is_known,
             on_bound={},
-            evaluations=int(found.nfev),
-            converged=bool(found.success),
+            evaluations=evaluations,
+            converged=ended,
+            stalled=search.stalled,
         )
     return estimate_at(
         values,
@@ -152,18 +160,23 @@ def least_squares(
         derivatives=np.asarray((final_derivatives or derivatives)(values), dtype=float),
         noise_is_known=noise_is_known,
         on_bound={name: bound for name in free if (bound := free[name].bound_at(values[name]))},
-        evaluations=int(found.nfev),
-        converged=bool(found.success),
+        evaluations=evaluations,
+        converged=ended,
+        stalled=search.stalled,
     )
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Search:
     """The problem in the coordinates of the search, as lmfit asks for it."""
 
     residual: Callable[[Mapping[str, float]], Real]
     derivatives: Callable[[Mapping[str, float]], Real]
     free: Mapping[str, FreeParameter]
+    stall: Stall | None = None
+    evaluations: int = 0
+    stalled: bool = False
+    _last: tuple[Mapping[str, float], Real] | None = None
 
     def values(self, parameters: Any) -> dict[str, float]:
         """Values at lmfit's parameters, in their units."""
@@ -173,15 +186,22 @@ class _Search:
 
     def evaluated(self, parameters: Any) -> Real:
         """Residuals there, shape (n,)."""
+        self.evaluations += 1
+        values = self.values(parameters)
         with np.errstate(all="ignore"):
-            found = np.asarray(self.residual(self.values(parameters)), dtype=float)
+            found = np.asarray(self.residual(values), dtype=float)
+        self._last = (values, found)
         return np.where(np.isfinite(found), found, FAR_AWAY)
 
     def sloped(self, parameters: Any) -> Real:
-        """Derivatives of the residuals after the coordinates, shape (n, parameters)."""
+        """Derivatives of the residuals after the coordinates at an accepted step, shape (n, parameters)."""
         values = self.values(parameters)
         with np.errstate(all="ignore"):
             found = np.array(self.derivatives(values), dtype=float)
+            if self.stall is not None and self._last is not None and self._last[0] == values:
+                self.stalled = self.stall.is_reached(values, self._last[1], found)
+                if self.stalled:
+                    raise StalledError(values)
         for at, (name, each) in enumerate(self.free.items()):
             if each.logarithmic:
                 found[:, at] *= values[name]

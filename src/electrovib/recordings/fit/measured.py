@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
@@ -11,6 +12,7 @@ import numpy as np
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS
 from electrovib.recordings.calibration_error import CalibrationError
+from electrovib.recordings.fit.resolution import resolution_of
 
 if TYPE_CHECKING:
     import xarray
@@ -87,6 +89,10 @@ class Observed:
         What the noise is proportional to: 1 in the signal's unit, or the modulus of the data.
     offset : bool
         Whether its zero is unknown.
+    resolution : float
+        Step to which a real signal was rounded, in its unit; 0 where none is found in its values.
+    noise_alone : float or None
+        Standard deviation over `scale` as stated; `noise` includes that of rounding where the resolution is larger.
     """
 
     signal: str
@@ -96,6 +102,8 @@ class Observed:
     noise: float | None
     scale: Real
     offset: bool
+    resolution: float = 0.0
+    noise_alone: float | None = None
 
     @property
     def relative(self) -> bool:
@@ -165,12 +173,16 @@ def _observed(measured: MeasuredTrace, name: str, axis: str) -> Observed:
         raise InputError(
             f"{measured.name}: '{name}' is 0 somewhere, where a noise proportional to it would be 0 too"
         )
+    is_plain = not np.iscomplexobj(y) and name not in measured.proportional
+    resolution = resolution_of(y[good]) if is_plain else 0.0
     return Observed(
         signal=name,
         axis=axis,
         x=x[good],
         y=y[good],
-        noise=noise,
+        noise=math.hypot(noise, resolution / math.sqrt(12)) if noise and resolution > noise else noise,
         scale=scale,
         offset=name in measured.offsets,
+        resolution=resolution,
+        noise_alone=noise,
     )

@@ -16,6 +16,7 @@ from electrovib.recordings.fit.prediction import Prediction
 from electrovib.recordings.fit.problem import Callback, CancelledError, WeightedProblem
 from electrovib.recordings.fit.residuals import residuals_of
 from electrovib.recordings.fit.result import ScenarioFit
+from electrovib.recordings.fit.rounding import rounding_of
 from electrovib.recordings.fit.sessions import between_sessions
 from electrovib.recordings.fit.weighting import first_noise, weighted
 from electrovib.scenario import Scenario, Source, read_scenario
@@ -132,8 +133,13 @@ def _judged(
     kept = [name for name in inside if judged.states[name] != "not"]
     at = [inside.index(name) for name in kept]
     bias = curvature_bias(few, values, kept, judged.covariance[np.ix_(at, at)]) if kept else {}
+    residuals = tuple(residuals_of(prediction, values, noise))
+    rounding = rounding_of(residuals, problem.derivatives(values)[:, rows], problem.weights, inside)
     states = {
-        name: "weakly" if state == "well" and abs(bias[name]) > BIASED else state
+        name: "weakly"
+        if state == "well"
+        and (abs(bias[name]) > BIASED or (rounding is not None and rounding.is_coarse(name, values[name])))
+        else state
         for name, state in judged.states.items()
     }
     means = {
@@ -148,11 +154,12 @@ def _judged(
         unknowns=prediction.unknowns,
         scenario=prediction.prepared[0].scenario(shared | {path: each.mean for path, each in means.items()}),
         sessions=means,
-        residuals=tuple(residuals_of(prediction, values, noise)),
+        residuals=residuals,
         states=states | dict.fromkeys(estimate.on_bound, "bound"),
         bias=bias,
         undetermined=judged.undetermined,
         problem=problem,
+        rounding=rounding,
     )
 
 

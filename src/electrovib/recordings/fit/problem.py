@@ -15,6 +15,7 @@ from electrovib.recordings.fit.least_squares import FreeParameter, least_squares
 from electrovib.recordings.fit.newton import newton_step
 from electrovib.recordings.fit.prediction import Prediction
 from electrovib.recordings.fit.separated import OutsideBoundsError, Separated
+from electrovib.recordings.fit.stalled import Stall
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -26,6 +27,8 @@ _CLOSE: Final = 0.01
 """Remaining step over the standard deviation up to which a search has ended."""
 _MOST_NEAR: Final = 6
 """Gauss-Newton steps from values close to the minimum, before the general search is used."""
+_ROUGHLY: Final = 1e-6
+"""Relative change at which the search for a point of a profile ends."""
 _PRECISION: Final = 1e-7
 """Remaining step over the value that the precision of the derivatives does not resolve."""
 Callback = Callable[[int, float], bool | None]
@@ -114,7 +117,7 @@ class WeightedProblem:
         Returns
         -------
         estimate : LeastSquaresEstimate
-            Of the free unknowns.
+            Of the free unknowns. A search that moves along a combination that the data do not determine is ended, see `Stall`.
         """
         held, names, judged = dict(fixed or {}), tuple(free), converged <= SEARCHED
         separated = Separated(self, free, held)
@@ -130,7 +133,12 @@ class WeightedProblem:
             noise_is_known=known,
             converged=converged,
             judged=judged,
+            stall=self._stall(free, 1.0 if known else None),
         )
+
+    def _stall(self, free: Mapping[str, FreeParameter], variance: float | None) -> Stall:
+        zeros = [each.name for each in self.prediction.unknowns if each.is_offset and each.name in free]
+        return Stall(variance, zeros)
 
     def _minimum_of_others(
         self,
@@ -149,6 +157,7 @@ class WeightedProblem:
             noise_is_known=known,
             converged=converged,
             judged=False,
+            stall=self._stall(separated.others, 1.0 if known else None),
         )
         best, _, _ = separated.best(found.values)
         values = {name: found.values[name] if name in found.values else best[name] for name in free}
@@ -162,6 +171,7 @@ class WeightedProblem:
             on_bound={name: bound for name in free if (bound := free[name].bound_at(values[name]))},
             evaluations=found.evaluations,
             converged=found.converged,
+            stalled=found.stalled,
         )
 
     def minimum_near(self, free: Mapping[str, FreeParameter], *, known: bool) -> LeastSquaresEstimate:
@@ -212,7 +222,13 @@ class WeightedProblem:
         return self.minimum(again, known=known)
 
     def rise(
-        self, name: str, value: float, at: Mapping[str, float], free: Mapping[str, FreeParameter]
+        self,
+        name: str,
+        value: float,
+        at: Mapping[str, float],
+        free: Mapping[str, FreeParameter],
+        *,
+        variance: float = 1.0,
     ) -> float:
         """Smallest sum of squares with one unknown held at a value.
 
@@ -226,17 +242,32 @@ class WeightedProblem:
             Estimates of all unknowns, with which the search begins.
         free : mapping of str to FreeParameter
             All unknowns.
+        variance : float
+            Of the weighted residuals, dimensionless, above 0.
 
         Returns
         -------
         squares : float
             Dimensionless; infinite where the models refuse the value.
+
+        Notes
+        -----
+        The linear unknowns have their best values within their bounds, so that only the others are searched.
         """
         others = {each: free[each].starting_at(at[each]) for each in free if each != name}
+        separated = Separated(self, others, {name: value}, within_bounds=True)
         try:
-            if not others:
-                left = self.residual({name: value})
+            if not separated.others:
+                left = separated.residual({})
                 return float(left @ left) if np.isfinite(left).all() else np.inf
-            return self.minimum(others, known=True, fixed={name: value}, converged=1e-6).sum_of_squares
+            return least_squares(
+                separated.residual,
+                separated.others,
+                derivatives=separated.derivatives,
+                noise_is_known=True,
+                converged=_ROUGHLY,
+                judged=False,
+                stall=self._stall(separated.others, variance),
+            ).sum_of_squares
         except InputError:
             return np.inf

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -15,6 +16,7 @@ from electrovib.recordings.fit.prediction import Unknown
 from electrovib.recordings.fit.problem import WeightedProblem
 from electrovib.recordings.fit.profile import ProfileInterval, profile_interval
 from electrovib.recordings.fit.residuals import Residuals
+from electrovib.recordings.fit.rounding import Rounding
 from electrovib.recordings.fit.sessions import BetweenSessions
 from electrovib.scenario import Scenario
 
@@ -47,6 +49,9 @@ class ScenarioFit:
         Combinations that the data do not determine, the worst first.
     problem : WeightedProblem
         The least-squares problem that was solved.
+    rounding : Rounding or None
+        Errors of the estimates by the resolution of the recordings; None where rounding errors are independent of each other
+        like noise, and are part of it.
     """
 
     estimate: LeastSquaresEstimate
@@ -58,6 +63,7 @@ class ScenarioFit:
     bias: Mapping[str, float]
     undetermined: tuple[UndeterminedCombination, ...]
     problem: WeightedProblem = field(repr=False)
+    rounding: Rounding | None = None
 
     @property
     def noises_estimated(self) -> int:
@@ -99,7 +105,7 @@ class ScenarioFit:
         return ""
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
-        """Interval of one unknown from its standard deviation.
+        """Interval of one unknown from its standard deviation and the rounding of the recordings.
 
         Parameters
         ----------
@@ -117,7 +123,17 @@ class ScenarioFit:
         """
         if self.why_no_interval(name):
             return math.nan, math.nan
-        return self.estimate.interval(name, level=level)
+        if self.rounding is None or name not in self.rounding.errors:
+            return self.estimate.interval(name, level=level)
+        value = self.estimate.values[name]
+        half = self.rounding.half_width(name, level=level, quantile=self.estimate.quantile(level))
+        return value - half, value + half
+
+    def deviation(self, name: str) -> float:
+        """Return the standard deviation of one unknown by noise and rounding, in SI; NaN where there is none."""
+        if self.rounding is not None and name in self.rounding.errors:
+            return self.rounding.deviation(name)
+        return self.estimate.standard_deviations[name]
 
     def profile(self, name: str, *, level: float = 0.95) -> ProfileInterval:
         """Interval of one unknown from the profile of the likelihood.
@@ -132,7 +148,8 @@ class ScenarioFit:
         Returns
         -------
         interval : ProfileInterval
-            Ends in SI; it holds where the symmetric interval does not, and costs about ten fits of the other unknowns.
+            Ends in SI; it holds where the symmetric interval does not, and costs about ten fits of the other unknowns. Rounding
+            of the recordings moves both ends outwards by what it adds to the variance.
 
         Notes
         -----
@@ -146,15 +163,29 @@ class ScenarioFit:
         known = estimate.noise_is_known
         allowed = chi2.ppf(level, 1) if known else fisher.ppf(level, 1, max(estimate.degrees_of_freedom, 1))
         unit = 1.0 if known else estimate.variance
-        return profile_interval(
+        profiled = profile_interval(
             lambda value: (
-                (self.problem.rise(name, value, estimate.values, free) - estimate.sum_of_squares) / unit
+                (
+                    self.problem.rise(name, value, estimate.values, free, variance=unit)
+                    - estimate.sum_of_squares
+                )
+                / unit
             ),
             estimate.values[name],
             deviation=estimate.standard_deviations[name],
             bounds=(free[name].lower, free[name].upper),
             allowed=float(allowed),
             logarithmic=free[name].logarithmic,
+        )
+        if self.rounding is None or name not in self.rounding.errors:
+            return profiled
+        value, bounds, quantile = estimate.values[name], free[name], estimate.quantile(level)
+        half = self.rounding.half_width(name, level=level, quantile=quantile)
+        further = math.sqrt(max(half**2 - (quantile * estimate.standard_deviations[name]) ** 2, 0.0))
+        return dataclasses.replace(
+            profiled,
+            lower=max(value - math.hypot(value - profiled.lower, further), bounds.lower),
+            upper=min(value + math.hypot(profiled.upper - value, further), bounds.upper),
         )
 
     @property

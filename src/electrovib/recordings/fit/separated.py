@@ -30,18 +30,26 @@ class Separated:
         Unknowns that are searched.
     fixed : mapping of str to float
         Values of all other unknowns, in SI.
+    within_bounds : bool
+        Whether linear unknowns are kept within their bounds; else a best value outside them is an error.
 
     Notes
     -----
     For given values of the other unknowns the best values of the linear ones solve a linear least-squares problem with the
     columns G. The derivatives of the remaining residual are those of the predictions at these values, less their projection
-    on G (Golub and Pereyra 1973, in the form of Kaufman 1975). The minimum is that of all unknowns together.
+    on G (Golub and Pereyra 1973, in the form of Kaufman 1975); columns of unknowns on a bound are omitted from G. The minimum
+    is that of all unknowns together.
     """
 
     def __init__(
-        self, problem: WeightedProblem, free: Mapping[str, FreeParameter], fixed: Mapping[str, float]
+        self,
+        problem: WeightedProblem,
+        free: Mapping[str, FreeParameter],
+        fixed: Mapping[str, float],
+        *,
+        within_bounds: bool = False,
     ) -> None:
-        self._problem, self._fixed = problem, dict(fixed)
+        self._problem, self._fixed, self._within_bounds = problem, dict(fixed), within_bounds
         prediction = problem.prediction
         by_name = {each.name: each for each in prediction.unknowns}
         rows = {name: prediction.linear_rows(by_name[name]) for name in free}
@@ -76,20 +84,21 @@ class Separated:
         -------
         linear : dict of str to float
             Their best values, in SI.
-        columns : ndarray, shape (n, linear)
-            Orthonormal columns that span the weighted derivatives after them, dimensionless.
+        columns : ndarray, shape (n, inside)
+            Orthonormal columns that span the weighted derivatives after those inside their bounds, dimensionless.
         residual : ndarray, shape (n,)
             Weighted residual, dimensionless; NaN where the models refuse the values.
 
         Raises
         ------
         OutsideBoundsError
-            If a best value is outside its bounds.
+            If a best value is outside its bounds, unless these are kept.
         """
         problem = self._problem
-        whole = (
-            problem.residual(self._fixed | dict(values) | self._reference) + problem.data * problem.weights
-        )
+        left = problem.residual(self._fixed | dict(values) | self._reference)
+        if not self.linear:
+            return {}, np.zeros((left.size, 0)), left
+        whole = left + problem.data * problem.weights
         columns = np.stack([self._column(name, whole) for name in self.linear], axis=1)
         rest = whole.copy()
         for rows in self._factors.values():
@@ -103,8 +112,21 @@ class Separated:
         linear = dict(zip(self.linear, found.tolist(), strict=True))
         for name, value in linear.items():
             if not self._free[name].lower < value < self._free[name].upper:
+                if self._within_bounds:
+                    return self._best_within_bounds(columns, wanted)
                 raise OutsideBoundsError(f"{name} = {value:g} is outside its bounds")
         return linear, orthonormal, orthonormal @ share - wanted
+
+    def _best_within_bounds(self, columns: Real, wanted: Real) -> tuple[dict[str, float], Real, Real]:
+        """Compute the same for unknowns of which at least one is on a bound."""
+        from scipy.optimize import lsq_linear
+
+        size = np.linalg.norm(columns, axis=0)
+        ends = np.array([(self._free[name].lower, self._free[name].upper) for name in self.linear])
+        solved = lsq_linear(columns / size, wanted, bounds=(ends * size[:, None]).T, method="bvls")
+        orthonormal = np.linalg.qr(columns[:, solved.active_mask == 0])[0]
+        linear = dict(zip(self.linear, (solved.x / size).tolist(), strict=True))
+        return linear, orthonormal, columns @ (solved.x / size) - wanted
 
     def _column(self, name: str, whole: Real) -> Real:
         rows = self._rows[name]

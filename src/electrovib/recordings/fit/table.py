@@ -117,7 +117,7 @@ def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[Estim
 def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedParameter:
     name, state, note = unknown.name, found.states[unknown.name], found.why_no_interval(unknown.name)
     lower, upper = found.interval(name, level=LEVEL)
-    method, deviation = ("" if note else "symmetric"), found.estimate.standard_deviations[name]
+    method, deviation = ("" if note else "symmetric"), found.deviation(name)
     if state != "well" and profiles:
         profiled = found.profile(name, level=LEVEL)
         lower, upper, method = profiled.lower, profiled.upper, "profile"
@@ -132,6 +132,8 @@ def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedPa
             note = f"{note}; the interval is what the declared ranges of the other parameters allow"
         elif ends:
             note = "; ".join(filter(None, [note, f"the data set no limit {ends[0]}"]))
+    if found.rounding is not None and method:
+        note = "; ".join(filter(None, [note, found.rounding.note(name)]))
     return EstimatedParameter(
         name=name,
         unit=SIGNALS[unknown.path].unit

@@ -12,7 +12,7 @@ from electrovib.study.check.series import plate_capacitance
 from electrovib.study.design.drive.found import FoundDrive
 from electrovib.study.design.drive.played import Played
 from electrovib.study.design.drive.response import inverse_of, sample_response
-from electrovib.study.design.drive.trade import Trade, best_factor
+from electrovib.study.design.drive.trade import BestFactor, Trade, best_factor
 from electrovib.study.design.gain import carrier_gain, refuse_nonlinear
 
 if TYPE_CHECKING:
@@ -89,7 +89,10 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
     for _ in range(_TRIALS):
         trade = _trade(response, inverse * root, wanted, bounds, scenario, step, shrink)
         scale = trade.scale(np.ones(len(root)))
-        factor = np.ones(len(root)) if scale >= 1 else best_factor(trade, scale)
+        best = BestFactor(factor=np.ones(len(root)), searches=0, agreeing=0)
+        if scale < 1:
+            best = best_factor(trade, scale)
+        factor = best.factor
         values = response.spread @ (inverse @ (root * factor))
         values = _tidied(values)
         ratios = bounds.overload(played.scenario(values))
@@ -117,6 +120,8 @@ def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: f
         scale=scale,
         limited=np.abs(factor - 1) > 1e-3,
         ratios=ratios,
+        searches=best.searches,
+        agreeing=best.agreeing,
     )
 
 

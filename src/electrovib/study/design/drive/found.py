@@ -34,6 +34,10 @@ class FoundDrive:
         Samples at which a limit prevents the target.
     ratios : dict of str to float
         Largest value over the limit [1], by the name of the limit.
+    searches : int
+        Searches for the smallest misfit from different starts; 0 where none was needed.
+    agreeing : int
+        How many of them ended within 1 % of the smallest misfit among them.
     """
 
     times: Real
@@ -46,3 +50,5 @@ class FoundDrive:
     scale: float
     limited: NDArray[np.bool_]
     ratios: dict[str, float] = field(default_factory=dict)
+    searches: int = 0
+    agreeing: int = 0

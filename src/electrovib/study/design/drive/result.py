@@ -157,6 +157,7 @@ class DesignedDrive:
             "achieved": self.is_achieved,
             "binding": list(self.binding),
             "limited_share": self.limited_share,
+            "searches": {"made": self.solution.searches, "agreeing": self.solution.agreeing},
             "harmonics": {str(order): value for order, value in self.harmonics.items()},
             "lines": list(self.lines),
             "samples": {"time": self.times.tolist(), self.quantity: self.values.tolist()},
@@ -215,8 +216,18 @@ class DesignedDrive:
         return [
             f"the target is not within the limits: {which} prevents it in {100 * self.limited_share:.3g} % of the time. This"
             f" drive has the smallest mean square of the departure that was found; {self.scale:.4g} times the target would be"
-            " within the limits"
+            " within the limits",
+            *self._search_lines(),
         ]
+
+    def _search_lines(self) -> list[str]:
+        searches, agreeing = self.solution.searches, self.solution.agreeing
+        if not searches:
+            return []
+        sentence = f"{agreeing} of {searches} searches from different starts end within 1 % of the smallest misfit among them"
+        if agreeing < 2:
+            sentence += ": another drive may follow the target better"
+        return [sentence]
 
     def _doubts(self) -> list[str]:
         found = [row.text for row in self.check.failed]

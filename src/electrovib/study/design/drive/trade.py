@@ -15,6 +15,12 @@ MOST_UNKNOWNS: Final = 80
 """Most values of the factor that are free; a choice."""
 _LEVELS: Final = (1.0, math.sqrt(2 / 3))
 """Factors that are held from the beginning at a start of the search; the second gives the most where a charge is spent."""
+_FEW_UNKNOWNS: Final = 16
+"""Values of the factor up to which a search is quick, so that many of them are made."""
+_EVEN: Final = 5
+"""Starts that fill the range of the factor evenly."""
+_BETTER: Final = 0.999
+_AGREES: Final = 1.01
 _HIGHEST: Final = 3.0
 """Largest factor [1]."""
 _ITERATIONS: Final = 150
@@ -82,7 +88,26 @@ class Trade:
         )
 
 
-def best_factor(trade: Trade, scale: float) -> Real:
+@dataclass(frozen=True, kw_only=True)
+class BestFactor:
+    """Factor with the smallest misfit that several searches have found.
+
+    Parameters
+    ----------
+    factor : ndarray, shape (samples,)
+        Amplitude over that of the target [1], 0 or more.
+    searches : int
+        Searches from different starts, over at most 16 values of the factor.
+    agreeing : int
+        How many of them ended within 1 % of the smallest root mean square of the departure among them.
+    """
+
+    factor: Real
+    searches: int
+    agreeing: int
+
+
+def best_factor(trade: Trade, scale: float) -> BestFactor:
     """Return the factor of the amplitude at each sample that follows the target best within the limits.
 
     Parameters
@@ -94,40 +119,103 @@ def best_factor(trade: Trade, scale: float) -> Real:
 
     Returns
     -------
-    factor : ndarray, shape (samples,)
-        Amplitude over that of the target [1], 0 or more.
+    found : BestFactor
+        Factor, and how many searches agree with it.
 
     Notes
     -----
-    Sequential quadratic programming (SLSQP of SciPy) over straight lines between at most 80 values of the factor. It begins
-    with the scaled target and with factors that are held as long as the limits allow; the best result is scaled back by its
-    rounding beyond the limits.
+    The misfit has local minima: parts of the target compete for the same charge and voltage. Sequential quadratic programming
+    (SLSQP of SciPy) over straight lines between at most 16 values of the factor therefore begins at several points, the same at
+    each call: the scaled target, factors that are held from the beginning as long as the limits allow, in one quarter of the
+    time or to the end, and 5 points that fill the range evenly. With more samples the search is repeated over at most 80
+    values, from the first three of these starts, and from the best result for few values where that is better than those
+    of the first three by more than 0.1 %. Results are scaled back by their rounding beyond the limits.
     """
+    size = trade.knots.shape[1]
+    few = trade.reduced(spread := _spread(size, min(size, _FEW_UNKNOWNS)))
+    usual = _usual_starts(few, scale)
+    found = [_searched(few, start) for start in (*usual, *_further_starts(few))]
+    misfits = np.sqrt([few.misfit(each) for each in found])
+    reached = float(np.min(misfits))
+    best = min((*found, *(_within(few, start) for start in usual)), key=few.misfit)
+    if size > _FEW_UNKNOWNS:
+        another = [spread @ best] if reached < _BETTER * np.min(misfits[: len(usual)]) else []
+        best, spread = _refined(trade, scale, another)
+    return BestFactor(
+        factor=np.asarray(spread @ best),
+        searches=len(found),
+        agreeing=int(np.sum(misfits <= _AGREES * reached)),
+    )
+
+
+def _refined(trade: Trade, scale: float, further: list[Real]) -> tuple[Real, Real]:
+    """Return the best of at most 80 values, and the matrix from them to the samples, from the usual starts and others."""
+    size = trade.knots.shape[1]
+    spread = _spread(size, min(size, MOST_UNKNOWNS))
+    count = spread.shape[1]
+    many = trade.reduced(spread)
+    places = np.linspace(0, size - 1, count)
+    starts = _usual_starts(many, scale)
+    starts += [np.interp(places, np.arange(size), each) for each in further]
+    found = [_searched(many, start) for start in starts]
+    return min((*found, *(_within(many, start) for start in starts)), key=many.misfit), spread
+
+
+def _usual_starts(trade: Trade, scale: float) -> list[Real]:
+    """Return the scaled target, and factors that are held from the beginning as long as the limits allow."""
+    count = trade.knots.shape[1]
+    return [np.full(count, math.sqrt(scale)), *(_held(trade, level) for level in _LEVELS)]
+
+
+def _spread(size: int, count: int) -> Real:
+    """Return the matrix from values at even places to straight lines between them, shape (size, count)."""
+    places = np.linspace(0, size - 1, count)
+    return np.array([np.interp(np.arange(size), places, row) for row in np.eye(count)]).T
+
+
+def _within(trade: Trade, factor: Real) -> Real:
+    """Return a factor scaled back into the limits."""
+    return np.asarray(factor * min(1.0, math.sqrt(trade.scale(factor))))
+
+
+def _searched(trade: Trade, start: Real) -> Real:
+    """Return the local minimum of the misfit that a search from a start finds within the limits."""
     from scipy.optimize import minimize
 
-    size = trade.knots.shape[1]
-    count = min(size, MOST_UNKNOWNS)
-    places = np.linspace(0, size - 1, count)
-    spread = np.array([np.interp(np.arange(size), places, row) for row in np.eye(count)]).T
-    small = trade.reduced(spread)
-    rows = np.concatenate([-small.bounded, small.bounded])
+    rows = np.concatenate([-trade.bounded, trade.bounded])
     rows = rows[np.any(rows != 0, axis=1)]
-    constraint = {"type": "ineq", "fun": lambda s: 1 + rows @ s, "jac": lambda _: rows}
-    starts = [np.full(count, math.sqrt(scale)), *(_held(small, level) for level in _LEVELS)]
-    best = min(starts, key=small.misfit)
-    for start in starts:
-        found = minimize(
-            small.misfit,
-            start,
-            jac=small.slope,
-            method="SLSQP",
-            bounds=[(0.0, _HIGHEST)] * count,
-            constraints=[constraint],
-            options={"maxiter": _ITERATIONS, "ftol": _PRECISION},
-        ).x
-        found = np.maximum(found, 0.0)
-        best = min(best, found * min(1.0, math.sqrt(small.scale(found))), key=small.misfit)
-    return np.asarray(spread @ best)
+    found = minimize(
+        trade.misfit,
+        start,
+        jac=trade.slope,
+        method="SLSQP",
+        bounds=[(0.0, _HIGHEST)] * len(start),
+        constraints=[{"type": "ineq", "fun": lambda s: 1 + rows @ s, "jac": lambda _: rows}],
+        options={"maxiter": _ITERATIONS, "ftol": _PRECISION},
+    ).x
+    return _within(trade, np.maximum(found, 0.0))
+
+
+def _further_starts(trade: Trade) -> list[Real]:
+    """Return factors that are held for a part of the time, and factors that fill the range evenly, within the limits."""
+    count = trade.knots.shape[1]
+    share = (np.arange(count) + 0.5) / count
+    parts = [(share > quarter / 4) & (share < (quarter + 1) / 4) for quarter in range(4)]
+    parts += [share > 0.5, share > 0.25]
+    # multiples of square roots of primes fill the range without repeating
+    roots = np.sqrt(_primes(count))
+    even = [(number * roots) % 1.0 for number in range(1, _EVEN + 1)]
+    return [_within(trade, np.asarray(each, dtype=float)) for each in (*parts, *even)]
+
+
+def _primes(count: int) -> Real:
+    found: list[int] = []
+    number = 2
+    while len(found) < count:
+        if all(number % each for each in found):
+            found.append(number)
+        number += 1
+    return np.array(found, dtype=float)
 
 
 def _held(trade: Trade, level: float) -> Real:

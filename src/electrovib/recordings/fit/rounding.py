@@ -1,0 +1,265 @@
+"""The error of estimates by the resolution with which a signal was recorded."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.signals import SIGNALS
+from electrovib.core.units import format_quantity
+from electrovib.recordings.fit.identifiability import WELL
+from electrovib.recordings.fit.resolution import coherence_of, least_noise, rounding_amplitudes
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from electrovib.core.arrays import Real
+    from electrovib.recordings.fit.residuals import Residuals
+
+_VANISHES: Final = 1e-3
+"""Amplitude of the mean rounding error, over the resolution, below which noise makes successive rounding errors independent."""
+_PHASES: Final = 512
+_GROUPS: Final = 16
+_MATTERS: Final = 0.1
+"""Standard deviation by correlated rounding errors over that by noise from which on an interval includes them."""
+_NOTHING: Final = 1e-6
+"""Relative singular value below which a combination of parameters is not determined by the data at all."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoundedSignal:
+    """A signal of which successive samples have rounding errors that are alike.
+
+    Parameters
+    ----------
+    signal : str
+        Name in the nomenclature.
+    recording : str
+        Name of the recording.
+    resolution : float
+        Step between recorded values, in the unit of the signal.
+    noise : float
+        Standard deviation before rounding, in the unit of the signal: as stated, or at least.
+    is_stated : bool
+        Whether the noise was stated.
+    """
+
+    signal: str
+    recording: str
+    resolution: float
+    noise: float
+    is_stated: bool
+
+    @property
+    def sentence(self) -> str:
+        """Statement of the resolution and of the noise."""
+        unit = SIGNALS[self.signal].unit
+        step = format_quantity(self.resolution, unit, digits=3)
+        if not self.noise:
+            return f"{self.signal} of {self.recording} is rounded to steps of {step}, and shows no noise beside the rounding"
+        noise = format_quantity(self.noise, unit, digits=2)
+        times = f"{self.resolution / self.noise:.2g} times its noise of {noise}"
+        return f"{self.signal} of {self.recording} is rounded to steps of {step}, {times}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rounding:
+    """Errors of the estimates by correlated rounding errors, for all positions of the steps relative to the signals.
+
+    Parameters
+    ----------
+    signals : tuple of RoundedSignal
+        Whose rounding errors are correlated.
+    errors : mapping of str to ndarray, shape (positions,)
+        Unknown to its error in SI for equally probable positions of the steps; only those on which rounding has an effect.
+    deviations : mapping of str to float
+        The same unknowns to their standard deviations by errors that are independent from sample to sample, in SI.
+    """
+
+    signals: tuple[RoundedSignal, ...]
+    errors: Mapping[str, Real]
+    deviations: Mapping[str, float]
+
+    def deviation(self, name: str) -> float:
+        """Return the standard deviation of an unknown by both kinds of errors, in SI."""
+        return math.hypot(self.deviations[name], float(np.sqrt(np.mean(self.errors[name] ** 2))))
+
+    def half_width(self, name: str, *, level: float, quantile: float) -> float:
+        """Compute half the width of the interval of an unknown.
+
+        Parameters
+        ----------
+        name : str
+            Which.
+        level : float
+            Probability, between 0 and 1.
+        quantile : float
+            Standard deviations that hold this probability where rounding has no effect.
+
+        Returns
+        -------
+        half : float
+            In SI. The error is within it with this probability if all positions of the steps are equally probable.
+        """
+        from scipy.optimize import brentq
+        from scipy.stats import norm
+
+        errors = np.abs(self.errors[name])
+        sigma = self.deviations[name] * quantile / float(norm.ppf(0.5 + level / 2))
+        if not sigma > 1e-9 * np.max(errors):
+            return float(np.quantile(errors, level))
+
+        def excess(half: float) -> float:
+            inside = norm.cdf((half - errors) / sigma) - norm.cdf((-half - errors) / sigma)
+            return float(np.mean(inside)) - level
+
+        return float(brentq(excess, 0.0, float(np.max(errors)) + 10 * quantile * sigma, xtol=1e-6 * sigma))
+
+    def is_coarse(self, name: str, value: float) -> bool:
+        """State whether rounding leaves an unknown weakly determined.
+
+        Parameters
+        ----------
+        name : str
+            Which.
+        value : float
+            Its estimate, in SI.
+
+        Returns
+        -------
+        coarse : bool
+            Whether its standard deviation is above a tenth of the estimate.
+        """
+        return name in self.errors and self.deviation(name) > WELL * abs(value) > 0
+
+    def note(self, name: str) -> str:
+        """Return how much of the variance of an unknown is that of correlated rounding errors; empty where it has no effect."""
+        if name not in self.errors:
+            return ""
+        share = 1 - (self.deviations[name] / self.deviation(name)) ** 2
+        signals = "; ".join(each.sentence for each in self.signals)
+        return f"{share:.0%} of the variance is that of rounding errors, which do not average out: {signals}"
+
+    @property
+    def sentence(self) -> str:
+        """Statement of the resolution of the recordings, and of what the intervals include."""
+        signals = "; ".join(each.sentence for each in self.signals)
+        affected = ", ".join(self.errors)
+        return (
+            f"{signals}; rounding errors of successive samples are alike and do not average out: the intervals of {affected}"
+            " include them, for all positions of the steps relative to the signal"
+        )
+
+
+def rounding_of(
+    residuals: Sequence[Residuals], derivatives: Real, weights: Real, names: Sequence[str]
+) -> Rounding | None:
+    """Compute the effect of correlated rounding errors on the estimates.
+
+    Parameters
+    ----------
+    residuals : sequence of Residuals
+        Of each signal, with its noise.
+    derivatives : ndarray, shape (n, unknowns)
+        Of the weighted residuals after the unknowns, in 1 over the unit of each.
+    weights : ndarray, shape (n,)
+        1 over the standard deviation of each datum; only their ratios count.
+    names : sequence of str
+        The unknowns.
+
+    Returns
+    -------
+    rounding : Rounding or None
+        None where no estimate is affected.
+
+    Notes
+    -----
+    The estimates err by H b with H = (J'WJ)^-1 J'W and the mean rounding error b of each datum, a function of its prediction
+    with the period of one step: `rounding_amplitudes`. How the steps lie relative to the levels of the signal is not known to
+    a fraction of one step, so that all positions are equally probable, independently for levels that differ by a step or
+    more. The variance of the independent part is that of the residuals less that of b, as far as b is visible in the
+    residuals: the share 1 less its coherence.
+    """
+    scale = np.linalg.norm(derivatives, axis=0)
+    scale[scale == 0] = 1.0
+    inverse = np.linalg.pinv(derivatives / scale, rcond=_NOTHING) / scale[:, None] * weights
+    errors, variance = np.zeros((len(names), _PHASES)), np.zeros(len(names))
+    signals: list[RoundedSignal] = []
+    start = 0
+    for each in residuals:
+        observed, rounded, independent = each.observed, _rounded(each), 1.0
+        own = inverse[:, start : start + observed.x.size * observed.parts]
+        start += own.shape[1]
+        if rounded is not None:
+            amplitudes = rounding_amplitudes(rounded.noise, rounded.resolution)
+            steps = np.asarray(each.predicted.real) / rounded.resolution
+            group = _groups(steps)
+            for number in np.unique(group):
+                there = group == number
+                positions = _phases(len(signals) * _GROUPS + int(number))
+                errors += _errors(own[:, there], steps[there], amplitudes, positions)
+            visible = (1 - coherence_of(steps)) * float(np.sum(amplitudes**2)) / 2
+            independent = max(1 - visible / each.noise**2, 0.0)
+            signals.append(rounded)
+        deviation = each.noise * np.tile(observed.scale, observed.parts)
+        variance += independent * np.sum((own * deviation) ** 2, axis=1)
+    spread, deviations = np.sqrt(np.mean(errors**2, axis=1)), np.sqrt(variance)
+    affected = [at for at in range(len(names)) if spread[at] > _MATTERS * deviations[at]]
+    if not affected:
+        return None
+    return Rounding(
+        signals=tuple(signals),
+        errors={names[at]: errors[at] for at in affected},
+        deviations={names[at]: float(deviations[at]) for at in affected},
+    )
+
+
+def _rounded(residuals: Residuals) -> RoundedSignal | None:
+    """Return how a signal is rounded; None where its rounding errors are independent of each other, or it is not rounded."""
+    observed = residuals.observed
+    if not observed.resolution:
+        return None
+    noise = observed.noise_alone
+    if noise is None:
+        coherence = coherence_of(np.asarray(residuals.predicted.real) / observed.resolution)
+        noise = observed.resolution * least_noise(residuals.noise / observed.resolution, coherence)
+    if np.abs(rounding_amplitudes(noise, observed.resolution)[0]) < _VANISHES * observed.resolution:
+        return None
+    return RoundedSignal(
+        signal=observed.signal,
+        recording=residuals.recording,
+        resolution=observed.resolution,
+        noise=noise,
+        is_stated=observed.noise_alone is not None,
+    )
+
+
+def _groups(steps: Real) -> Real:
+    """Number the samples whose predictions are within one step of each other, shape (n,), the first 16 steps alone.
+
+    Between groups the rounding errors count as independent, because the estimates of the levels err by parts of a step
+    themselves. The steps begin where the fewest predictions are, so that a level is in one group.
+    """
+    counts, edges = np.histogram(steps % 1.0, bins=_GROUPS, range=(0.0, 1.0))
+    return np.asarray(np.floor(steps - edges[int(np.argmin(counts))] - 0.5 / _GROUPS) % _GROUPS)
+
+
+def _phases(number: int) -> Real:
+    """Return equally probable positions of the steps [rad], in an order of their own for each number."""
+    even = 2 * np.pi * (np.arange(_PHASES) + 0.5) / _PHASES
+    return np.asarray(np.random.default_rng(number).permutation(even))
+
+
+def _errors(shifts: Real, steps: Real, amplitudes: Real, phases: Real) -> Real:
+    """Return the errors, shape (unknowns, positions), by a mean rounding error at these places in steps."""
+    turn = np.exp(2j * np.pi * steps)
+    power, found = np.ones_like(turn), np.zeros((len(shifts), len(phases)))
+    for order, amplitude in enumerate(amplitudes, start=1):
+        if abs(amplitude) < _VANISHES * abs(amplitudes[0]):
+            break
+        power = power * turn
+        found += amplitude * np.imag(np.outer(shifts @ power, np.exp(1j * order * phases)))
+    return found
