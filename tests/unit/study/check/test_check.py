@@ -46,6 +46,24 @@ def test_peak_and_rms_voltage_of_a_sine():
     assert result.value("slew rate") == pytest.approx(2 * math.pi * 1e3 * 100, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("path", "series"),
+    [
+        ({"model": "Floating", "capacitance": 50e-12}, 1 / 50e-12),
+        ({"model": "SecondElectrode", "area": 0.5e-4}, 2 / CAPACITANCE),
+    ],
+    ids=["floating", "second"],
+)
+def test_rms_voltage_of_a_prescribed_current_includes_the_return_path(path, series):
+    """The plate is at the voltage of stack and return path together, as the peak is; by the elastances of both."""
+    drive = {"model": "CurrentSine", "amplitude": 1e-6, "frequency": 1e3, "phase": math.pi / 2}
+    insulates = {"stack.stratum_corneum.material": {"model": "Constant", "permittivity": 1560.0}}
+    result = ev.check(drive, "vezzoli_2014/fig6_static", set={"circuit.return_path": path} | insulates)
+    expected = 1e-6 * (1 / CAPACITANCE + series) / (2 * math.pi * 1e3)
+    assert result.value("peak voltage") == pytest.approx(expected, rel=1e-3)
+    assert result.value("rms voltage") == pytest.approx(expected / math.sqrt(2), rel=1e-3)
+
+
 def test_current_of_a_slow_ramp_is_capacitance_times_slope():
     """Between the corners of the ramp the film of 32.96 pF takes C dV/dt; the skin adds less than 1 %."""
     result = ev.check(FIG6)
