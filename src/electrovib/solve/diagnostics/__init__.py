@@ -19,6 +19,7 @@ from electrovib.solve.diagnostics.judge import (
     return_path_diagnostics,
     stack_diagnostics,
 )
+from electrovib.solve.diagnostics.over_frequency import over_frequency_diagnostics
 from electrovib.solve.diagnostics.peaks import PeakRecord
 from electrovib.solve.diagnostics.refinement import refined
 from electrovib.solve.diagnostics.settled import settled_charge
@@ -169,6 +170,7 @@ def judge_run(
         *_moving_gap(scenario, variables),
         *vanishing_gap(scenario, times, variables),
         *negative_attraction(scenario, variables),
+        *over_frequency_diagnostics(scenario),
     ]
 
 
