@@ -78,7 +78,8 @@ def threshold_over_frequency(
 
     Notes
     -----
-    The change of the friction is proportional to the square of the voltage, so a drive of peak V whose felt amplitude is X is just felt at
+    The change of the friction is proportional to the square of the voltage, so a drive of peak V whose felt amplitude is X
+    is just felt at
 
     .. math:: V_0 = V \sqrt{X_0/X}
     """
