@@ -205,6 +205,11 @@ class Model(Immutable, DeclaresFile, Written):
         )
         return sorted(name for name in names if not name.startswith("_"))
 
+    def to_change(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the nested tables into which changes by dotted path are put."""
+        del changes
+        return self.to_dict()
+
     @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:
         """Build the model from tables in which something was changed."""
@@ -239,8 +244,8 @@ class Model(Immutable, DeclaresFile, Written):
         InputError
             For every path that does not exist and every value that does not fit, all at once.
         """
-        content = self.to_dict()
         changes, problems = stored_changes(self, changes)
+        content = self.to_change(changes)
         problems += [explained_path(self, problem) for problem in self.put_into(content, changes)]
         try:
             changed = self.rebuilt(content)

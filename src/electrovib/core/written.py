@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, ClassVar
 
 from pydantic import BaseModel
@@ -27,6 +27,24 @@ class Written(BaseModel):
             Member of a family: with its ``model`` name first.
         """
         return self._tables(hashed=False)
+
+    def opened(self, names: Collection[str]) -> dict[str, Any]:
+        """Give the tables of some parts, and the other parts as the models that they are.
+
+        Parameters
+        ----------
+        names : collection of str
+            Parameters whose tables are given.
+
+        Returns
+        -------
+        dict
+            Builds this model again; parts that stay models are not validated again.
+        """
+        return {
+            name: value if isinstance(value, Written) and name not in names else _plain(value, hashed=False)
+            for name, value in self
+        }
 
     def _tables(self, *, hashed: bool) -> dict[str, Any]:
         content = {"model": type(self).__name__} if self.is_member else {}

@@ -154,6 +154,10 @@ class Scenario(Model):
         """Explain how to add the layer or table that a dotted path leads into; empty where it leads into none."""
         return how_to_add(cls, content, path)
 
+    def to_change(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the nested tables of the parts that changes lead into; the other parts stay the models that they are."""
+        return self.opened({path.split(".")[0] for path in changes})
+
     @classmethod
     def rebuilt(cls, content: dict[str, Any]) -> Self:
         """Build a scenario from changed tables, reading the files that are newly named."""

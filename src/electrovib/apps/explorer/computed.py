@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_RUN
 from electrovib.core.budget import budget
@@ -12,6 +14,7 @@ from electrovib.solve.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray
+    from numpy.typing import NDArray
 
     from electrovib.scenario import Scenario
 
@@ -35,6 +38,36 @@ class Computed:
     def diagnostics(self) -> list[Diagnostic]:
         """Statements on the validity of the Trace."""
         return read_diagnostics(self.trace.attrs["validity"])
+
+    def has(self, name: str) -> bool:
+        """Return whether the Trace has a signal."""
+        return name in self.trace.variables
+
+    def values(self, name: str, *, layer: str = "") -> NDArray[Any]:
+        """Return the array of a signal.
+
+        Parameters
+        ----------
+        name : str
+            A signal of the Trace, or one of its coordinates.
+        layer : str
+            Name of a layer, for a signal that has one row for each; empty for all rows.
+
+        Returns
+        -------
+        values : ndarray
+            In SI, without a copy.
+
+        Notes
+        -----
+        ``trace[name]`` makes a DataArray with its coordinates, which takes longer than to draw a curve.
+        """
+        variable = self.trace.variables[name]
+        if not layer:
+            return np.asarray(variable.values)
+        row = list(self.trace.variables["layer"].values).index(layer)
+        rows: NDArray[Any] = np.moveaxis(np.asarray(variable.values), variable.dims.index("layer"), 0)
+        return np.asarray(rows[row])
 
 
 def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:

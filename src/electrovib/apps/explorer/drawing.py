@@ -97,8 +97,8 @@ def _words(name: str, thickness: float, shown: Computed, middle: float) -> list[
     lines = [
         f'<text x="{_TEXT:g}" y="{middle - 2:.1f}" font-size="11" font-weight="bold">{escape(first)}</text>'
     ]
-    if "field" in shown.trace:
-        field = float(np.nanmax(np.abs(shown.trace["field"].sel(layer=name).values)))
+    if shown.has("field"):
+        field = float(np.nanmax(np.abs(shown.values("field", layer=name))))
         strength, voltage = (
             pretty_quantity(each, unit, digits=3) for each, unit in ((field, "V/m"), (field * thickness, "V"))
         )

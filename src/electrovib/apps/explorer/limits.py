@@ -36,6 +36,8 @@ MOST_PAGES: Final = 60
 """Pages that are open at the same time, of all visitors together."""
 LONGEST_RUN: Final = 20.0
 """Estimated seconds of one simulation, above which it is refused."""
+LONGEST_SHORT_RUN: Final = 0.1
+"""Estimated seconds up to which visitors take turns: a longer simulation would hold up the others."""
 LONGEST_QUICK_RUN: Final = 2.0
 """Estimated seconds above which a simulation runs beside fits and reports, where no short one waits for it."""
 LARGEST_RUN: Final = 500e6

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Final, Generic, TypeVar
 
 from electrovib.core.budget import listening
@@ -130,6 +131,30 @@ class LatestOnly(Generic[W]):
                 await self._task(self._waiting.pop())
             except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the page
                 self._failed(error)
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Where the work of all visitors runs, outside of the event loop.
+
+    Parameters
+    ----------
+    quick : Executor
+        Threads for simulations that a slider repeats.
+    patient : Executor
+        Threads for work of many seconds, such as long simulations, fits and reports, so that no short simulation waits for
+        one.
+
+    Attributes
+    ----------
+    turn : asyncio.Lock
+        Held by the visitor whose short simulation is computed and drawn. Threads of one interpreter do not compute at the
+        same time: visitors who take turns all have their plots earlier than visitors who share it.
+    """
+
+    quick: Executor
+    patient: Executor
+    turn: asyncio.Lock = field(default_factory=asyncio.Lock)
 
 
 async def apart(executor: Executor, work: Callable[[], W]) -> W:

@@ -101,6 +101,7 @@ def explore(
             dark=None,
             favicon="〰",
             proxy_headers=False,
+            ws_per_message_deflate=False,  # takes longer than to draw the plots, and saves nothing on this machine
         )
 
 

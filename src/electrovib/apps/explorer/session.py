@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import functools
 import logging
-from collections.abc import Callable, Mapping
-from concurrent.futures import Executor
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
 from electrovib.apps.explorer.computed import Computed, compute
 from electrovib.apps.explorer.further import TABS, Further, Slice, slices
-from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN, MOST_PINNED
-from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, apart, interruptible
+from electrovib.apps.explorer.limits import (
+    LARGEST_RUN,
+    LONGEST_QUICK_RUN,
+    LONGEST_RUN,
+    LONGEST_SHORT_RUN,
+    MOST_PINNED,
+)
+from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, Workers, apart, interruptible
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.budget import BudgetError, budget
 from electrovib.core.errors import ElectrovibError, InputError
@@ -51,10 +56,8 @@ class Session:
         Scenarios that the page was started with, by name.
     state : PageState
         What is shown first.
-    executor : Executor
-        Where short simulations run, outside of the event loop.
-    patient : Executor
-        Where work of many seconds runs, such as long simulations, fits and reports.
+    workers : Workers
+        Where simulations and longer work run; shared by all visitors.
     show : callable
         Called with every new result, and again when more is known beside it.
     complain : callable
@@ -63,8 +66,7 @@ class Session:
 
     own: Mapping[str, Scenario]
     state: PageState
-    executor: Executor
-    patient: Executor
+    workers: Workers
     show: Callable[[Computed, Further], None]
     complain: Callable[[str], None]
     tab: str = TABS[0]
@@ -139,7 +141,7 @@ class Session:
                 return work()
 
         try:
-            return await apart(self.patient, limited)
+            return await apart(self.workers.patient, limited)
         except ElectrovibError:
             raise
         except InterruptedWorkError as error:
@@ -178,7 +180,7 @@ class Session:
     async def _update(self, state: PageState) -> None:
         if state != self._shown or self.computed is None:
             try:
-                self.computed = await self._simulated(state)
+                await self._simulate(state)
             except InterruptedWorkError:
                 return
             except InputError as error:
@@ -187,23 +189,40 @@ class Session:
             except ElectrovibError as error:
                 self._report(str(error))
                 return
-            self._shown = state
-            self.further = Further(band=self.further.band, drawn=self.further.drawn)
-            self._report("")
-        self.show(self.computed, self.further)
-        await self._compute_further(self.computed)
+        else:
+            self.show(self.computed, self.further)
+        if self.computed is not None:
+            await self._compute_further(self.computed)
 
-    async def _simulated(self, state: PageState) -> Computed:
-        """Simulate a scenario among the short runs, or, if it takes long, where no short run has to wait for it."""
+    async def _simulate(self, state: PageState) -> None:
+        """Simulate a scenario and show it: in turn if it is short, among long work if it takes long."""
+        quick, patient, turn = self.workers.quick, self.workers.patient, self.workers.turn
 
         def run(longest: float, is_in_vain: Callable[[], bool]) -> Computed:
             with interruptible(is_in_vain):
                 return compute(scenario_of(state, own=self.own), longest=longest)
 
-        try:  # a short run is shown although a newer state waits, so that the curves follow a slider while it moves
-            return await apart(self.executor, lambda: run(LONGEST_QUICK_RUN, lambda: self._has_left))
+        def shown_in_any_case(longest: float) -> Awaitable[Computed]:
+            # not in vain when a newer state waits, so that the curves follow a slider while it moves
+            return apart(quick, lambda: run(longest, lambda: self._has_left))
+
+        async def without_turn() -> Computed:
+            try:
+                return await shown_in_any_case(LONGEST_QUICK_RUN)
+            except BudgetError:
+                return await apart(patient, lambda: run(LONGEST_RUN, self._is_in_vain))
+
+        try:
+            async with turn:
+                self._display(state, await shown_in_any_case(LONGEST_SHORT_RUN))
         except BudgetError:
-            return await apart(self.patient, lambda: run(LONGEST_RUN, self._is_in_vain))
+            self._display(state, await without_turn())
+
+    def _display(self, state: PageState, found: Computed) -> None:
+        self.computed, self._shown = found, state
+        self.further = Further(band=self.further.band, drawn=self.further.drawn)
+        self._report("")
+        self.show(found, self.further)
 
     def _is_in_vain(self) -> bool:
         return self._has_left or self._updates.is_stale
@@ -215,7 +234,7 @@ class Session:
                 return
             known = self.further
             try:
-                self.further = await apart(self.patient, functools.partial(self._slice, each, known))
+                self.further = await apart(self.workers.patient, functools.partial(self._slice, each, known))
             except InterruptedWorkError:
                 return
             if not self._updates.is_stale:

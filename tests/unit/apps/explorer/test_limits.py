@@ -15,8 +15,19 @@ from electrovib.apps.explorer import fitting, runner
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.fitting import MOST_FITS, RunningFit
 from electrovib.apps.explorer.further import SAFETY, Further
-from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_QUICK_RUN, LONGEST_RUN
-from electrovib.apps.explorer.runner import InterruptedWorkError, closed_at_end, end_work, interruptible
+from electrovib.apps.explorer.limits import (
+    LARGEST_RUN,
+    LONGEST_QUICK_RUN,
+    LONGEST_RUN,
+    LONGEST_SHORT_RUN,
+)
+from electrovib.apps.explorer.runner import (
+    InterruptedWorkError,
+    Workers,
+    closed_at_end,
+    end_work,
+    interruptible,
+)
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
 from electrovib.core.budget import BudgetError, Meter, allowed
@@ -33,10 +44,11 @@ def visit(actions):
 
     async def run():
         with ThreadPoolExecutor(1, "quick") as quick, ThreadPoolExecutor(1, "long") as patient:
+            workers = Workers(quick, patient)
 
             def session():
                 return Session(
-                    {}, PageState(FIG6), quick, patient, lambda *found: shown.append(found), complaints.append
+                    {}, PageState(FIG6), workers, lambda *found: shown.append(found), complaints.append
                 )
 
             return await actions(session)
@@ -70,7 +82,7 @@ def test_a_long_run_of_one_visitor_does_not_hold_up_another(monkeypatch):
     async def actions(session):
         busy, other = session(), session()
         busy.ask(PageState(FIG6, LONG))
-        while len(threads) < 2:
+        while len(threads) < 3:
             await asyncio.sleep(0.005)
         other.ask(PageState(FIG6))
         await asyncio.wait_for(idle(other), 20)
@@ -81,7 +93,51 @@ def test_a_long_run_of_one_visitor_does_not_hold_up_another(monkeypatch):
 
     (busy, other), _, _ = visit(actions)
     assert (busy.scenario.time.duration, other.scenario.time.duration) == (3, 1)
-    assert threads == [("quick", LONGEST_QUICK_RUN), ("long", LONGEST_RUN), ("quick", LONGEST_QUICK_RUN)]
+    assert threads == [
+        ("quick", LONGEST_SHORT_RUN),
+        ("quick", LONGEST_QUICK_RUN),
+        ("long", LONGEST_RUN),
+        ("quick", LONGEST_SHORT_RUN),
+    ]
+
+
+def test_short_runs_take_turns_and_longer_ones_hold_up_nobody(monkeypatch):
+    release, running, most = threading.Event(), [], []
+
+    def slow(scenario, *, longest):
+        if scenario.time.duration == 3:
+            if longest == LONGEST_SHORT_RUN:
+                raise BudgetError("not short")
+            assert release.wait(20)
+            return compute(scenario)
+        running.append(scenario)
+        most.append(len(running))
+        time.sleep(0.01)
+        running.pop()
+        return compute(scenario)
+
+    monkeypatch.setattr("electrovib.apps.explorer.session.compute", slow)
+
+    async def actions():
+        shown = []
+        with ThreadPoolExecutor(3) as quick:
+            workers = Workers(quick, quick)
+            visitors = [
+                Session({}, PageState(FIG6), workers, lambda *found: shown.append(found), print)
+                for _ in range(6)
+            ]
+            visitors[0].ask(PageState(FIG6, {"time.duration": "3 s"}))
+            for each in visitors[1:]:
+                each.ask(PageState(FIG6))
+            await asyncio.wait_for(asyncio.gather(*map(idle, visitors[1:])), 20)
+            assert len(shown) == 5
+            assert not visitors[0].is_idle
+            release.set()
+            await idle(visitors[0])
+        return len(shown)
+
+    assert asyncio.run(actions()) == 6
+    assert most == [1] * 5
 
 
 def test_the_estimate_decides_where_a_run_goes():

@@ -12,7 +12,7 @@ import pytest
 import electrovib as ev
 from electrovib.apps.explorer.further import LAWS
 from electrovib.apps.explorer.limits import MOST_PINNED
-from electrovib.apps.explorer.runner import LatestOnly
+from electrovib.apps.explorer.runner import LatestOnly, Workers
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
 
@@ -28,8 +28,7 @@ def visit(actions, *, own=None, state=None):
             session = Session(
                 own or {},
                 state or PageState(FIG6),
-                executor,
-                executor,
+                Workers(executor, executor),
                 lambda found, further: shown.append((found, further)),
                 complaints.append,
             )
@@ -164,8 +163,7 @@ def test_two_visitors_share_nothing():
                 Session(
                     {},
                     PageState(FIG6),
-                    executor,
-                    executor,
+                    Workers(executor, executor),
                     lambda found, _, name=name: seen[name].append(found),
                     print,
                 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -14,7 +14,7 @@ from electrovib.apps.explorer.page.bar import Bar
 from electrovib.apps.explorer.page.knobs import Knobs
 from electrovib.apps.explorer.page.plots import Plots
 from electrovib.apps.explorer.page.recording import DROPPED, RecordingPanel
-from electrovib.apps.explorer.runner import end_work
+from electrovib.apps.explorer.runner import Workers, end_work
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState, read_query
 from electrovib.core.errors import InputError
@@ -33,7 +33,7 @@ _PRIMARY: Final = "#1c5d94"
 WORKERS: Final = 2
 """Threads in which the simulations of all visitors run."""
 PATIENT_WORKERS: Final = 4
-"""Threads in which their long simulations, fits, reports and uploads run, so that no short simulation waits for one."""
+"""Threads in which their long simulations, fits, reports and uploads run."""
 
 
 def build(own: Mapping[str, Scenario], first: str) -> None:
@@ -46,19 +46,21 @@ def build(own: Mapping[str, Scenario], first: str) -> None:
     first : str
         Name of the scenario that is shown where the address names none.
     """
-    executor = ThreadPoolExecutor(WORKERS, thread_name_prefix="explorer")
-    patient = ThreadPoolExecutor(PATIENT_WORKERS, thread_name_prefix="explorer-patient")
+    workers = Workers(
+        ThreadPoolExecutor(WORKERS, thread_name_prefix="explorer"),
+        ThreadPoolExecutor(PATIENT_WORKERS, thread_name_prefix="explorer-patient"),
+    )
 
     def close() -> None:
         end_work()
-        for each in (executor, patient):
+        for each in (workers.quick, workers.patient):
             each.shutdown(wait=False, cancel_futures=True)
 
     app.on_shutdown(close)
 
     @ui.page("/")
     def page(request: Request) -> None:
-        VisitorPage(own, first, (executor, patient), request.url.query)
+        VisitorPage(own, first, workers, request.url.query)
 
 
 class VisitorPage:
@@ -68,15 +70,13 @@ class VisitorPage:
     ----------
     own, first : mapping of str to Scenario, str
         As for `build`.
-    executors : tuple of Executor
-        Where simulations run, and where longer work runs.
+    workers : Workers
+        Where simulations and longer work run.
     query : str
         Part of the address behind the question mark.
     """
 
-    def __init__(
-        self, own: Mapping[str, Scenario], first: str, executors: tuple[Executor, Executor], query: str
-    ) -> None:
+    def __init__(self, own: Mapping[str, Scenario], first: str, workers: Workers, query: str) -> None:
         mistake = ""
         try:
             state = read_query(query, own=own, default=first)
@@ -85,7 +85,7 @@ class VisitorPage:
                 PageState(first),
                 "The link could not be read: " + "; ".join(map(str, error.problems)),
             )
-        self.session = Session(own, state, *executors, self._show, self._complain)
+        self.session = Session(own, state, workers, self._show, self._complain)
         self.client, self.first = ui.context.client, first
         ui.add_css(_STYLE)
         ui.colors(primary=_PRIMARY)

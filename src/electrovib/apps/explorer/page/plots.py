@@ -84,7 +84,9 @@ class Plots:
         self._make_room(len(figures))
         for plot, figure in zip(self._plots, figures, strict=False):
             if plot.figure != (themed := self._themed(figure)):
-                plot.props(f'role=img aria-label="{figure["layout"]["title"]["text"]}"')
+                title = figure["layout"]["title"]["text"]
+                if plot.props.get("aria-label") != title:
+                    plot.props(f'role=img aria-label="{title}"')
                 plot.update_figure(themed)
 
     def _make_room(self, count: int) -> None:

@@ -142,9 +142,9 @@ def fit_words(result: FitResult) -> str:
 
 
 def _peak(found: Computed) -> float:
-    if "electrostatic_force" not in found.trace:
+    if not found.has("electrostatic_force"):
         return float("nan")
-    return float(np.nanmax(np.abs(found.trace["electrostatic_force"].values)))
+    return float(np.nanmax(np.abs(found.values("electrostatic_force"))))
 
 
 def _decibels(value: float, unit: str = "") -> str:

@@ -24,6 +24,8 @@ LAYER_DASHES: Final = ("solid", "dash", "dot", "dashdot")
 """Dashes of the curves of layers, from the plate on: one that coincides with another one hides nothing."""
 DIGITS: Final = 5
 """Significant digits of the numbers that are sent."""
+_POWERS: Final = np.array([float(f"1e{power}") for power in range(301)])
+"""Powers of ten, exact where a number can be, so that few digits are written."""
 _LEGEND: Final = 520.0
 """Width of a row of the legend, in points; a letter takes about 6.2, a line 48."""
 
@@ -136,10 +138,9 @@ def thinned(x: NDArray[Any], y: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any
     size = -(-len(y) // (SHOWN_SAMPLES // 2 - 1))
     rows = np.concatenate([y, np.full(-len(y) % size, y[-1])]).reshape(-1, size)
     start = np.arange(len(rows)) * size
-    places = np.concatenate(
-        [[0, len(x) - 1], start + np.argmin(rows, axis=1), start + np.argmax(rows, axis=1)]
-    )
-    places = np.unique(places[places < len(x)])
+    ends = np.sort([start + np.argmin(rows, axis=1), start + np.argmax(rows, axis=1)], axis=0)
+    places = np.minimum(np.concatenate([[0], ends.T.ravel(), [len(x) - 1]]), len(x) - 1)
+    places = places[np.append(True, places[1:] > places[:-1])]
     return x[places], y[places]
 
 
@@ -185,17 +186,16 @@ def _numbers(values: NDArray[Any]) -> tuple[float | None, ...]:
     The framework watches every item of a list for changes, which takes longer than the simulation; a tuple is sent as it is.
     """
     finite = np.isfinite(values)
-    span = (
-        float(np.ptp(values[finite])) if finite.any() else 0.0
-    )  # a small change of a large value stays smooth
-    sizes = np.minimum(np.abs(np.where(finite & (values != 0), values, 1.0)), span or math.inf)
-    places = DIGITS - 1 - np.floor(np.log10(sizes))
-    up, down = (
-        10.0 ** np.clip(places, 0, 300),
-        10.0 ** np.clip(-places, 0, 300),
-    )  # exact, so that few digits are written
-    rounded = np.round(np.where(finite, values, 0.0) * up / down) / up * down
-    if finite.all():
+    is_whole = bool(finite.all())
+    known = values if is_whole else np.where(finite, values, 0.0)
+    sizes = np.abs(known)
+    span = float(np.ptp(known if is_whole else values[finite])) if finite.any() else 0.0
+    if span:
+        sizes = np.minimum(sizes, span)  # a small change of a large value stays smooth
+    places = DIGITS - 1 - np.floor(np.log10(np.where(sizes > 0, sizes, 1.0))).astype(int)
+    up, down = _POWERS[np.clip(places, 0, 300)], _POWERS[np.clip(-places, 0, 300)]
+    rounded = np.round(known * up / down) / up * down
+    if is_whole:
         return tuple(rounded.tolist())
     return tuple(
         value if kept else None for value, kept in zip(rounded.tolist(), finite.tolist(), strict=True)

@@ -40,14 +40,14 @@ def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]
     ):
         curves = [
             PlottedCurve(
-                case.trace[coordinate].values,
-                case.trace[signal].values,
+                case.values(coordinate),
+                case.values(signal),
                 name,
                 _COLOURS[index % len(_COLOURS)],
                 "dash" if index else "solid",
             )
             for index, (name, case) in enumerate(cases.items())
-            if signal in case.trace
+            if case.has(signal)
         ]
         if curves:
             plots.append(

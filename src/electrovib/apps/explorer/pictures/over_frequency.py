@@ -45,7 +45,7 @@ def over_frequency(
 def _force(
     shown: Computed, pinned: Sequence[Computed], band: Mapping[str, NDArray[Any]] | None
 ) -> dict[str, Any] | None:
-    if "mean_force" not in shown.trace:
+    if not shown.has("mean_force"):
         return None
     curves = []
     if band is not None:
@@ -60,14 +60,14 @@ def _force(
         )
     curves += [
         PlottedCurve(
-            each.trace["frequency"].values,
-            each.trace["mean_force"].values,
+            each.values("frequency"),
+            each.values("mean_force"),
             f"mean force of the scenario{kept}",
             dash=dash,
             in_legend=not kept,
         )
         for each, dash, kept in with_kept(shown, pinned)
-        if "mean_force" in each.trace
+        if each.has("mean_force")
     ]
     return figure("Mean force under a sine", FREQUENCY, Axis("force", "N", is_logarithmic=True), curves)
 
@@ -75,10 +75,10 @@ def _force(
 def _time_constant(shown: Computed) -> dict[str, Any] | None:
     """Plot permittivity over conductivity, the time in which a layer loses its charge."""
     colours = layer_colours(list(shown.scenario.stack.layers))
-    frequency = shown.trace["frequency"].values
+    frequency = shown.values("frequency")
     curves = []
     for place, name in enumerate(shown.scenario.stack.layers):
-        value = shown.trace["permittivity"].sel(layer=name).values
+        value = shown.values("permittivity", layer=name)
         loss = -value.imag * 2 * np.pi * frequency
         if np.any(loss > 0):
             with np.errstate(divide="ignore"):
@@ -92,13 +92,13 @@ def _time_constant(shown: Computed) -> dict[str, Any] | None:
 
 
 def _shares(shown: Computed) -> dict[str, Any] | None:
-    if "field_gain" not in shown.trace:
+    if not shown.has("field_gain"):
         return None
     colours = layer_colours(list(shown.scenario.stack.layers))
     curves = [
         PlottedCurve(
-            shown.trace["frequency"].values,
-            np.abs(shown.trace["field_gain"].sel(layer=name).values),
+            shown.values("frequency"),
+            np.abs(shown.values("field_gain", layer=name)),
             name.replace("_", " "),
             colours[name],
             LAYER_DASHES[place % len(LAYER_DASHES)],
@@ -112,15 +112,15 @@ def _shares(shown: Computed) -> dict[str, Any] | None:
 def _impedance(shown: Computed, pinned: Sequence[Computed]) -> dict[str, Any] | None:
     curves = [
         PlottedCurve(
-            each.trace["frequency"].values,
-            np.abs(each.trace["impedance"].values),
+            each.values("frequency"),
+            np.abs(each.values("impedance")),
             f"magnitude{kept}",
             NEUTRAL if kept else COLOURS[2],
             dash,
             in_legend=not kept,
         )
         for each, dash, kept in with_kept(shown, pinned)
-        if "impedance" in each.trace
+        if each.has("impedance")
     ]
     if not curves:
         return None

@@ -61,8 +61,8 @@ def _signals(
 ) -> dict[str, Any] | None:
     curves = [
         PlottedCurve(
-            each.trace["time"].values,
-            each.trace[signal].values,
+            each.values("time"),
+            each.values(signal),
             f"{words}{kept}",
             COLOURS[index],
             dash,
@@ -83,30 +83,29 @@ def _signals(
 def unknown_signals(shown: Computed) -> list[str]:
     """Return the names, in words, of the signals over time that have no value at all."""
     names = (*_VOLTAGES, *_CURRENTS, *_ATTRACTION, *_FORCES)
-    return [name.replace("_", " ") for name in names if name in shown.trace and not _is_known(shown, name)]
+    return [name.replace("_", " ") for name in names if shown.has(name) and not _is_known(shown, name)]
 
 
 def _is_known(shown: Computed, signal: str) -> bool:
     """Return whether a result has a signal over time with a finite value."""
-    if signal not in shown.trace or shown.trace[signal].dims != ("time",):
+    if not shown.has(signal) or shown.trace.variables[signal].dims != ("time",):
         return False
-    return bool(np.isfinite(shown.trace[signal].values).any())
+    return bool(np.isfinite(shown.values(signal)).any())
 
 
 def _layers(shown: Computed) -> dict[str, Any] | None:
     """Plot the voltage across each layer, its field times its thickness; relative ones where they differ by much."""
-    if "field" not in shown.trace:
+    if not shown.has("field"):
         return None
     layers = shown.scenario.stack.layers
     colours = layer_colours(list(layers))
-    field = shown.trace["field"]
-    voltages = {name: field.sel(layer=name).values * layer.thickness for name, layer in layers.items()}
+    voltages = {name: shown.values("field", layer=name) * layer.thickness for name, layer in layers.items()}
     largest = {name: float(np.nanmax(np.abs(each), initial=0.0)) for name, each in voltages.items()}
     sizes = [each for each in largest.values() if each > 0]
     is_relative = bool(sizes) and max(sizes) > _COMPARABLE * min(sizes)
     curves = [
         PlottedCurve(
-            shown.trace["time"].values,
+            shown.values("time"),
             each / largest[name] if is_relative and largest[name] > 0 else each,
             name.replace("_", " ")
             + (f" (1 is {pretty_quantity(largest[name], 'V', digits=3)})" if is_relative else ""),
