@@ -202,6 +202,27 @@ def test_a_leak_is_followed_from_rest_and_says_so():
         threshold_over_frequency(leaking, [30.0], {"sine": {"model": "Sine", "amplitude": 1.0}})
 
 
+@pytest.mark.parametrize(
+    ("changes", "path"),
+    [
+        (
+            {"friction": {"model": "PowerLaw", "coefficient": 0.5, "at_force": 1.0, "exponent": -0.5}},
+            "friction",
+        ),
+        (
+            {"contact": {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}},
+            "contact",
+        ),
+        ({"circuit.amplifier": {"saturation": 50.0}}, "circuit.amplifier"),
+    ],
+    ids=["power law", "growing area", "saturation"],
+)
+def test_a_threshold_from_one_run_needs_a_friction_proportional_to_the_square(changes, path):
+    """With a PowerLaw of exponent -0.5 a run at 1000 V would give 42 V in the place of 28 V."""
+    with pytest.raises(InputError, match=f"^{path}: with it the change of the friction is not proportional"):
+        threshold_over_frequency(SINE.replace(changes), [30.0], {"sine": {"model": "Sine", "amplitude": 1.0}})
+
+
 # Traces
 
 

@@ -67,8 +67,9 @@ class PolarityConduction(Conduction):
 
     Notes
     -----
-    A positive field points towards the finger: the plate is positive relative to the finger. For a sine of any amplitude the
-    fundamental of the current follows from the mean of both conductivities.
+    A positive field points towards the finger: the plate is positive relative to the finger. For a sine field of any
+    amplitude without a mean the fundamental of the current follows from the mean of both conductivities; where no direct
+    current can flow the layer charges, and the field has a mean.
     """
 
     equation: ClassVar[Mapping[str, str]] = {

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.contact import GrowingArea
+from electrovib.physics.friction import BristleFriction
 from electrovib.physics.perception import Perception
 from electrovib.study.felt_spectrum import FEWEST
 from electrovib.study.perceive import felt_level
@@ -71,11 +73,13 @@ def threshold_over_frequency(
     Raises
     ------
     InputError
-        If a layer has a non-ohmic leak, or a drive does not fit.
+        If the change of the friction is not proportional to the square of the voltage, for instance with a non-ohmic leak
+        or a PowerLaw, or a drive does not fit.
 
     Notes
     -----
-    The force is proportional to the square of the voltage, so a drive of peak V whose felt amplitude is X is just felt at
+    The change of the friction is proportional to the square of the voltage, so a drive of peak V whose felt amplitude is X
+    is just felt at
 
     .. math:: V_0 = V \sqrt{X_0/X}
     """
@@ -98,11 +102,17 @@ def threshold_over_frequency(
 
 
 def _proportional(scenario: Scenario) -> None:
-    leaks = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
-    if leaks:
+    """Refuse a scenario whose changes of friction are not proportional to the square of the voltage."""
+    leaks = [f"stack.{name}.leak" for name, layer in scenario.stack.layers.items() if layer.leak is not None]
+    friction, contact, amplifier = scenario.friction, scenario.contact, scenario.circuit.amplifier
+    bends = isinstance(friction, BristleFriction) or not friction.without_memory().is_linear
+    yields = contact.closing is not None or isinstance(contact, GrowingArea)
+    limited = amplifier is not None and amplifier.is_limited
+    parts = [*leaks, *["friction"] * bends, *["contact"] * yields, *["circuit.amplifier"] * limited]
+    if parts:
         raise InputError(
-            f"stack.{leaks[0]}.leak: with it the force is not proportional to the square of the voltage, so one run gives no"
-            " threshold; perceive the scenario at several voltages instead"
+            f"{parts[0]}: with it the change of the friction is not proportional to the square of the voltage, so one run gives"
+            " no threshold; perceive the scenario at several voltages instead"
         )
 
 

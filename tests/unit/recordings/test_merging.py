@@ -145,3 +145,12 @@ def test_edges_of_the_records_are_those_of_the_pulses():
     edges = find_edges(np.asarray(scope()["time"]), np.asarray(scope()["drive_voltage"]))
     assert np.abs(edges.rising - RISES).max() < 1e-4
     assert np.abs(edges.falling - FALLS).max() < 1e-4
+
+
+def test_samples_at_both_ends_of_the_other_record_are_kept():
+    own = np.arange(5.0)
+    merged = ev.merge_traces(
+        trace(np.arange(8.0), drive_voltage=np.arange(8.0)), trace(own, plate_voltage=own**2), shift=2.0
+    )
+    np.testing.assert_array_equal(merged.time, np.arange(2.0, 7.0))
+    np.testing.assert_array_equal(merged.plate_voltage, own**2)

@@ -313,3 +313,23 @@ def test_of_two_pieces_only_what_is_not_resolved_is_halved():
     solution = Expanded(FILM)
     once = resolve(solution, [("drive_voltage", "")])
     assert len(once.record.times) == len(first_mesh(solution).times())
+
+
+@pytest.mark.parametrize(
+    ("amplifier", "signal", "bound"),
+    [
+        ({"saturation": 90.0, "bandwidth": 2000.0}, "plate_voltage", 90.0),
+        (
+            {"source_current": 2e-7, "bandwidth": 2000.0, "stray_capacitance": 1e-11},
+            "amplifier_current",
+            2e-7,
+        ),
+    ],
+    ids=["voltage", "current"],
+)
+def test_a_signal_behind_a_limit_is_taken_piecewise_between_the_kinks(amplifier, signal, bound):
+    """A polynomial through the time at which a limit is reached would lie above the limit."""
+    drive = {"model": "Trapezium", "high": 300.0, "rise": 3e-3, "hold": 5e-3, "fall": 2e-3, "delay": 2e-3}
+    scenario = load("vezzoli_2014/fig6_gap").replace({"drive": drive, "circuit.amplifier": amplifier})
+    name = f"maximum {signal}"
+    assert asked(scenario, name).values[name] == pytest.approx(bound, rel=1e-9)

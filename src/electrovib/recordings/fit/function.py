@@ -118,16 +118,16 @@ def _derivatives_of(
     """Choose how the derivatives of the function are found: as given, by an imaginary step, or by differences."""
     if given is not None:
         return lambda values: np.asarray(given(points, **values))
-    start = {name: each.start for name, each in free.items()}
-    if _takes_imaginary_steps(function, points, start):
+    if _takes_imaginary_steps(function, points, free):
         return lambda values: _by_imaginary_step(function, points, values)
     return lambda values: _by_differences(function, points, values, free)
 
 
 def _takes_imaginary_steps(
-    function: Callable[..., ArrayLike], points: Real, start: Mapping[str, float]
+    function: Callable[..., ArrayLike], points: Real, free: Mapping[str, FreeParameter]
 ) -> bool:
     """Tell whether the function is real, takes complex parameters, and has the slopes that differences give."""
+    start = {name: each.start for name, each in free.items()}
     if np.iscomplexobj(function(points, **start)):
         return False
     try:
@@ -135,7 +135,6 @@ def _takes_imaginary_steps(
             exact = _by_imaginary_step(function, points, start)
     except (TypeError, ValueError, ArithmeticError):
         return False
-    free = {name: FreeParameter(start=value) for name, value in start.items()}
     with np.errstate(all="ignore"):
         rough = _by_differences(function, points, start, free)
         scale = np.abs(rough).max(axis=0)

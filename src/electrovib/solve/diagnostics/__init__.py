@@ -19,6 +19,7 @@ from electrovib.solve.diagnostics.judge import (
     return_path_diagnostics,
     stack_diagnostics,
 )
+from electrovib.solve.diagnostics.over_frequency import over_frequency_diagnostics
 from electrovib.solve.diagnostics.peaks import PeakRecord
 from electrovib.solve.diagnostics.refinement import refined
 from electrovib.solve.diagnostics.settled import settled_charge
@@ -169,6 +170,7 @@ def judge_run(
         *_moving_gap(scenario, variables),
         *vanishing_gap(scenario, times, variables),
         *negative_attraction(scenario, variables),
+        *over_frequency_diagnostics(scenario),
     ]
 
 
@@ -190,11 +192,13 @@ def running_currents(
     -------
     currents : dict of str to float or None
         ``current`` and ``body_current`` [A]: of a periodic drive those of the periodic state, of any other those of the
-        response minus the response to that step. None without such a step, with a time-stepping solver, and where these
-        responses cannot be computed.
+        response minus the response to that step. None without such a step, with a time-stepping solver, behind an amplifier
+        with limits, and where these responses cannot be computed.
     """
     end, drive = float(record.times[-1]), scenario.drive
-    if chosen(scenario).method.is_marched or not discontinuities(scenario, end=end)[0]:
+    amplifier = scenario.circuit.amplifier
+    linear = not chosen(scenario).method.is_marched and (amplifier is None or not amplifier.is_limited)
+    if not linear or not discontinuities(scenario, end=end)[0]:
         return None
     names = ("current", "body_current")
     try:

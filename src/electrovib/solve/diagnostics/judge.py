@@ -23,6 +23,9 @@ from electrovib.solve.stack.keys import FieldOf
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Real
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.physics.circuit import Circuit
     from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
 from electrovib.solve.diagnostics.peaks import PeakRecord
@@ -170,7 +173,7 @@ def largest_values(
     -------
     reached : dict of str to float
         By the name of the limit, in its unit; with `SWITCH_ON` after the name, the value that the step at time 0 alone
-        causes. Infinite for the current of a discontinuity without a series resistance.
+        causes. Infinite for the current of a discontinuity without a series resistance, or into a stray capacitance.
     """
     drive, circuit = scenario.drive, scenario.circuit
     end = float(record.times[-1])
@@ -184,14 +187,31 @@ def largest_values(
         # the output of one pole or of a limited slope never passes its target, a parabola between times may
         target = float(np.max(np.abs(circuit.amplifier.aim([drive.largest(end)]))))
         reached["voltage"] = min(reached["voltage"], target)
+        reached["current"] = min(
+            reached["current"], _largest_supplied(circuit.amplifier, record.rows["current"])
+        )
     first, later = discontinuities(scenario, end=end)
-    if circuit.element().resistance == 0 and (first or later):
-        endless = dict.fromkeys(("current", "body_current"), math.inf)
-        reached |= endless if later else {f"{name}{SWITCH_ON}": math.inf for name in endless}
-    elif first and running is not None:
+    if first and running is not None and circuit.element().resistance > 0:
         switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + ROUNDED)}
         reached |= {**running, **{f"{name}{SWITCH_ON}": value for name, value in switched.items()}}
+    if first or later:
+        names = [name if later else f"{name}{SWITCH_ON}" for name in _unbounded_currents(circuit)]
+        reached |= dict.fromkeys(names, math.inf)
     return reached
+
+
+def _largest_supplied(amplifier: Amplifier, current: Real) -> float:
+    """Return the largest current of the amplifier in the direction of the largest recorded one [A]; infinite without a limit."""
+    sink, source = amplifier.current_limits
+    return source if np.max(current) >= -np.min(current) else -sink
+
+
+def _unbounded_currents(circuit: Circuit) -> tuple[str, ...]:
+    """Return the currents that have no bound at a discontinuity of the plate's voltage."""
+    if circuit.element().resistance == 0:
+        return ("current", "body_current")
+    charges = circuit.amplifier is not None and circuit.amplifier.stray_capacitance > 0
+    return ("current",) if charges else ()
 
 
 def _discontinuity(
@@ -203,17 +223,21 @@ def _discontinuity(
     when = "at time 0 only" if not later else "after time 0" if not first else "at time 0 and later"
     height = format_quantity(max(first, later), "V", digits=3)
     text = f"the drive has a discontinuity of up to {height}, {when}: right after it the current"
-    if resistance == 0:
+    unbounded = _unbounded_currents(scenario.circuit)
+    bounded = next((name for name in ("current", "body_current") if name not in unbounded), None)
+    if bounded is None:
         text += " has no bound, because there is no series resistance"
     else:
         shown = {
             name: format_quantity(value, "A", digits=3)
             for name, value in reached.items()
-            if "current" in name
+            if "current" in name and math.isfinite(value)
         }
-        largest = shown["current"]
-        if (switched := shown.get(f"current{SWITCH_ON}")) is not None:
+        largest = shown[bounded]
+        if (switched := shown.get(f"{bounded}{SWITCH_ON}")) is not None:
             largest = f"{switched} at time 0, {largest} apart from that"
+        if unbounded:
+            text += " into the stray capacitance has no bound, and that through the finger"
         text += (
             f" is bounded only by the series resistance of {format_quantity(resistance, 'ohm')} ({largest})"
         )

@@ -53,17 +53,23 @@ def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
     Returns
     -------
     first, later : float
-        Height at time 0 and largest height after it [V]; 0 without one, behind an amplifier with a bandwidth or a limit,
-        and for a current drive.
+        Height in the drive at time 0 and largest height after it [V]; 0 without one, behind an amplifier with a bandwidth
+        or a largest current, between voltages beyond its saturation, and for a current drive.
     """
     drive, amplifier = scenario.drive, scenario.circuit.amplifier
     if drive.quantity == "current" or (
-        amplifier is not None and (amplifier.bandwidth is not None or amplifier.is_limited)
+        amplifier is not None
+        and (amplifier.bandwidth is not None or np.isfinite(amplifier.current_limits[1]))
     ):
         return 0.0, 0.0
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     smallest = ROUNDED * sum(part.bound() for part in drive.parts())
     until = max(end, drive.period or 0.0) if settled else end
-    later = float(np.max(np.abs(drive.corners(until)[1]), initial=0.0))
+    times, heights = drive.corners(until)
+    if amplifier is not None and amplifier.saturation is not None:
+        after = drive.voltage(times)
+        passed = np.abs(amplifier.aim(after) - amplifier.aim(after - heights))
+        heights = np.where(passed > ROUNDED * amplifier.saturation, heights, 0.0)
+    later = float(np.max(np.abs(heights), initial=0.0))
     first = 0.0 if settled else abs(float(drive.voltage(0.0)))
     return first * (first > smallest), later * (later > smallest)

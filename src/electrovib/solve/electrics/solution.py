@@ -104,6 +104,9 @@ class Solution:
         Estimated errors [1] and numbers of events, by their names in the Trace.
     events : tuple of float
         Located times [s]: an amplifier reaches a limit, a gap a kink.
+    kinks : tuple of float
+        Times between the corners of the drive at which an amplifier enters or leaves one of its limits, voltage or current
+        [s]; quantities of the response are taken piecewise between them.
     steps : int
         Number of steps of the finest time integration.
     """
@@ -115,6 +118,7 @@ class Solution:
     pull: Real | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
     events: tuple[float, ...] = ()
+    kinks: tuple[float, ...] = ()
     steps: int = 0
 
     @property

@@ -195,9 +195,8 @@ def root_mean_squares(
     """
     scenario = expanded.scenario
     amplified = scenario.circuit.amplifier is not None
-    voltage = "plate_voltage" if amplified else "drive_voltage"
     signals = {
-        "voltage": voltage if scenario.drive.quantity == "voltage" else "stack_voltage",
+        "voltage": "plate_voltage" if amplified else "drive_voltage",
         "current": "amplifier_current" if amplified else "current",
         "body_current": "current",
     }

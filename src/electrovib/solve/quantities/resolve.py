@@ -160,6 +160,9 @@ def resolve(expanded: Expanded, wanted: Iterable[tuple[str, str]], *, alone: boo
     before: dict[float, float] = {}
     for round_ in range(MOST_ROUNDS + 1):
         record = expanded.at(mesh.times(), wanted=signals)
+        if not round_ and record.solution.kinks:
+            mesh = _with_kinks(mesh, np.array(record.solution.kinks), _fastest_rate(expanded))
+            record = expanded.at(mesh.times(), wanted=signals)
         series = {key: mesh.series(values_of(record, expanded, key)) for key in keys}
         most = MOST_ROUNDS if not record.solution.method.is_marched else MARCHED_ROUNDS
         tail = _relative_tails(series)
@@ -230,14 +233,42 @@ def first_mesh(expanded: Expanded, member: Scenario | None = None) -> Mesh:
         return Mesh(even)
     edges = [corners, even]
     if len(corners) <= FEW_CORNERS and bends:
-        rate = float(np.max(expanded.section.modes.rates, initial=1 / end))
+        rate = max(_fastest_rate(expanded), 1 / end)
         edges += [start + _graded(length, rate) for start, length in _stretches(corners)]
-    merged = np.unique(np.concatenate(edges))
-    apart = merged[np.diff(merged, prepend=-np.inf) > 64 * np.finfo(float).eps * end]
+    apart = _apart(np.concatenate(edges), end)
     nodes = MOST_NODES
     while nodes > 4 and len(apart) * (nodes + 1) > MOST_VALUES // 2:
         nodes //= 2
     return Mesh(np.append(apart[:-1], end), nodes)
+
+
+def _fastest_rate(expanded: Expanded) -> float:
+    """Return the fastest rate of the stack [1/s]; 0 without modes."""
+    return float(np.max(expanded.section.modes.rates, initial=0.0))
+
+
+def _apart(times: Real, end: float) -> Real:
+    """Sort times, and omit those that differ from the one before by rounding only [s]."""
+    merged = np.unique(times)
+    return np.asarray(merged[np.diff(merged, prepend=-np.inf) > 64 * np.finfo(float).eps * end])
+
+
+def _with_kinks(mesh: Mesh, kinks: Real, rate: float) -> Mesh:
+    """Add times at which a limited amplifier changes between its regimes, each followed by graded pieces if they are few."""
+    first, end = float(mesh.edges[0]), float(mesh.edges[-1])
+    inside = kinks[(kinks > first) & (kinks < end)]
+    edges = np.union1d(mesh.edges, inside)
+    if rate and len(inside) <= FEW_CORNERS:
+        lengths = edges[np.searchsorted(edges, inside, side="right")] - inside
+        graded = [
+            start + _graded(length, rate)
+            for start, length in zip(inside.tolist(), lengths.tolist(), strict=True)
+        ]
+        edges = np.concatenate([edges, *graded])
+    apart = _apart(edges, end)
+    if len(apart) * (mesh.nodes + 1) > MOST_VALUES:
+        return mesh
+    return Mesh(np.append(apart[:-1], end), mesh.nodes)
 
 
 def _only_tones(scenario: Scenario) -> bool:

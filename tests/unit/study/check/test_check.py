@@ -46,6 +46,24 @@ def test_peak_and_rms_voltage_of_a_sine():
     assert result.value("slew rate") == pytest.approx(2 * math.pi * 1e3 * 100, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("path", "series"),
+    [
+        ({"model": "Floating", "capacitance": 50e-12}, 1 / 50e-12),
+        ({"model": "SecondElectrode", "area": 0.5e-4}, 2 / CAPACITANCE),
+    ],
+    ids=["floating", "second"],
+)
+def test_rms_voltage_of_a_prescribed_current_includes_the_return_path(path, series):
+    """The plate is at the voltage of stack and return path together, as the peak is; by the elastances of both."""
+    drive = {"model": "CurrentSine", "amplitude": 1e-6, "frequency": 1e3, "phase": math.pi / 2}
+    insulates = {"stack.stratum_corneum.material": {"model": "Constant", "permittivity": 1560.0}}
+    result = ev.check(drive, "vezzoli_2014/fig6_static", set={"circuit.return_path": path} | insulates)
+    expected = 1e-6 * (1 / CAPACITANCE + series) / (2 * math.pi * 1e3)
+    assert result.value("peak voltage") == pytest.approx(expected, rel=1e-3)
+    assert result.value("rms voltage") == pytest.approx(expected / math.sqrt(2), rel=1e-3)
+
+
 def test_current_of_a_slow_ramp_is_capacitance_times_slope():
     """Between the corners of the ramp the film of 32.96 pF takes C dV/dt; the skin adds less than 1 %."""
     result = ev.check(FIG6)
@@ -399,3 +417,50 @@ class TestCommandLine:
         shown = self.run(FIG6, "--series-resistor").output
         assert "4 Mohm" in shown
         assert "250 mW" in shown
+
+
+@pytest.mark.parametrize("resistance", [0.0, 1e4])
+@pytest.mark.parametrize("stray", [0.0, 50e-12])
+def test_a_saturating_amplifier_passes_discontinuities_on(resistance, stray):
+    """Without a bandwidth or a largest current the plate's voltage is discontinuous where the limited target is."""
+    square = {"model": "Square", "high": 300, "low": -300, "frequency": 60}
+    amplifier = {"saturation": 200, "stray_capacitance": stray}
+    path = {"circuit.return_path.resistance": resistance, "circuit.amplifier": amplifier}
+    result = ev.check(square, FIG6, set=path, limits={"current": "250 uA"})
+    expected = 400 / resistance if resistance else math.inf
+    assert result.value("peak body current") == pytest.approx(expected, rel=1e-5)
+    assert result.value("peak current") == (math.inf if stray else pytest.approx(expected, rel=1e-5))
+    assert row(result, "peak current").state == "fail"
+    assert (result.value("rms current") is None) == (resistance == 0 or stray > 0)
+    held = ev.check({"model": "Square", "high": 900, "low": 300, "frequency": 60}, FIG6, set=path)
+    first = 200 / resistance if resistance else math.inf
+    assert held.value("peak body current") == pytest.approx(first, rel=1e-5)
+
+
+def test_a_discontinuity_charges_the_stray_capacitance_at_once():
+    """The current of the amplifier has no bound, that through the finger is bounded by the series resistance."""
+    square = {"model": "Square", "high": 300, "low": -300, "frequency": 60}
+    set_up = {"circuit.return_path.resistance": 1e4, "circuit.amplifier": {"stray_capacitance": 50e-12}}
+    result = ev.check(square, FIG6, set=set_up)
+    assert result.value("peak current") == math.inf
+    assert result.value("peak body current") == pytest.approx(600 / 1e4, rel=1e-3)
+    trace = ev.simulate(ev.load(FIG6, changes=set_up | {"drive": square}), signals=["current"])
+    said = [each.text for each in read_diagnostics(trace.attrs["validity"]) if each.name == "discontinuity"]
+    assert (
+        "into the stray capacitance has no bound, and that through the finger is bounded only by" in said[0]
+    )
+
+
+@pytest.mark.parametrize("source", [250e-6, 300e-6])
+def test_peak_current_never_exceeds_what_the_amplifier_supplies(source):
+    """The largest current is that of the limiter, also where the current has a kink between evaluation times."""
+    sine = {"model": "Sine", "amplitude": 600, "frequency": 3000}
+    amplifier = {
+        "bandwidth": 1e4,
+        "source_current": source,
+        "sink_current": 240e-6,
+        "stray_capacitance": 30e-12,
+    }
+    result = ev.check(sine, FIG6, set={"circuit.amplifier": amplifier, "limits.current": source})
+    assert result.value("peak current") == source
+    assert row(result, "peak current").state == "pass"

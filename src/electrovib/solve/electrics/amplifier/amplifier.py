@@ -70,7 +70,8 @@ def amplified_response(
             method=PERIODIC if settled else TRANSIENT,
             reason=why,
         )
-    found, changes = LimitedMarch(transfers, amplifier, drive, float(time[-1])).run(time)
+    march = LimitedMarch(transfers, amplifier, drive, float(time[-1]))
+    found, changes = march.run(time)
     why = (
         "linear layers behind an amplifier with limits: real modes at its voltage and at its largest current, from"
         f" rest; {len(changes)} changes between them located, in closed form from one to the next"
@@ -80,6 +81,7 @@ def amplified_response(
         method=LIMITED,
         reason=why,
         events=tuple(changes),
+        kinks=tuple(march.kinks),
     )
 
 

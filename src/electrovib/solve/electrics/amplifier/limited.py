@@ -58,6 +58,7 @@ class LimitedMarch:
         self.looks = LimitLooks(drive, end)
         self.beside = int(LIMIT_WINDOW / limit_look(len(self.plate.rates)))
         self.corners = frozenset(self.looks.corners.tolist())
+        self.kinks: list[float] = []
 
     def _fresh_meter(self) -> Meter:
         each = limit_look(len(self.plate.rates))
@@ -95,6 +96,7 @@ class LimitedMarch:
         rest = Span(start=0.0, mode=0, held=0, course=None, states=np.zeros(len(self.plate.rates)))
         first_span = self._begin(rest, 0.0)
         changes = [0.0] if first_span.mode else []
+        self.kinks = []
         span: Span | None = first_span
         while span is not None:
             following = self._next(span)
@@ -111,6 +113,8 @@ class LimitedMarch:
                 raise ElectrovibError(
                     f"the amplifier changed more than {MOST_CHANGES} times before {span.start} s"
                 )
+            if following is not None:
+                self.kinks.append(following.start)
             span = following
         return found, changes
 
