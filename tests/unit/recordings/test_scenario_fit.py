@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from twins import FILM, FREE, FREQUENCIES, GAP, LEAK, SIGNALS, TIMES, exact, noisy, plate, truth
 
+import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit import CancelledError, MeasuredTrace, fit_scenario
 
@@ -268,3 +269,10 @@ def test_parameters_that_differ_between_sessions(count):
     assert spread.within < 0.3 * spread.between
     assert "too narrow" in spread.in_words("m")
     assert found.scenario.stack.layers["gap"].thickness == spread.mean
+
+
+def test_a_signal_that_the_scenario_prescribes_is_refused_where_it_is_asked_for():
+    trace = ev.simulate(PLATE)
+    asked = ["electrostatic_force", "drive_voltage"]
+    with pytest.raises(InputError, match=r"signals = 'drive_voltage': the scenario prescribes it"):
+        fit_scenario(PLATE, trace, free=[GAP], start={GAP: 4e-6}, signals=asked)

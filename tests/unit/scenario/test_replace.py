@@ -48,6 +48,6 @@ def test_parts_that_stay_are_the_same_objects_and_change_nothing(name, monkeypat
     found = [outcome(scenario, each) for each in cases]
     changed = scenario.replace({"drive": scenario.drive.to_dict()})
     assert changed.stack is scenario.stack
-    monkeypatch.setattr(Scenario, "to_change", lambda self, changes: self.to_dict())
+    monkeypatch.setattr(Scenario, "to_change", lambda self, _: self.to_dict())
     assert found == [outcome(scenario, each) for each in cases]
     assert sum(isinstance(each, tuple) for each in found) >= 5

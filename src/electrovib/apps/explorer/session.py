@@ -183,9 +183,6 @@ class Session:
                 await self._simulate(state)
             except InterruptedWorkError:
                 return
-            except InputError as error:
-                self._report("\n".join(str(problem) for problem in error.problems))
-                return
             except ElectrovibError as error:
                 self._report(str(error))
                 return

@@ -134,7 +134,7 @@ def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> t
     Raises
     ------
     InputError
-        If a name is no signal of the recording, or nothing is left.
+        If a name is no signal of the recording, or one that a scenario prescribes, or nothing is left.
     """
     trace = measured.trace
     offered = {
@@ -149,7 +149,12 @@ def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> t
         for name in names
         if name not in offered
     ]
-    if not wanted:
+    problems += [
+        f"{measured.name}: signals = '{name}': the scenario prescribes it, and a fit compares what a scenario predicts; omit it"
+        for name in signals or ()
+        if name in PRESCRIBED and name in trace.data_vars
+    ]
+    if not wanted and not problems:
         problems.append(
             f"{measured.name}: holds no signal to fit; it has {', '.join(map(str, trace.data_vars)) or 'no variables'}, and a"
             " fit takes signals of the nomenclature over time or frequency, such as electrostatic_force or impedance"
