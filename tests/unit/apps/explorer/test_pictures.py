@@ -312,3 +312,11 @@ def test_text_of_a_visitor_stays_text(shown):
 
     text = judged_words([Diagnostic("<b>", "warning", "<script>alert(1)</script>")])
     assert "<script>" not in text
+
+
+def test_a_level_is_thinned_without_points_that_repeat():
+    x = np.arange(10_000.0)
+    shown, heights = thinned(x, np.where(x < 5000, 1.0, 2.0))
+    assert np.all(np.diff(shown) > 0)
+    assert (shown[0], shown[-1]) == (0, 9999)
+    assert set(heights) == {1.0, 2.0}

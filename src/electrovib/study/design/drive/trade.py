@@ -19,7 +19,6 @@ _FEW_UNKNOWNS: Final = 16
 """Values of the factor up to which a search is quick, so that many of them are made."""
 _EVEN: Final = 5
 """Starts that fill the range of the factor evenly."""
-_BETTER: Final = 0.999
 _AGREES: Final = 1.01
 _HIGHEST: Final = 3.0
 """Largest factor [1]."""
@@ -128,8 +127,8 @@ def best_factor(trade: Trade, scale: float) -> BestFactor:
     (SLSQP of SciPy) over straight lines between at most 16 values of the factor therefore begins at several points, the same at
     each call: the scaled target, factors that are held from the beginning as long as the limits allow, in one quarter of the
     time or to the end, and 5 points that fill the range evenly. With more samples the search is repeated over at most 80
-    values, from the first three of these starts, and from the best result for few values where that is better than those
-    of the first three by more than 0.1 %. Results are scaled back by their rounding beyond the limits.
+    values, from the first three of these starts and from the best result for few values. Results are scaled back by their
+    rounding beyond the limits.
     """
     size = trade.knots.shape[1]
     few = trade.reduced(spread := _spread(size, min(size, _FEW_UNKNOWNS)))
@@ -139,8 +138,7 @@ def best_factor(trade: Trade, scale: float) -> BestFactor:
     reached = float(np.min(misfits))
     best = min((*found, *(_within(few, start) for start in usual)), key=few.misfit)
     if size > _FEW_UNKNOWNS:
-        another = [spread @ best] if reached < _BETTER * np.min(misfits[: len(usual)]) else []
-        best, spread = _refined(trade, scale, another)
+        best, spread = _refined(trade, scale, spread @ best)
     return BestFactor(
         factor=np.asarray(spread @ best),
         searches=len(found),
@@ -148,15 +146,14 @@ def best_factor(trade: Trade, scale: float) -> BestFactor:
     )
 
 
-def _refined(trade: Trade, scale: float, further: list[Real]) -> tuple[Real, Real]:
-    """Return the best of at most 80 values, and the matrix from them to the samples, from the usual starts and others."""
+def _refined(trade: Trade, scale: float, before: Real) -> tuple[Real, Real]:
+    """Return the best of at most 80 values, and the matrix from them to the samples, from the usual starts and another one."""
     size = trade.knots.shape[1]
     spread = _spread(size, min(size, MOST_UNKNOWNS))
     count = spread.shape[1]
     many = trade.reduced(spread)
     places = np.linspace(0, size - 1, count)
-    starts = _usual_starts(many, scale)
-    starts += [np.interp(places, np.arange(size), each) for each in further]
+    starts = [*_usual_starts(many, scale), np.interp(places, np.arange(size), before)]
     found = [_searched(many, start) for start in starts]
     return min((*found, *(_within(many, start) for start in starts)), key=many.misfit), spread
 
