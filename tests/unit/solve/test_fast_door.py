@@ -105,7 +105,8 @@ def test_what_fades_is_read_from_polynomials_to_rounding(modes):
     assert np.max(np.abs(np.array(fading(weights, rates, since)) - expected)) < 3e-14 * np.sum(
         np.abs(weights)
     )
-    assert np.array_equal(fading(weights, rates, since[:FEW])[0], expected[0][:FEW])
+    few = np.array(fading(weights, rates, since[:FEW]))  # a direct sum, whose order depends on the processor
+    assert np.max(np.abs(few - expected[:, :FEW])) < 1e-15 * np.sum(np.abs(weights))
 
 
 @pytest.mark.parametrize("even", [True, False])

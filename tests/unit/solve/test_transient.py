@@ -325,8 +325,10 @@ def test_quantities_with_different_modes_at_once():
     alone = Transfer(rates=np.array([77.0]), gains=np.array([1.0]))
     time = np.linspace(0, 0.01, 7)
     together = transient({"a": HIGH_PASS, "b": alone, "c": OTHER}, SQUARE, time)
-    assert np.array_equal(together["b"], transient({"b": alone}, SQUARE, time)["b"])
-    assert np.array_equal(together["a"], transient({"a": HIGH_PASS}, SQUARE, time)["a"])
+    for name, transfer in (("a", HIGH_PASS), ("b", alone)):
+        separate = transient({name: transfer}, SQUARE, time)[name]
+        # the order in which a product of matrices is summed depends on their size and on the processor
+        assert together[name] == pytest.approx(separate, rel=1e-15, abs=1e-15 * np.max(np.abs(separate)))
 
 
 @pytest.mark.parametrize(
