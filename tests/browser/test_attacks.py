@@ -239,6 +239,20 @@ def test_more_than_a_hundred_malformed_links_and_files_give_a_sentence_each(watc
     assert watched.stop() == ""  # nothing in its log
 
 
+def _readers(server: int) -> list[int]:
+    """Processes of the server that read a file."""
+    found = []
+    for each in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            is_reader = b"guarded_child" in each.read_bytes()
+            parent = int((each.parent / "stat").read_text().rsplit(")", 1)[1].split()[1])
+        except (OSError, IndexError):  # it has ended meanwhile
+            continue
+        if is_reader and parent == server:
+            found.append(int(each.parent.name))
+    return found
+
+
 def test_a_visitor_who_leaves_in_the_middle_of_an_upload_leaves_nothing(watched):
     async def run():
         for _ in range(3):
@@ -261,11 +275,32 @@ def test_a_visitor_who_leaves_in_the_middle_of_an_upload_leaves_nothing(watched)
         await writer.drain()
         await asyncio.sleep(0.2)
         writer.close()
-        await asyncio.sleep(8)
+        for _ in range(600):  # a busy machine takes its time
+            if _listing(*watched.watched) == before:
+                break
+            await asyncio.sleep(0.1)
 
     before = _listing(*watched.watched)
     asyncio.run(run())
     assert _listing(*watched.watched) == before
+    assert "Traceback" not in watched.stop()
+
+
+def test_reading_ends_when_the_visitor_leaves(watched):
+    async def run():
+        visitor = Visitor(watched.port)
+        await visitor.load()
+        await visitor.connect()
+        await visitor.upload(b"a.csv", b"1,2\n" * 1_000_000)
+        await visitor.until(lambda: _readers(watched.process.pid))
+        os.kill(_readers(watched.process.pid)[0], signal.SIGSTOP)  # it would not end by itself
+        await visitor.close()
+        while _readers(watched.process.pid):
+            await asyncio.sleep(0.1)
+        while list(watched.folder.glob("electrovib-*")):
+            await asyncio.sleep(0.1)
+
+    asyncio.run(asyncio.wait_for(run(), 40))
     assert "Traceback" not in watched.stop()
 
 

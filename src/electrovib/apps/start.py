@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 _AGAIN: Final = 1.0
 """Time after which an interrupt is raised again [s]: Python only prints an exception that a callback raises."""
+_INTERRUPTS: Final[list[int]] = []
+"""Signals that were received."""
 
 
 def main() -> None:
@@ -26,13 +28,20 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.stderr.write("electrovib: interrupted before anything was done\n")
         sys.exit(INTERRUPTED)
+    except Exception:
+        if not _INTERRUPTS:
+            raise
+        # a compiled library whose import is interrupted raises an ImportError instead
+        sys.stderr.write("electrovib: interrupted, nothing was left half written\n")
+        sys.exit(INTERRUPTED)
     finally:
         _be_silent()
 
 
 def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
     """Raise KeyboardInterrupt, repeatedly until the command has ended."""
-    del number, frame
+    del frame
+    _INTERRUPTS.append(number)
     if hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, _interrupt)
         signal.setitimer(signal.ITIMER_REAL, _AGAIN)

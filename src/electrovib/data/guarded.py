@@ -168,6 +168,10 @@ class GuardedReading:
             self._process.stdout.close()
         self._process.wait()
 
+    def stop(self) -> None:
+        """Kill the process, from any thread; the thread that waits for its content then meets a `DataFileError`."""
+        self._process.kill()
+
     def content(self) -> dict[str, Any]:
         """Wait for the reader and return its content.
 

@@ -81,7 +81,7 @@ def test_an_interrupt_is_answered_by_one_sentence_at_any_moment():
     told = []
     for share in range(30):
         code, err = interrupted(first + 0.04 * share)
-        assert code in (start.INTERRUPTED, -signal.SIGINT, 0)
+        assert code in (start.INTERRUPTED, -signal.SIGINT, 0), err
         assert err in (
             "",
             "electrovib: interrupted before anything was done\n",
@@ -89,6 +89,33 @@ def test_an_interrupt_is_answered_by_one_sentence_at_any_moment():
         )
         told.append(bool(err))
     assert any(told)
+
+
+@pytest.mark.parametrize("is_interrupted", [True, False])
+def test_an_import_that_turns_an_interrupt_into_an_error_is_answered_likewise(
+    monkeypatch, capsys, is_interrupted
+):
+    def command_line():
+        try:
+            if is_interrupted:
+                start._interrupt(signal.SIGINT, None)
+        except KeyboardInterrupt:
+            pass
+        raise ImportError("numpy._core.multiarray failed to import")
+
+    monkeypatch.setattr("electrovib.apps.cli.main", command_line)
+    monkeypatch.setattr(start, "_INTERRUPTS", [])
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGALRM)
+    try:
+        with pytest.raises(SystemExit if is_interrupted else ImportError) as stop:
+            start.main()
+    finally:
+        signal.signal(signal.SIGINT, before[0])
+        signal.signal(signal.SIGALRM, before[1])
+    said = "electrovib: interrupted, nothing was left half written\n" if is_interrupted else ""
+    assert capsys.readouterr().err == said
+    if is_interrupted:
+        assert stop.value.code == start.INTERRUPTED
 
 
 def test_an_interrupt_that_a_callback_swallows_comes_again(monkeypatch):

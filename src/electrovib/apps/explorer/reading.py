@@ -70,7 +70,7 @@ def read_apart(
     arguments = {"columns": dict(columns) if columns else None, "step": step, "title": title}
     with (
         GuardedReading(_READER, path, limits=LIMITS, **arguments) as reading,
-        closed_at_end(reading.close),
+        closed_at_end(reading.stop),
     ):
         return _unpacked(reading.content())
 
@@ -92,7 +92,7 @@ def read_tables_apart(path: Path) -> Any:
     """
     with (
         GuardedReading(_TOML_READER, path, limits=_TOML_LIMITS) as reading,
-        closed_at_end(reading.close),
+        closed_at_end(reading.stop),
     ):
         return reading.content()["tables"]
 

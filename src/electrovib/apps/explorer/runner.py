@@ -17,6 +17,8 @@ SERVER_ENDS: Final = threading.Event()
 """Set when the server is stopped; work in threads then ends as soon as it can."""
 
 _TO_CLOSE: Final[set[Callable[[], None]]] = set()
+_HERE: Final = threading.local()
+"""In each thread, the presence of the visitor for whom it works."""
 
 
 def end_work() -> None:
@@ -26,27 +28,66 @@ def end_work() -> None:
         close()
 
 
+class Presence:
+    """Whether a visitor is still there, and what ends when the visitor leaves."""
+
+    def __init__(self) -> None:
+        self.has_left = False
+        self.to_close: set[Callable[[], None]] = set()
+
+    def leave(self) -> None:
+        """Note that the visitor has left, and end what waits for other processes in the visitor's name."""
+        self.has_left = True
+        for close in list(self.to_close):
+            close()
+
+    @contextmanager
+    def working(self, is_in_vain: Callable[[], bool] = bool) -> Iterator[None]:
+        """End the work of this thread within the block once the visitor has left, or its result is no longer wanted.
+
+        Parameters
+        ----------
+        is_in_vain : callable
+            Returns whether the result is no longer wanted; by default it is wanted as long as the visitor is there.
+
+        Yields
+        ------
+        None
+            Within the block, in this thread.
+        """
+        _HERE.presence = self
+        try:
+            with interruptible(lambda: self.has_left or is_in_vain()):
+                yield
+        finally:
+            _HERE.presence = None
+
+
 @contextmanager
 def closed_at_end(close: Callable[[], None]) -> Iterator[None]:
-    """Call a function if the server is stopped within the block.
+    """Call a function if the server is stopped, or the visitor leaves for whom this thread works, within the block.
 
     Parameters
     ----------
     close : callable
-        Called at most once, from another thread.
+        Called from another thread, perhaps more than once.
 
     Yields
     ------
     None
         Within the block.
     """
-    _TO_CLOSE.add(close)
+    presence: Presence = getattr(_HERE, "presence", None) or Presence()
+    places = (_TO_CLOSE, presence.to_close)
+    for each in places:
+        each.add(close)
     try:
-        if SERVER_ENDS.is_set():
+        if SERVER_ENDS.is_set() or presence.has_left:
             close()
         yield
     finally:
-        _TO_CLOSE.discard(close)
+        for each in places:
+            each.discard(close)
 
 
 class InterruptedWorkError(Exception):

@@ -17,7 +17,7 @@ from electrovib.apps.explorer.limits import (
     LONGEST_SHORT_RUN,
     MOST_PINNED,
 )
-from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, Workers, apart, interruptible
+from electrovib.apps.explorer.runner import InterruptedWorkError, LatestOnly, Presence, Workers, apart
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.budget import BudgetError, budget
 from electrovib.core.errors import ElectrovibError, InputError
@@ -80,7 +80,7 @@ class Session:
         self._updates: LatestOnly[PageState] = LatestOnly(self._update, self._failed)
         self._shown: PageState | None = None
         self._reported = False
-        self._has_left = False
+        self._presence = Presence()
         self._is_reading = False
 
     @property
@@ -91,7 +91,7 @@ class Session:
     def ask(self, state: PageState) -> None:
         """Show another state as soon as it is computed; states that arrive faster replace each other."""
         self.state = state
-        if not self._has_left:
+        if not self._presence.has_left:
             self._updates.ask(state)
 
     def open(self, tab: str) -> None:
@@ -113,7 +113,7 @@ class Session:
 
     def stop(self) -> None:
         """Cancel what runs, when the visitor has left, and forget what was kept."""
-        self._has_left = True
+        self._presence.leave()
         self._updates.stop()
         self.computed, self.measured, self.pinned, self.further = None, None, [], Further()
 
@@ -137,7 +137,7 @@ class Session:
         """
 
         def limited() -> R:
-            with budget(time=LONGEST_RUN, memory=LARGEST_RUN), interruptible(lambda: self._has_left):
+            with budget(time=LONGEST_RUN, memory=LARGEST_RUN), self._presence.working():
                 return work()
 
         try:
@@ -195,19 +195,19 @@ class Session:
         """Simulate a scenario and show it: in turn if it is short, among long work if it takes long."""
         quick, patient, turn = self.workers.quick, self.workers.patient, self.workers.turn
 
-        def run(longest: float, is_in_vain: Callable[[], bool]) -> Computed:
-            with interruptible(is_in_vain):
+        def run(longest: float, is_in_vain: Callable[[], bool] = bool) -> Computed:
+            with self._presence.working(is_in_vain):
                 return compute(scenario_of(state, own=self.own), longest=longest)
 
         def shown_in_any_case(longest: float) -> Awaitable[Computed]:
             # not in vain when a newer state waits, so that the curves follow a slider while it moves
-            return apart(quick, lambda: run(longest, lambda: self._has_left))
+            return apart(quick, lambda: run(longest))
 
         async def without_turn() -> Computed:
             try:
                 return await shown_in_any_case(LONGEST_QUICK_RUN)
             except BudgetError:
-                return await apart(patient, lambda: run(LONGEST_RUN, self._is_in_vain))
+                return await apart(patient, lambda: run(LONGEST_RUN, lambda: self._updates.is_stale))
 
         try:
             async with turn:
@@ -220,9 +220,6 @@ class Session:
         self.further = Further(band=self.further.band, drawn=self.further.drawn)
         self._report("")
         self.show(found, self.further)
-
-    def _is_in_vain(self) -> bool:
-        return self._has_left or self._updates.is_stale
 
     async def _compute_further(self, found: Computed) -> None:
         """Compute what the open tab needs, a slice at a time; stop as soon as something newer waits."""
@@ -238,7 +235,8 @@ class Session:
                 self.show(found, self.further)
 
     def _slice(self, work: Slice, known: Further) -> Further:
-        with budget(time=LONGEST_RUN, memory=LARGEST_RUN), interruptible(self._is_in_vain):
+        within = budget(time=LONGEST_RUN, memory=LARGEST_RUN)
+        with within, self._presence.working(lambda: self._updates.is_stale):
             return work(known)
 
 

@@ -13,7 +13,7 @@ from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
 from electrovib.scenario.moisture import moisture_diagnostic
 from electrovib.solve.choice import chosen, solve, solve_fields
-from electrovib.solve.diagnostics.evaluation_times import evaluation_times, shows_every_sample
+from electrovib.solve.diagnostics.evaluation_times import around_kinks, evaluation_times, shows_every_sample
 from electrovib.solve.diagnostics.judge import (
     circuit_diagnostics,
     return_path_diagnostics,
@@ -27,6 +27,7 @@ from electrovib.solve.diagnostics.steepness import discontinuities
 from electrovib.solve.diagnostics.touch import contact_diagnostics
 from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
 from electrovib.solve.electrics.linear.current import caveat
+from electrovib.solve.electrics.methods import LIMITED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -68,19 +69,23 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
 
     Notes
     -----
-    A solver in closed form is evaluated again at further times; a time-stepping solver returns all times of one run.
+    A solver in closed form is evaluated again at further times; a time-stepping solver returns all times of one run, and an
+    amplifier with limits in a second run the values around the times at which it reaches or leaves a limit.
     """
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     distance = scenario.motion.distance
     moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
     wanted = evaluation_times(scenario.drive, end=float(times[-1]), settled=settled, beside=moved, seen=times)
-    if chosen(scenario).method.is_marched:
-        both = np.union1d(times, wanted)
-        whole = solve(scenario, section, both)
-        return whole.at(np.searchsorted(both, times)), PeakRecord.of(scenario, both, whole.found)
 
     def look(moments: Real) -> PeakRecord:
         return PeakRecord.of(scenario, moments, solve_fields(scenario, section, moments).found)
+
+    if chosen(scenario).method.is_marched:
+        both = np.union1d(times, wanted)
+        whole = solve(scenario, section, both)
+        record = PeakRecord.of(scenario, both, whole.found)
+        around = np.setdiff1d(around_kinks(np.array(whole.kinks), float(times[-1])), both)
+        return whole.at(np.searchsorted(both, times)), record.joined(look(around)) if len(around) else record
 
     answer = solve(scenario, section, times)
     record = PeakRecord.of(scenario, times, answer.found)
@@ -108,17 +113,20 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solu
     Returns
     -------
     PeakRecord
-        Refined, for a solver in closed form, around each largest value that its neighbours do not resolve.
+        Refined around each largest value that its neighbours do not resolve, if in closed form; with the values just before
+        corners and changes between regimes of an amplifier.
     """
     record = PeakRecord.of(scenario, times, answer.found)
-    if chosen(scenario).method.is_marched:
+    if (method := chosen(scenario).method).is_marched and method is not LIMITED:
         return record
 
     def look(moments: Real) -> PeakRecord:
         return PeakRecord.of(scenario, moments, solve_fields(scenario, section, moments).found)
 
-    before = np.setdiff1d(record.before_corners(scenario.drive.corners(float(times[-1]))[0]), times)
-    return refined(record.joined(look(before)) if len(before) else record, look)
+    corners = np.union1d(scenario.drive.corners(float(times[-1]))[0], answer.kinks)
+    before = np.setdiff1d(record.before_corners(corners), times)
+    whole = record.joined(look(before)) if len(before) else record
+    return whole if method is LIMITED else refined(whole, look)
 
 
 def judge_run(

@@ -10,6 +10,8 @@ import numpy as np
 from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
 
@@ -81,6 +83,34 @@ def evaluation_times(
     return np.unique(found[found <= end])
 
 
+def around_kinks(kinks: Real, end: float) -> Real:
+    """Return times just before and after changes between the regimes of an amplifier with limits, as around corners.
+
+    Parameters
+    ----------
+    kinks : ndarray, shape (n,)
+        Times at which the amplifier enters or leaves a limit, increasing, >= 0 [s].
+    end : float
+        Last output time [s].
+
+    Returns
+    -------
+    moments : ndarray
+        Evaluation times, increasing [s].
+
+    Notes
+    -----
+    The current into a capacitance is discontinuous there, and a parabola through both sides would not be its largest value.
+    """
+    if not len(kinks):
+        return kinks
+    since, until = np.diff(kinks, prepend=0.0), np.diff(kinks, append=end)
+    few = _first_and_last(len(kinks))
+    after = (kinks[few, None] + until[few, None] * AFTER).ravel()
+    moments = np.unique(np.concatenate([kinks - AFTER[0] * since, kinks, kinks + AFTER[0] * until, after]))
+    return np.asarray(moments[moments <= end])
+
+
 def shows_every_sample(drive: Drive, times: Real) -> bool:
     """Return whether times are the samples of a measured drive, and too many to evaluate just before each.
 
@@ -147,12 +177,17 @@ def _stretch(drive: Drive, start: float, end: float, beside: float) -> Real:
     if len(corners) > MOST_CORNERS:
         corners = corners[np.unique(np.linspace(0, len(corners) - 1, MOST_CORNERS).astype(int))]
     spans = np.diff(corners)
-    near = np.arange(len(spans))
-    near = near[(near < FEW_CORNERS // 2) | (near >= len(spans) - FEW_CORNERS // 2)]
+    near = _first_and_last(len(spans))
     found = [corners]
     found += [(corners[:-1, None] + spans[:, None] * BEFORE).ravel()]
     found += [(corners[near, None] + spans[near, None] * AFTER).ravel()]
     return np.unique(np.concatenate([*found, *_oscillating(drive.highest_frequency + beside, start, end)]))
+
+
+def _first_and_last(count: int) -> NDArray[np.intp]:
+    """Return the indices of the corners that are followed by times on a logarithmic scale."""
+    indices = np.arange(count)
+    return indices[(indices < FEW_CORNERS // 2) | (indices >= count - FEW_CORNERS // 2)]
 
 
 def _oscillating(frequency: float, start: float, end: float) -> list[Real]:
