@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import functools
 import json
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -21,9 +22,12 @@ from electrovib.solve.quantities.answer import declared_mean_squares
 from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import xarray
+    from numpy.typing import NDArray
+
+    from electrovib.core.diagnostics import Diagnostic
 
 
 def simulate(
@@ -66,22 +70,90 @@ def simulate(
     scenario = read_scenario(scenario)
     _refuse_unknown(signals)
     expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
-    times, frequency = expanded.times, scenario.frequency.frequencies()
-    with beside(len(times), functools.partial(provenance, scenario)) as stated:
+    with beside(len(expanded.times), functools.partial(provenance, scenario)) as stated:
+        found = Simulated.of(expanded)
+        origin = stated()
+    return found.trace(origin, signals=signals)
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """Signals and validity of a simulation, before they are a Trace.
+
+    Parameters
+    ----------
+    variables : mapping
+        Name of a signal to its dimensions and array, in SI.
+    coordinates : mapping of str to ndarray
+        Name of a dimension to its values.
+    diagnostics : tuple of Diagnostic
+        Statements on the validity.
+    attributes : mapping
+        Solver, its reason and its errors, as a Trace states them.
+
+    Notes
+    -----
+    To make a Trace takes longer than to draw its curves: the page in the browser makes one only where it is asked for.
+    """
+
+    variables: Mapping[str, tuple[Sequence[str], Any]]
+    coordinates: Mapping[str, NDArray[Any]]
+    diagnostics: tuple[Diagnostic, ...]
+    attributes: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, expanded: Expanded) -> Self:
+        """Compute everything that a Trace of a scenario states, its provenance apart.
+
+        Parameters
+        ----------
+        expanded : Expanded
+            The scenario with its stack and output times.
+
+        Returns
+        -------
+        Simulated
+            All signals.
+        """
+        scenario, times = expanded.scenario, expanded.times
+        frequency = scenario.frequency.frequencies()
         at_frequency = phasors(scenario, frequency)
         record = expanded.at(times, closely=True)
         diagnostics, errors = expanded.judge(record, declared_mean_squares)
-        attributes = stated() | errors | record.how
-    variables: dict[str, Any] = {**record.signals, **over_frequency(scenario, at_frequency)}
-    variables = _chosen(variables, signals)
-    diagnostics += sampling(scenario.drive, times)
-    attributes["validity"] = json.dumps([each.to_dict() for each in diagnostics])
-    coordinates = {
-        "time": times,
-        "frequency": frequency,
-        "layer": np.array(list(expanded.section.layers), dtype=object),
-    }
-    return make_trace(variables, coordinates, attributes)
+        return cls(
+            variables={**record.signals, **over_frequency(scenario, at_frequency)},
+            coordinates={
+                "time": times,
+                "frequency": frequency,
+                "layer": np.array(list(expanded.section.layers), dtype=object),
+            },
+            diagnostics=(*diagnostics, *sampling(scenario.drive, times)),
+            attributes=errors | record.how,
+        )
+
+    def trace(self, origin: Mapping[str, Any], *, signals: Sequence[str] | None = None) -> xarray.Dataset:
+        """Make the Trace.
+
+        Parameters
+        ----------
+        origin : mapping
+            Attributes from `electrovib.solve.provenance.provenance`.
+        signals : sequence of str, optional
+            Names of the signals that it holds, by default all.
+
+        Returns
+        -------
+        xarray.Dataset
+            As `simulate` returns it.
+
+        Raises
+        ------
+        InputError
+            If the scenario does not have a requested signal.
+        """
+        validity = json.dumps([each.to_dict() for each in self.diagnostics])
+        attributes = {**origin, **self.attributes, "validity": validity}
+        return make_trace(_chosen(self.variables, signals), self.coordinates, attributes)
 
 
 def _refuse_unknown(signals: Sequence[str] | None) -> None:
@@ -94,7 +166,7 @@ def _refuse_unknown(signals: Sequence[str] | None) -> None:
         raise InputError(problems)
 
 
-def _chosen(variables: dict[str, Any], signals: Sequence[str] | None) -> dict[str, Any]:
+def _chosen(variables: Mapping[str, Any], signals: Sequence[str] | None) -> Mapping[str, Any]:
     """Return the signals that were requested."""
     if signals is None:
         return variables

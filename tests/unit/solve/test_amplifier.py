@@ -424,7 +424,7 @@ def test_a_sine_behind_a_limit_needs_as_many_steps_as_it_has_changes(monkeypatch
     )
     drive = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": 777.0}, "time.duration": 4e-3}
     trace = ev.simulate(GAP.replace(drive | {"circuit.amplifier": {"gain": 1.0, "source_current": 2e-6}}))
-    assert 10 < len(calls) < 20
+    assert 20 < len(calls) < 40  # of two runs: the second one is for the values around the changes
     slope = np.gradient(trace.plate_voltage.values, trace.time.values)
     assert np.max(np.abs(slope)) < 2 * np.pi * 777 * 100  # slower than the drive
 

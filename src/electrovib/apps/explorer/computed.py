@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -9,39 +10,50 @@ import numpy as np
 
 from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_RUN
 from electrovib.core.budget import budget
-from electrovib.core.diagnostics import Diagnostic, read_diagnostics
-from electrovib.solve.simulate import simulate
+from electrovib.solve.expanded import Expanded
+from electrovib.solve.provenance import provenance
+from electrovib.solve.simulate import Simulated
 
 if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Computed:
-    """A scenario with its Trace.
+    """A scenario with its signals.
 
     Parameters
     ----------
     scenario : Scenario
         As the page shows it.
-    trace : xarray.Dataset
-        What `electrovib.simulate` returns for it.
+    found : Simulated
+        Its signals and their validity.
     """
 
     scenario: Scenario
-    trace: xarray.Dataset
+    found: Simulated
+
+    @functools.cached_property
+    def trace(self) -> xarray.Dataset:
+        """What `electrovib.simulate` returns for the scenario; made when it is first asked for."""
+        return self.found.trace(provenance(self.scenario))
 
     @property
     def diagnostics(self) -> list[Diagnostic]:
-        """Statements on the validity of the Trace."""
-        return read_diagnostics(self.trace.attrs["validity"])
+        """Statements on the validity."""
+        return list(self.found.diagnostics)
 
     def has(self, name: str) -> bool:
-        """Return whether the Trace has a signal."""
-        return name in self.trace.variables
+        """Return whether there is a signal of this name."""
+        return name in self.found.variables
+
+    def dimensions(self, name: str) -> tuple[str, ...]:
+        """Return the names of the dimensions of a signal."""
+        return tuple(self.found.variables[name][0])
 
     def values(self, name: str, *, layer: str = "") -> NDArray[Any]:
         """Return the array of a signal.
@@ -49,7 +61,7 @@ class Computed:
         Parameters
         ----------
         name : str
-            A signal of the Trace, or one of its coordinates.
+            A signal, or one of its dimensions.
         layer : str
             Name of a layer, for a signal that has one row for each; empty for all rows.
 
@@ -57,16 +69,14 @@ class Computed:
         -------
         values : ndarray
             In SI, without a copy.
-
-        Notes
-        -----
-        ``trace[name]`` makes a DataArray with its coordinates, which takes longer than to draw a curve.
         """
-        variable = self.trace.variables[name]
+        if name in self.found.coordinates:
+            return self.found.coordinates[name]
+        dimensions, values = self.found.variables[name]
         if not layer:
-            return np.asarray(variable.values)
-        row = list(self.trace.variables["layer"].values).index(layer)
-        rows: NDArray[Any] = np.moveaxis(np.asarray(variable.values), variable.dims.index("layer"), 0)
+            return np.asarray(values)
+        row = list(self.found.coordinates["layer"]).index(layer)
+        rows: NDArray[Any] = np.moveaxis(np.asarray(values), list(dimensions).index("layer"), 0)
         return np.asarray(rows[row])
 
 
@@ -83,7 +93,7 @@ def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
     Returns
     -------
     Computed
-        Scenario and Trace.
+        Scenario and signals.
 
     Raises
     ------
@@ -93,4 +103,4 @@ def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
         If the run would take more time or memory than a page allows.
     """
     with budget(time=longest, memory=LARGEST_RUN):
-        return Computed(scenario, simulate(scenario))
+        return Computed(scenario, Simulated.of(Expanded(scenario)))

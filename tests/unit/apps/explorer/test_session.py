@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 import electrovib as ev
+from electrovib.apps.explorer import computed
 from electrovib.apps.explorer.further import LAWS
 from electrovib.apps.explorer.limits import MOST_PINNED
 from electrovib.apps.explorer.runner import LatestOnly, Workers
@@ -77,7 +78,7 @@ def test_a_mistake_is_a_sentence_and_the_page_goes_on():
 
 
 def test_a_mistake_of_the_program_is_reported_and_the_page_goes_on(monkeypatch, caplog):
-    real = ev.simulate
+    real = computed.Expanded
     calls = []
 
     def broken(scenario):
@@ -86,7 +87,7 @@ def test_a_mistake_of_the_program_is_reported_and_the_page_goes_on(monkeypatch, 
             raise ZeroDivisionError("of ours")
         return real(scenario)
 
-    monkeypatch.setattr("electrovib.apps.explorer.computed.simulate", broken)
+    monkeypatch.setattr(computed, "Expanded", broken)
 
     async def actions(session):
         session.ask(session.state)

@@ -88,7 +88,7 @@ def unknown_signals(shown: Computed) -> list[str]:
 
 def _is_known(shown: Computed, signal: str) -> bool:
     """Return whether a result has a signal over time with a finite value."""
-    if not shown.has(signal) or shown.trace.variables[signal].dims != ("time",):
+    if not shown.has(signal) or shown.dimensions(signal) != ("time",):
         return False
     return bool(np.isfinite(shown.values(signal)).any())
 
