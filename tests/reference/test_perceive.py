@@ -219,8 +219,12 @@ def test_a_leak_is_followed_from_rest_and_says_so():
 )
 def test_a_threshold_from_one_run_needs_a_friction_proportional_to_the_square(changes, path):
     """With a PowerLaw of exponent -0.5 a run at 1000 V would give 42 V in the place of 28 V."""
-    with pytest.raises(InputError, match=f"^{path}: with it the change of the friction is not proportional"):
+    refused = f"^{path}: with it the change of the friction is not proportional"
+    with pytest.raises(InputError, match=refused):
         threshold_over_frequency(SINE.replace(changes), [30.0], {"sine": {"model": "Sine", "amplitude": 1.0}})
+    for pair in ((SINE, SINE.replace(changes)), (SINE.replace(changes), SINE)):
+        with pytest.raises(InputError, match=refused):
+            threshold_ratio(*pair, BOTH_CHANNELS)
 
 
 # Traces

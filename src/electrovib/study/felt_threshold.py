@@ -132,7 +132,14 @@ def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, sa
     -------
     ratio : float
         Threshold voltage of the first over that of the second [dB]; above 0 the second is felt at a lower voltage.
+
+    Raises
+    ------
+    InputError
+        If the change of the friction is not proportional to the square of the voltage, as in `threshold_over_frequency`.
     """
+    for each in (first, second):
+        _proportional(each)
     felt = [felt_level(scenario, person, samples=samples) for scenario in (second, first)]
     return float(10 * np.log10(felt[0] / felt[1]))
 

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
 from electrovib.physics.perception import MOTION, RYU, Perception
 from electrovib.study.felt_spectrum import Lines
 
@@ -182,7 +183,8 @@ def stands_on(found: Lines, person: Perception, given: Any) -> tuple[str, ...]:
         )
     else:
         texts.append(
-            f"threshold: {person.threshold:.4g} m with an uncertainty of {person.threshold_uncertainty:g} dB, given by the user"
+            f"threshold: {format_quantity(person.threshold, 'm', digits=4)} with an uncertainty of"
+            f" {person.threshold_uncertainty:g} dB, given by the user"
         )
     texts.append(
         f"difference threshold: {person.difference_threshold:g} dB, taken as that of the voltage amplitude, which"
@@ -220,7 +222,8 @@ def compare_percepts(first: Percept, second: Percept) -> Difference:
     threshold = min(first.difference_threshold, second.difference_threshold)
     noticeable = abs(difference) > threshold
     text = (
-        f"{difference:+.2f} dB of voltage amplitude, difference threshold {threshold:g} dB:"
+        f"{difference:+.2f} dB of voltage amplitude, where the change of the force is proportional to its square, difference"
+        f" threshold {threshold:g} dB:"
         f" {'can' if noticeable else 'cannot'} be discriminated by strength; 1.21 dB is from {RYU}, which does not state its"
         " quantity: taken as voltage amplitude"
     )

@@ -48,12 +48,33 @@ def test_three_that_belong_together_ask_for_one_to_be_fixed():
     assert set(found.states.values()) == {"not"}
 
 
-def test_a_zero_takes_information_but_is_not_judged():
+def test_a_zero_takes_information_and_is_lost_with_what_it_takes_it_from():
     slope = np.column_stack([100 * (1 + 1e-3 * GRID), np.ones(50)])
     alone = identifiability(slope[:, :1], {"a": 1.0})
     found = identifiability(slope, {"a": 1.0, "zero": 0.0}, zeros=["zero"])
     assert alone.states == {"a": "well"}
-    assert found.states == {"a": "not", "zero": "well"}
+    assert found.states == {"a": "not", "zero": "not"}
+    assert math.isinf(found.covariance[1, 1])
+
+
+def test_a_zero_that_is_distinct_from_what_is_lost_is_known():
+    # c has a small influence, so that only it is lost; the constant is another shape
+    slope = np.column_stack([100 * GRID, 0.1 * GRID**2, np.ones(50)])
+    values = {"a": 1.0, "c": 1.0, "zero": 0.0}
+    found = identifiability(slope, values, zeros=["zero"])
+    assert found.states == {"a": "well", "c": "not", "zero": "well"}
+    assert np.sqrt(found.covariance[2, 2]) < 1
+
+
+@pytest.mark.parametrize(("rise", "state"), [(0.3, "not"), (0.6, "well")])
+def test_a_zero_is_lost_where_it_would_be_ten_times_as_uncertain(rise, state):
+    """Data that rise by a share r are a constant to the share r/sqrt(12): ten times at r = 0.34, with some influence."""
+    shape = 1 + rise * (GRID - 0.5)
+    weak = 0.5 / np.linalg.norm(shape - shape.mean())  # the logarithm of a has the standard deviation 2
+    found = identifiability(
+        np.column_stack([weak * shape, np.ones(50)]), {"a": 1.0, "zero": 0.0}, zeros=["zero"]
+    )
+    assert found.states == {"a": "not", "zero": state}
 
 
 def test_a_parameter_without_influence():

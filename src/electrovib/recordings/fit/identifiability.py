@@ -23,6 +23,9 @@ _MEMBER: Final = 0.1
 _VANISHES: Final = 1e-6
 """Singular value over the largest one that cannot be told from the error of derivatives taken by differences."""
 
+_INFLATED: Final = 10.0
+"""Factor by which undetermined parameters increase the standard deviation of a zero that they leave undetermined."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class UndeterminedCombination:
@@ -94,7 +97,8 @@ def identifiability(
     values : mapping of str to float
         Estimates, in the units of the parameters.
     zeros : sequence of str
-        Parameters without a natural scale, such as the zero of a signal: they are estimated, but not judged.
+        Parameters without a natural scale, such as the zero of a signal: they are estimated, and judged only by what other
+        parameters add to their uncertainty.
 
     Returns
     -------
@@ -107,7 +111,8 @@ def identifiability(
     sum(v_i ln p_i) with the standard deviation 1/s. A combination with 1/s above 1 is not determined. A parameter is not
     determined if it is a member of such a combination; else it is well determined if the standard deviation of its logarithm
     is at most 0.1, and weakly determined otherwise. A parameter estimated as 0 has no logarithm and is judged by the
-    standard deviation alone.
+    standard deviation alone. A zero is not determined where the parameters that are not determined make its standard
+    deviation more than ten times larger than if they were known.
     """
     names = list(values)
     judged = [at for at, name in enumerate(names) if name not in zeros]
@@ -123,6 +128,7 @@ def identifiability(
     bad = [at for at, deviation in enumerate(deviations) if deviation > NOT]
     found = [_combination([names[j] for j in judged], rows[at], deviations[at]) for at in reversed(bad)]
     lost = {name for each in found for name in each.exponents}
+    lost |= {names[at] for at in other if _is_lost(sloped, at, [names.index(name) for name in lost])}
     kept = [at for at in range(len(names)) if names[at] not in lost]
     covariance = np.full((len(names), len(names)), np.nan)
     if kept:
@@ -144,6 +150,19 @@ def identifiability(
         undetermined=tuple(found),
         covariance=covariance,
     )
+
+
+def _is_lost(sloped: Real, at: int, lost: Sequence[int]) -> bool:
+    """Return whether parameters that are not determined leave a zero without a value."""
+    others = [each for each in range(sloped.shape[1]) if each != at]
+    known = [each for each in others if each not in lost]
+    alone, beside = (np.linalg.norm(_apart(sloped[:, at], sloped[:, each])) for each in (known, others))
+    return bool(beside * _INFLATED < alone)
+
+
+def _apart(column: Real, others: Real) -> Real:
+    """Return what of a column no combination of others gives."""
+    return np.asarray(column - others @ np.linalg.lstsq(others, column, rcond=_VANISHES)[0])
 
 
 def _covariance(sloped: Real) -> Real:
