@@ -80,3 +80,20 @@ def test_the_largest_current_of_a_ramp_is_that_before_its_end(saturation):
         scenario, over={"circuit.amplifier.saturation": [saturation]}, quantities=["peak electrostatic_force"]
     )
     assert largest(swept) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_sweep_states_the_largest_current_of_a_skin_that_conducts():
+    """The current grows up to the end of the ramp, where it jumps: 38 % more would come from a parabola through both sides."""
+    amplifier = {"saturation": 2e3, "stray_capacitance": STRAY}
+    scenario = ev.load(
+        "vezzoli_2014/fig6",
+        changes={"circuit.amplifier": amplifier, "limits": {"current": 1.0}, "time.duration": 30e-3},
+    ).replace({"drive.rise": 10e-3, "drive.hold": 10e-3, "drive.fall": 6e-3})
+    expected = np.max(
+        np.abs(ev.simulate(scenario, time=np.linspace(0, 30e-3, 30001)).amplifier_current.values)
+    )
+    assert largest(ev.simulate(scenario)) == pytest.approx(expected, rel=1e-6)
+    swept = ev.sweep(
+        scenario, over={"circuit.amplifier.saturation": [2e3]}, quantities=["peak electrostatic_force"]
+    )
+    assert largest(swept) == pytest.approx(expected, rel=1e-6)
