@@ -34,6 +34,8 @@ from electrovib.core.budget import BudgetError, Meter, allowed
 from electrovib.core.errors import InputError
 
 FIG6 = "vezzoli_2014/fig6"
+LONGEST = 60.0
+"""Time after which a visit fails that waits for what does not come [s]."""
 LONG = {"drive": '{ model = "Square", high = 9, low = -9, frequency = 1e6 }', "time.duration": "3 s"}
 """Estimated to take longer than a quick run."""
 
@@ -51,7 +53,7 @@ def visit(actions):
                     {}, PageState(FIG6), workers, lambda *found: shown.append(found), complaints.append
                 )
 
-            return await actions(session)
+            return await asyncio.wait_for(actions(session), LONGEST)
 
     return asyncio.run(run()), shown, complaints
 

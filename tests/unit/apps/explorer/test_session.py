@@ -18,6 +18,8 @@ from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
 
 FIG6 = "vezzoli_2014/fig6"
+LONGEST = 60.0
+"""Time after which a visit fails that waits for what does not come [s]."""
 
 
 def visit(actions, *, own=None, state=None):
@@ -33,7 +35,7 @@ def visit(actions, *, own=None, state=None):
                 lambda found, further: shown.append((found, further)),
                 complaints.append,
             )
-            await actions(session)
+            await asyncio.wait_for(actions(session), LONGEST)
             while not session.is_idle:
                 await asyncio.sleep(0.005)
             return session
