@@ -51,10 +51,11 @@ TASKS = [
         "own film, from the materials",
         [
             "electrovib models parylene",
-            'electrovib run my.toml --set stack.insulator.material=parylene_c --set stack.insulator.thickness="10 um" -o film.nc',
+            "electrovib run my.toml --set stack.insulator.material=parylene_c -o film.nc",
+            "electrovib run my.toml --set stack.insulator.material=parylene_c --set force.model=MaxwellStressInGap -o film.nc",
             "electrovib compare my.toml --materials silica,pet,parylene_c",
         ],
-        [0, 0, 0],
+        [0, 2, 0, 0],
     ),
     (
         "own drive from a CSV",
