@@ -102,6 +102,11 @@ class ScenarioFit:
         for each in self.undetermined:
             if name in each.exponents:
                 return each.sentence
+        if self.states[name] == "not":
+            lost = dict.fromkeys(other for each in self.undetermined for other in each.exponents)
+            return (
+                f"a change of it is hidden by changes of {', '.join(lost)}, which the data do not determine"
+            )
         return ""
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
