@@ -104,7 +104,7 @@ def main() -> None:
         ]
         for kind, words in (
             ("own", "simulation and plots of one update"),
-            ("whole", "the same and the updates of others for which it waits"),
+            ("whole", "with the updates of others for which it waits"),
         )
     ]
     rows = [

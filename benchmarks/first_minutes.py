@@ -1,4 +1,4 @@
-"""First minutes of a new user: both commands of the README in an empty environment, then one task after the other.
+"""First minutes of a new user: the install command of the README in an empty environment, then one task after the other.
 
 Run from the root of the repository with ``python -m benchmarks.first_minutes``; it installs packages from their index.
 """
@@ -112,7 +112,7 @@ def copy(folder: Path) -> None:
     archive = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, capture_output=True, check=True).stdout
     subprocess.run(["tar", "-x"], cwd=folder, input=archive, check=True)
     for name, page_ in DOCUMENTED.items():
-        text = (ROOT / page_).read_text(encoding="utf-8")
+        text = (folder / page_).read_text(encoding="utf-8")
         (folder / name).write_text(re.search(rf"`{name}`.*?```\w+\n(.*?)```", text, re.DOTALL)[1], "utf-8")
     (folder / "drive.csv").write_text(VOLTAGE, encoding="utf-8")
     (folder / "mistakes.toml").write_text(MISTAKES, encoding="utf-8")
@@ -168,12 +168,10 @@ def page(folder: Path) -> list[str]:
     )
     try:
         address = re.search(r"http://\S+", process.stdout.readline())[0]
-        while True:
-            try:
-                urllib.request.urlopen(address, timeout=30).close()
-                break
-            except OSError:
-                sleep(0.05)
+        while not _is_served(address):
+            if process.poll() is not None:
+                sys.exit("the page: its server has ended")
+            sleep(0.05)
     finally:
         took = perf_counter() - begin
         process.send_signal(signal.SIGINT)
@@ -184,6 +182,14 @@ def page(folder: Path) -> list[str]:
         f"`{command}`; `electrovib explore my.toml`",
         "",
     ]
+
+
+def _is_served(address: str) -> bool:
+    try:
+        urllib.request.urlopen(address, timeout=30).close()
+    except OSError:
+        return False
+    return True
 
 
 def _notes() -> list[str]:
