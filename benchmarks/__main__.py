@@ -1,6 +1,15 @@
 """Run every benchmark: ``python -m benchmarks``."""
 
-from benchmarks import door, fit, full_chain, one_finger, population, start_up, texture_stream
+from benchmarks import (
+    door,
+    fit,
+    full_chain,
+    leak_behind_amplifier,
+    one_finger,
+    population,
+    start_up,
+    texture_stream,
+)
 
 if __name__ == "__main__":
     one_finger.main()
@@ -8,5 +17,6 @@ if __name__ == "__main__":
     start_up.main()
     door.main()
     fit.main()
+    leak_behind_amplifier.main()
     population.main()
     texture_stream.main()

@@ -8,7 +8,10 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
+from electrovib.core.allowance import ONE_THREAD
+
 os.environ.setdefault("MPLBACKEND", "Agg")
+os.environ.update(ONE_THREAD | os.environ)  # for processes of `-n`, and those that tests start
 # the same examples each time, so that a red run is red again; search for new ones with
 # --hypothesis-profile=search
 settings.register_profile("repeatable", deadline=None, derandomize=True, print_blob=True, max_examples=60)

@@ -121,7 +121,9 @@ def electrovib(command, folder):
         check=False,
         timeout=300,
     )
-    assert (done.returncode, done.stderr) == (0, ""), f"{command}: {done.stderr}"
+    # how a simulated bench was left is always stated
+    other = [line for line in done.stderr.splitlines() if not line.startswith("electrovib: simulated: ")]
+    assert (done.returncode, other) == (0, []), f"{command}: {done.stderr}"
     for flag in ("-o", "--report"):
         if flag in arguments:
             assert (folder / arguments[arguments.index(flag) + 1]).exists(), command
@@ -154,6 +156,7 @@ def test_every_block_is_run_by_one_of_these_tests():
         "skin.csv",
         "drive.csv",
         "force.csv",
+        "press.csv",
         "law.py",
         "record.py",
         "bench.toml",

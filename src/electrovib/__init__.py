@@ -32,8 +32,10 @@ if TYPE_CHECKING:
     from electrovib.recordings.recording import read_recording as read_recording
     from electrovib.recordings.release import fit_release as fit_release
     from electrovib.recordings.swipe import reduce_swipe as reduce_swipe
+    from electrovib.recordings.swipe import reduce_swipes as reduce_swipes
     from electrovib.recordings.transitions import Sensor as Sensor
     from electrovib.recordings.transitions import measure_ring as measure_ring
+    from electrovib.recordings.transitions import measure_rings as measure_rings
     from electrovib.recordings.transitions import measure_times as measure_times
     from electrovib.scenario import Scenario as Scenario
     from electrovib.scenario import load as load
@@ -94,6 +96,7 @@ _PLACES = {
     "compare_percepts": "electrovib.study.percept",
     "load": "electrovib.scenario",
     "measure_ring": "electrovib.recordings.transitions",
+    "measure_rings": "electrovib.recordings.transitions",
     "measure_times": "electrovib.recordings.transitions",
     "models": "electrovib.study.catalogue",
     "open_study": "electrovib.study.population",
@@ -105,6 +108,7 @@ _PLACES = {
     "read_space": "electrovib.scenario.space",
     "read_recording": "electrovib.recordings.recording",
     "reduce_swipe": "electrovib.recordings.swipe",
+    "reduce_swipes": "electrovib.recordings.swipe",
     "report": "electrovib.view.report",
     "reproduce": "electrovib.view.reproduce",
     "run": "electrovib.apps.run",

@@ -7,13 +7,11 @@ from __future__ import annotations
 
 import ast
 import re
-from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from source import SOURCE, nodes_of, tree_of
 
-ROOT = Path(__file__).parent.parent.parent
-SOURCE = ROOT / "src" / "electrovib"
 WITH_SECTIONS = ("core", "physics", "scenario", "solve", "study", "recordings")
 ARRAYS = ("ArrayLike", "NDArray", "ndarray", "Real", "Complex")
 
@@ -40,7 +38,7 @@ def modules():
 
 
 def public_things(path, module):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = tree_of(path)
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and is_public(node.name):
             yield Public(f"{module}.{node.name}", node, None)
@@ -97,7 +95,7 @@ def repeats_a_declared_method(thing, methods_of):
 def declared_methods():
     found = {}
     for path, _ in modules():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes_of(path):
             if isinstance(node, ast.ClassDef):
                 inner = {part.name for part in node.body if isinstance(part, ast.FunctionDef)}
                 found[node.name] = (inner, [ast.unparse(base) for base in node.bases])
@@ -116,7 +114,7 @@ def needs_sections(thing, methods_of):
 
 
 def test_every_module_says_what_it_is():
-    silent = [name for path, name in modules() if not ast.get_docstring(ast.parse(path.read_text("utf-8")))]
+    silent = [name for path, name in modules() if not ast.get_docstring(tree_of(path))]
     assert not silent
 
 
@@ -212,7 +210,7 @@ def nameless_returns(text):
 def test_every_number_that_is_returned_has_a_name():
     wrong = []
     for path, module in modules():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes_of(path):
             if isinstance(node, ast.FunctionDef):
                 found = nameless_returns(ast.get_docstring(node) or "")
                 wrong += [f"{module}.{node.name}: {line}" for line in found]

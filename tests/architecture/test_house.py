@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import ast
-from pathlib import Path
+
+from source import SOURCE, nodes_of, text_of
 
 from electrovib.solve.choice import SOLVERS
 
-SOURCE = Path(__file__).parent.parent.parent / "src" / "electrovib"
 FLAT = 8
 LONG_MODULE, LONG_FUNCTION, SHARE = 250, 25, 0.9
 LONGEST_FUNCTION = 60
 
 
-def trees():
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(SOURCE.rglob("*.py"))}
+def modules():
+    return {path: nodes_of(path) for path in sorted(SOURCE.rglob("*.py"))}
 
 
 def test_few_modules_lie_flat_in_solve():
@@ -28,8 +28,8 @@ def test_nobody_steers_by_the_name_of_a_solver():
     names = {solver.method.name for solver in SOLVERS}
     found = [
         f"{path.relative_to(SOURCE)}:{node.lineno}"
-        for path, tree in trees().items()
-        for node in ast.walk(tree)
+        for path, nodes in modules().items()
+        for node in nodes
         if isinstance(node, ast.Compare)
         for inner in ast.walk(node)
         if isinstance(inner, ast.Constant) and inner.value in names
@@ -41,14 +41,14 @@ def test_one_module_lists_the_solvers():
     """Methods are put together with what they take in one place alone."""
     makers = [
         str(path.relative_to(SOURCE))
-        for path, tree in trees().items()
-        if any(isinstance(node, ast.Name) and node.id == "Solver" for node in ast.walk(tree))
+        for path, nodes in modules().items()
+        if any(isinstance(node, ast.Name) and node.id == "Solver" for node in nodes)
     ]
     assert makers == ["solve/choice.py"]
 
 
 def test_most_modules_are_short():
-    sizes = [len(path.read_text(encoding="utf-8").splitlines()) for path in SOURCE.rglob("*.py")]
+    sizes = [len(text_of(path).splitlines()) for path in SOURCE.rglob("*.py")]
     assert sum(size < LONG_MODULE for size in sizes) > SHARE * len(sizes)
 
 
@@ -62,8 +62,8 @@ def code_lines(node):
 def test_functions_fit_a_screen():
     sizes = {
         f"{path.relative_to(SOURCE)}:{node.name}": code_lines(node)
-        for path, tree in trees().items()
-        for node in ast.walk(tree)
+        for path, nodes in modules().items()
+        for node in nodes
         if isinstance(node, ast.FunctionDef)
     }
     assert not [name for name, size in sizes.items() if size > LONGEST_FUNCTION]

@@ -5,10 +5,9 @@ from __future__ import annotations
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 
-ROOT = Path(__file__).parent.parent.parent
-SOURCE = ROOT / "src" / "electrovib"
+from source import ROOT, SOURCE, text_of
+
 CONFIGURATION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 LAYERS = CONFIGURATION["tool"]["importlinter"]["contracts"][0]["layers"]
 
@@ -72,7 +71,7 @@ def test_papers_are_found_and_not_imported_from_below():
         for folder in ("core", "physics", "data", "scenario", "solve", "study", "recordings")
         for path in (SOURCE / folder).rglob("*.py")
         for name in names
-        if f"papers.{name}" in path.read_text(encoding="utf-8")
+        if f"papers.{name}" in text_of(path)
     ]
     assert not named
     assert "vezzoli_2014" in names

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import ast
 from collections import defaultdict
-from pathlib import Path
 
-SOURCE = Path(__file__).parent.parent.parent / "src" / "electrovib"
+from source import SOURCE, nodes_of
+
 COVERED = sorted(path.name for path in SOURCE.iterdir() if (path / "__init__.py").exists())
 """Packages whose classes are compared: all."""
 
@@ -15,7 +15,7 @@ def classes(root, packages):
     found = defaultdict(list)
     for package in packages:
         for path in sorted((root / package).rglob("*.py")):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for node in nodes_of(path):
                 if isinstance(node, ast.ClassDef):
                     found[node.name].append(f"{path.relative_to(root)}:{node.lineno}")
     return found

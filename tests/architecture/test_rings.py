@@ -7,9 +7,8 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+from source import SOURCE, nodes_of, text_of, tree_of
 
-ROOT = Path(__file__).parent.parent.parent
-SOURCE = ROOT / "src" / "electrovib"
 BY_NAME = {
     "electrovib": "public names are loaded on first use",
     "electrovib.core.discovery": "papers are found and never listed: it imports their folder, and models beside a family",
@@ -39,9 +38,7 @@ def imports(tree: ast.AST, known: set[str]):
 
 
 def graph(root: Path) -> dict[str, set[str]]:
-    trees = {
-        module_of(path, root): ast.parse(path.read_text(encoding="utf-8")) for path in root.rglob("*.py")
-    }
+    trees = {module_of(path, root): tree_of(path) for path in root.rglob("*.py")}
     return {name: set(imports(tree, set(trees))) - {name} for name, tree in trees.items()}
 
 
@@ -88,7 +85,7 @@ def test_imports_by_a_text_are_few_and_have_their_reason():
     found = {
         module_of(path, SOURCE)
         for path in SOURCE.rglob("*.py")
-        if any(word in path.read_text(encoding="utf-8") for word in words)
+        if any(word in text_of(path) for word in words)
     }
     assert found == set(BY_NAME)
     assert all(BY_NAME.values())
@@ -113,7 +110,7 @@ def test_no_module_below_names_one_above_in_a_text():
     named = {
         (module_of(path, SOURCE), node.value.split(".")[1])
         for path in SOURCE.rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in nodes_of(path)
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
         if node.value.startswith("electrovib.")
         and " " not in node.value

@@ -6,12 +6,10 @@ import ast
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from source import SOURCE, tree_of
 
-ROOT = Path(__file__).parent.parent.parent
-SOURCE = ROOT / "src" / "electrovib"
 HEAVY = (
     "scipy",
     "xarray",
@@ -112,7 +110,7 @@ def test_the_check_can_fail():
 
 def top_level_imports(path):
     """Modules imported when a file is, type-checking blocks left out."""
-    waiting = list(ast.parse(path.read_text(encoding="utf-8")).body)
+    waiting = list(tree_of(path).body)
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.Import):

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import re
 import subprocess
-from pathlib import Path
 
 import pytest
+from source import ROOT, SOURCE, text_of
 
-ROOT = Path(__file__).parent.parent.parent
-SOURCE = ROOT / "src" / "electrovib"
 LONGEST = 350
 
 
@@ -41,7 +39,7 @@ def tracked_files():
 def texts():
     for path in tracked_files():
         try:
-            yield path, path.read_text(encoding="utf-8")
+            yield path, text_of(path)
         except UnicodeDecodeError:  # a picture
             continue
 
@@ -83,7 +81,7 @@ def test_the_search_can_find(line, pattern, found):
 
 
 def test_files_can_be_read_in_one_sitting():
-    sizes = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in SOURCE.rglob("*.py")}
+    sizes = {path: len(text_of(path).splitlines()) for path in SOURCE.rglob("*.py")}
     long = {str(path.relative_to(SOURCE)): size for path, size in sizes.items() if size > LONGEST}
     assert not long
     assert sizes

@@ -1,13 +1,13 @@
 """The words that the nomenclature has replaced stand nowhere, apart from what reads files that were written with them."""
 
 import re
-from pathlib import Path
+from functools import cache
 
 import pytest
+from source import ROOT, text_of
 
 from electrovib.core.signals import SIGNALS
 
-ROOT = Path(__file__).parent.parent.parent
 PAGE = ROOT / "docs" / "nomenclature.md"
 MIGRATION = re.compile(r"former", re.IGNORECASE)
 """Lines that name a former word in order to read it."""
@@ -39,8 +39,10 @@ def pattern(word):
     return re.compile(rf"\b{plain}(s|'s)?\b", re.IGNORECASE if plain.islower() else 0)
 
 
+@cache
 def lines():
     """All text that a user or an heir reads, line by line."""
+    found = []
     places = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
     for folder in ("src", "examples"):
         places += [
@@ -51,9 +53,10 @@ def lines():
     for path in sorted(places):
         if path.name == "CHANGELOG.md" or path == PAGE:
             continue
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        for number, line in enumerate(text_of(path).splitlines(), 1):
             if not MIGRATION.search(line):
-                yield f"{path.relative_to(ROOT)}:{number}", ELSEWHERE.sub("", line)
+                found.append((f"{path.relative_to(ROOT)}:{number}", ELSEWHERE.sub("", line)))
+    return found
 
 
 def test_the_table_has_the_words_that_were_replaced():

@@ -286,6 +286,19 @@ def test_a_visitor_who_leaves_in_the_middle_of_an_upload_leaves_nothing(watched)
     assert "Traceback" not in watched.stop()
 
 
+def test_a_page_outlasts_an_interruption_of_its_connection(watched):
+    async def run():
+        visitor = Visitor(watched.port)
+        await visitor.load()
+        await visitor.connect()
+        await visitor.socket.disconnect()
+        await asyncio.sleep(6)
+        await visitor.connect()  # refused for a page that is no longer there
+        await visitor.close()
+
+    asyncio.run(asyncio.wait_for(run(), 40))
+
+
 def test_reading_ends_when_the_visitor_leaves(watched):
     async def run():
         visitor = Visitor(watched.port)

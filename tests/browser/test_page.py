@@ -92,7 +92,7 @@ def test_every_tab_shows_its_content(opened):
     for tab, text in (
         ("Over frequency", "5 to 95 % of fingers"),
         ("Force laws", "relative to this law"),
-        ("Felt", "strongest channel"),
+        ("Felt", "relative to published detection thresholds"),
         ("Safety", "hardware has to limit the current"),
         ("Recording", "Drop a recording"),
     ):
@@ -291,6 +291,52 @@ def test_a_websocket_of_another_site_is_refused(browser, server):
     own.goto(f"http://127.0.0.1:{server.port}/")
     assert own.evaluate(script, address) == "open"
     own.context.close()
+
+
+WAITING = '''"""A force law that is computed as soon as a file exists."""
+import time
+from pathlib import Path
+
+from electrovib.physics.force import ForceLaw
+
+
+class Waiting(ForceLaw):
+    """Maxwell stress, late."""
+
+    def pressure(self, E):
+        while not Path("release").exists():
+            time.sleep(0.01)
+        return 4.4e-12 * E**2
+'''
+
+
+def test_a_tab_that_is_being_computed_says_so(browser, tmp_path, tmp_path_factory):
+    from tests.browser.conftest import WAIT, started
+
+    (tmp_path / "law.py").write_text(WAITING)
+    server = started(tmp_path_factory, "slow", "--models", "law.py", place=tmp_path)
+    try:
+        context = browser.new_context(viewport={"width": 1500, "height": 1000})
+        page = context.new_page()
+        page.set_default_timeout(WAIT)
+        page.goto(f"http://127.0.0.1:{server.port}/?preset=vezzoli_2014/fig6_gap")
+        panel, status = page.locator("[aria-busy]"), page.get_by_role("status")
+        page.wait_for_selector(".js-plotly-plot .main-svg")
+        page.locator("[aria-busy=false]").wait_for()
+        assert status.inner_text() == ""
+        page.get_by_role("tab", name="Force laws").click()
+        page.locator("[aria-busy=true]").wait_for()
+        status.get_by_text("Computing …").wait_for()
+        page.wait_for_timeout(1000)
+        assert panel.get_attribute("aria-busy") == "true"
+        assert status.inner_text() == "Computing …"
+        keep(page, "computing")
+        (tmp_path / "release").touch()
+        page.locator("[aria-busy=false]").wait_for()
+        assert status.inner_text() == ""
+        context.close()
+    finally:
+        server.stop()
 
 
 def test_a_page_for_other_machines_needs_its_token(browser, tmp_path_factory):

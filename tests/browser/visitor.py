@@ -19,9 +19,12 @@ class Visitor:
     """One open page of a server on loopback."""
 
     def __init__(self, port: int) -> None:
-        self.address = f"http://127.0.0.1:{port}"
-        self.http = aiohttp.ClientSession()
-        self.socket = socketio.AsyncClient(http_session=self.http, reconnection=False)
+        self.address, self.number = f"http://127.0.0.1:{port}", time.time_ns()
+        # an idle connection is left before the server ends it, which a busy machine notices too late
+        self.http = aiohttp.ClientSession(connector=aiohttp.TCPConnector(keepalive_timeout=1))
+        # as in a browser: a websocket over the connection that the page came over would be ended as an idle one
+        self.upgraded = aiohttp.ClientSession()
+        self.socket = socketio.AsyncClient(http_session=self.upgraded, reconnection=False)
         self.elements: dict[str, dict] = {}
         self.socket.on("update", self._update)
         self.socket.on("run_javascript", self._answer)
@@ -43,9 +46,9 @@ class Visitor:
             "client_id": self.client,
             "next_message_id": 0,
             "implicit_handshake": "true",
-            "tab_id": f"tab {time.time_ns()}",
+            "tab_id": f"tab {self.number}",
             "old_tab_id": "",
-            "document_id": f"document {time.time_ns()}",
+            "document_id": f"document {self.number}",
         }
         await self.socket.connect(
             f"{self.address}?{urlencode(query)}",
@@ -58,6 +61,7 @@ class Visitor:
         """Leave."""
         if self.socket.connected:
             await self.socket.disconnect()
+        await self.upgraded.close()
         await self.http.close()
 
     def _update(self, changed):

@@ -11,12 +11,14 @@ from declared_equations import Evaluation, arguments_of, method_of, symbols, twi
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.readback import Readback
+from electrovib.physics.force import ForceLaw
 from electrovib.physics.motion import Separation
 from electrovib.physics.texture.base import RenderingPlate
 from electrovib.physics.texture.profile import MeasuredTexture
 from electrovib.physics.time_profile import TimeProfile
 from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.expand import phasors
 from electrovib.study.catalogue.items import everything
 
 AGREEMENT = 1e-12
@@ -80,6 +82,7 @@ WITHOUT = {
     "Perception": "holds channels and thresholds, which functions combine",
     "RecordedPath": "a table, linear between its rows",
     "Refuse": "refuses a record",
+    "Held": "a table, held between its rows",
     "Sampled": "a table, linear between its rows",
     "Scenario": "holds other models",
     "Stack": "holds layers",
@@ -168,6 +171,9 @@ def disagreement(kind, equations, near_example, *, seed=0):
     for more in ({}, {}, {}, *([MORE[kind.__name__]] * 3 if kind.__name__ in MORE else ())):
         model = near_example(kind, random, more)
         absent = {field for field, value in model if value is None}
+        if is_whole_law(kind):
+            found.append(of_whole_law(model, equations, random))
+            continue
         for name in equations:
             if method_of(model, name) is None:
                 continue
@@ -178,6 +184,59 @@ def disagreement(kind, equations, near_example, *, seed=0):
                 assert absent & symbols(equations[name]), name
     assert found, "no example has the parameters that the equation needs"
     return max(found)
+
+
+def is_whole_law(kind):
+    """Tell whether the equations of a force law state its amplitudes too, down to the layers."""
+    return issubclass(kind, ForceLaw) and "E" in kind.equation
+
+
+def of_whole_law(model, equations, random):
+    """Return the largest relative difference of a law from its equations, from voltage and layers to the pressure."""
+    scenario = load("vezzoli_2014/fig6").replace(
+        {"stack": several_layers(random), "force": model, "circuit.return_path.resistance": 3e4}
+    )
+    frequency = 10 ** random.uniform(1, 6, POINTS)
+    section, layers = phasors(scenario, frequency), scenario.stack.layers
+    given = {
+        "voltage": section.voltage,
+        "frequency": frequency,
+        "D_insulator": section["coating"].displacement,
+        "D_skin": section["outer"].displacement,
+        "insulator": [layers["film"], layers["coating"]],
+        "skin": [layers["outer"], layers["inner"]],
+        "solids": [layer for name, layer in layers.items() if name != "gap"],
+    }
+    printed = Evaluation(model, given, equations).value("pressure")
+    coded = model.pressure(**model.amplitudes(section))
+    return float(np.max(np.abs(coded - printed) / np.abs(printed)))
+
+
+def several_layers(random):
+    """Return two films, air, and two layers of skin that relax and conduct."""
+
+    def near(value):
+        return value * 3 ** random.uniform(-1, 1)
+
+    def skin(time):
+        numbers = {
+            "permittivity_high": 40.0,
+            "strength": 900.0,
+            "conductivity": 1e-5,
+            "relaxation_time": time,
+        }
+        return {"model": "Debye"} | {name: near(value) for name, value in numbers.items()}
+
+    def film(permittivity):
+        return {"model": "Constant", "permittivity": near(permittivity)}
+
+    return {
+        "film": {"thickness": near(60e-6), "role": "plate", "material": film(3.35)},
+        "coating": {"thickness": near(5e-6), "role": "plate", "material": film(12.0)},
+        "gap": {"thickness": near(3e-6), "material": {"model": "Constant", "permittivity": 1.0}},
+        "outer": {"thickness": near(60e-6), "role": "finger", "material": skin(1e-4)},
+        "inner": {"thickness": near(90e-6), "role": "finger", "material": skin(3e-6)},
+    }
 
 
 def of_methods(kind):

@@ -83,7 +83,7 @@ USES = {
     "equilibrium": lambda scenario: ev.equilibrium(scenario).force,
     "export": exported,
     "export_waveform": lambda scenario: ev.export_waveform(
-        scenario, "out.csv", limits={"voltage": 1e3, "current": 1}, force=True
+        scenario, "out.csv", limits={"voltage": 1e3, "current": 1}, edge="line", force=True
     ).waveform.voltages,
     "fit": lambda scenario: [*ev.fit(scenario, record(), free=["stack.insulator.thickness"]).best.estimate.values.values()],
     "fit_separately": lambda scenario: [

@@ -232,7 +232,7 @@ def test_every_mistake_of_a_change_is_told_at_once():
         " a material and a role, 'plate', 'gap' or 'finger'",
         "title.x: 'title' is a single value, without parameters of its own",
         "drive.rise = '2 V': expected a time, for instance '36 ms'",
-        "load.normal_force = -1: must lie between 0 N and 1 kN",
+        "load.normal_force = -1: a number without a unit is in SI, so this is -1 N; must lie between 0 N and 1 kN",
     )
 
 

@@ -27,8 +27,8 @@ FOLDER = Path(__file__).parent
 sys.path.insert(0, str(FOLDER.parent / "robustness"))
 
 TARGETS = {
-    "text": (".csv", ("preamble.csv", "commas.txt", "wide.tsv", "dates.csv")),
-    "spectrum": (".csv", ("spectrum.csv",)),
+    "text": (".csv", ("preamble.csv", "commas.txt", "wide.tsv", "dates.csv", "steps.csv")),
+    "spectrum": (".csv", ("spectrum.csv", "spectra.csv")),
     "tables": (".dta", ("tables.dta",)),
     "touchstone": (".s1p", ("a.s1p",)),
     "isf": (".isf", ("a.isf",)),

@@ -15,7 +15,8 @@ class StandInPopulation:
     kernel = "stand-in"
     method = "in closed form"
     is_streamed = False
-    unknown = False
+    unknown = np.inf
+    """Thickness [m] from which on a finger is not known at one time."""
 
     def __init__(self, *, signals):
         self.names, self.time, self.frequency = signals, TIMES, np.geomspace(1.0, 1e4, 5)
@@ -27,8 +28,7 @@ class StandInPopulation:
         values = 1e-3 * (thickness[:, None] / 2e-4) ** 2 * decay - (
             1e-4 if "lateral" in self.names[0] else 0.0
         )
-        if self.unknown:
-            values[thickness > 6e-4, 3] = np.nan
+        values[thickness >= self.unknown, 3] = np.nan
         return {name: values * (place + 1) for place, name in enumerate(self.names)}
 
 

@@ -140,6 +140,7 @@ def difference_of(skin, attraction, pressure, gap):
     return float(skin.pressure(np.asarray(gap))) - pressure - attraction.pressure(float(gap))
 
 
+@pytest.mark.slow
 def test_a_rough_skins_states_are_those_of_a_dense_scan():
     random, counts = np.random.default_rng(2), {}
     for _ in range(SETS):
@@ -174,6 +175,7 @@ def test_a_rough_skins_states_are_those_of_a_dense_scan():
     assert counts[2] > 100
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spots", [PullingSpots(), IdleSpots()])
 def test_states_of_an_averaged_attraction_are_those_of_a_dense_scan(spots):
     random, several = np.random.default_rng(3), 0
@@ -221,6 +223,7 @@ def snaps_at(spring, pressure, thickness, around):
     return high
 
 
+@pytest.mark.slow
 def test_pull_in_is_where_the_formula_says():
     random, tried = np.random.default_rng(4), 0
     for _ in range(200):

@@ -99,3 +99,19 @@ def test_profile_intervals_cover():
         interval = found.profile(twins.LEAK)
         inside += interval.lower <= true <= interval.upper
     assert abs(inside / count - 0.95) < 2.9 * 0.218 / np.sqrt(count)
+
+
+@pytest.mark.parametrize("wrong", [True, False])
+@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize("name", twins.PAIRS)
+def test_a_wrong_model_is_said_to_describe_no_recording_and_the_right_one_is_not(name, stated, wrong):
+    """At least 95 % with a wrong model, at most 5 % with the right one, of which 0.3 % are expected."""
+    trace, model, free = twins.pair(name, wrong=wrong)
+    (signal,) = trace.data_vars
+    noise = {signal: 0.01 * float(np.abs(trace[signal]).max())} if stated else {}
+    said, count = 0, max(COUNT * 2 // 5, 20)
+    for number in range(count):
+        recording = MeasuredTrace(trace=twins.noisy(trace, np.random.default_rng([14, number])), noise=noise)
+        said += bool(fit_scenario(model, recording, free=free).misfit.reasons)
+    print(name, "stated" if stated else "estimated", "wrong" if wrong else "right", said, "of", count)
+    assert said >= 0.95 * count if wrong else said <= 0.05 * count

@@ -75,6 +75,7 @@ def test_charge_left_in_the_layers_tells_the_polarity():
     assert "positive pulses are" in kaczmarek.verdict(ratio=ratio)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["skin", "gap"])
 def test_positive_pulses_are_weaker(kind):
     """The sign of the abstract: positive below negative and biphasic, at the peak of each."""
@@ -89,6 +90,7 @@ def test_positive_pulses_are_weaker(kind):
     assert "weaker" in kaczmarek.verdict(ratio=ratio)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["skin", "gap"])
 def test_the_other_asymmetry_has_the_other_sign(kind):
     conductivity = kaczmarek.skin_conductivity if kind == "skin" else kaczmarek.gap_conductivity
@@ -103,6 +105,7 @@ def test_the_other_asymmetry_has_the_other_sign(kind):
     assert same == pytest.approx(1, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_cut_decides():
     """In the Maxwell stress in the gap without a leaking gap, a skin that conducts leaves the gap more, not less."""
     leak = kaczmarek.rectifying(kaczmarek.skin_conductivity)
@@ -132,6 +135,7 @@ def test_sources_say_what_was_not_read():
         assert all("not printed" in text or text == "air" for text in scenario.sources.values())
 
 
+@pytest.mark.slow
 def test_the_numbers_of_the_disagreement():
     pulse = kaczmarek.scenarios()["skin_positive"]
     found = {name: ratio for name, (ratio, _) in kaczmarek.polarity_of_laws(pulse).items()}

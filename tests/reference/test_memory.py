@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -276,6 +278,83 @@ def test_many_random_skins():
     assert np.median(true) < 1e-4
 
 
+def wide_run(random):
+    """Blocking and conducting constant phases at a few times over up to 12 decades, and other times among them."""
+    first, last = 10 ** random.uniform(-9, -5), 10 ** random.uniform(0, 3)
+    skin = ConstantPhase(
+        permittivity=float(10 ** random.uniform(1, 4)),
+        reference_frequency=float(10 ** random.uniform(0, 4)),
+        exponent=float(random.uniform(0.3, 0.97)),
+        conductivity=0.0 if random.random() < 0.5 else float(10 ** random.uniform(-8, -4)),
+    )
+    inside = np.exp(random.uniform(np.log(first), np.log(last), (2, 2)))
+    few, more = (np.sort([first, *each, 1e-3 * last]) for each in inside)
+    return skin, few, np.union1d(few, [*more, last])
+
+
+def within_what_is_stated(skin, film, resistance, some, all_, *, drive):
+    """Return the worst of true over stated errors, and of the change by further times over both stated errors."""
+    worst, step = [], []
+    traces = [simulate(on(film, skin, drive, resistance=resistance), time=times) for times in (some, all_)]
+    for times, trace in zip((some, all_), traces, strict=True):
+        truths = exact(skin, film, resistance, drive, times)
+        for quantity, truth in zip(QUANTITIES, truths, strict=True):
+            worst.append(largest_error(found_in(trace, quantity), truth) / trace.attrs["transfer_error"])
+    both = sum(trace.attrs["transfer_error"] for trace in traces)
+    for quantity in QUANTITIES:
+        one, other = (found_in(trace, quantity) for trace in traces)
+        step.append(largest_error(one, other[np.isin(all_, some)]) / both)
+    return max(worst), max(step)
+
+
+@pytest.mark.parametrize(
+    "skin", [DRY, ConstantPhase.model_validate(BLOCKING)], ids=["conducting", "blocking"]
+)
+def test_two_times_nine_decades_apart(skin):
+    """A time of 1e-9 of the last one is after the step at 0, not at it."""
+    times, drive = np.array([1e-9, 1.0]), {"model": "Step", "level": 100.0}
+    trace = simulate(on(FILM, skin, drive, resistance=0.0), time=times)
+    truths = exact(skin, FILM, 0.0, drive, times)
+    errors = [
+        largest_error(found_in(trace, name), truth) for name, truth in zip(QUANTITIES, truths, strict=True)
+    ]
+    assert max(errors) <= trace.attrs["transfer_error"] < 2e-3
+
+
+def test_times_just_after_a_late_corner():
+    drive = {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 1.0, "fall": 1e-3}
+    times = 1.001 + np.array([1e-9, 1e-6, 1e-3, 1.0])
+    worst, _ = within_what_is_stated(DRY, FILM, 1000.0, times[:3], times, drive=drive)
+    assert worst <= 1
+
+
+def test_times_over_twelve_decades_and_more_of_them():
+    found = wide_run(np.random.default_rng(3))
+    assert (
+        max(
+            within_what_is_stated(
+                *found[:1], COATING, 0.0, *found[1:], drive={"model": "Step", "level": 100.0}
+            )
+        )
+        <= 1
+    )
+
+
+@pytest.fixture(scope="module")
+def wide_runs():
+    random = np.random.default_rng(4)
+    return [wide_run(random) for _ in range(30)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", range(30))
+def test_many_sets_of_times_over_twelve_decades(wide_runs, case):
+    skin, few, more = wide_runs[case]
+    film, resistance = (FILM, COATING)[case % 2], (0.0, 1000.0)[case // 2 % 2]
+    drive = {"model": "Step", "level": 100.0}
+    assert max(within_what_is_stated(skin, film, resistance, few, more, drive=drive)) <= 1
+
+
 def test_many_output_times_are_judged_between_the_probes():
     """The stated error of 2001 times bounds the true one at times that are no probes."""
     drive = {"model": "Trapezium", "high": 100.0, "rise": 0.01, "hold": 0.05, "fall": 0.01}
@@ -291,6 +370,52 @@ def test_many_output_times_are_judged_between_the_probes():
     error = np.abs(trace.effective_voltage.values[some] / truth - 1)
     assert np.max(error) <= trace.attrs["transfer_error"]
     assert np.max(error) > 2 * np.max(error[8:])
+    force = trace.electrostatic_force.values
+    true = force[some] * (truth / trace.effective_voltage.values[some]) ** 2
+    of_peak = np.max(np.abs(force[some] - true)) / np.max(force)
+    assert of_peak <= trace.attrs["attraction_error"] < 30 * max(of_peak, 1e-6)
+    assert trace.attrs["attraction_error"] < trace.attrs["transfer_error"]
+
+
+DOCUMENTED = Path(__file__).parents[2] / "docs" / "how_to" / "my_recording.md"
+
+
+@pytest.mark.parametrize("every", [1, 4])
+def test_the_documented_table_is_known_to_its_stated_share_of_the_peak(tmp_path, every):
+    """It was made of a Cole-Cole dispersion, whose own response stands in for the truth; every fourth row misses it."""
+    block = re.findall(r"```csv\n(frequency.*?)```", DOCUMENTED.read_text(encoding="utf-8"), re.DOTALL)[0]
+    told = np.array([[float(each) for each in row.split(",")] for row in block.splitlines()[1:]])
+    law = 1000 + 9000 / (1 + (1j * told[:, 0] / 0.5) ** 0.6)
+    conducted = 1.8e-6 - law.imag * 2 * np.pi * told[:, 0] * eps0
+    np.testing.assert_allclose(told[:, 1:], np.column_stack([law.real, 1 / conducted]), rtol=5e-3)
+    table = np.column_stack([told[:, 0], law.real, conducted])[::every]
+    (tmp_path / "skin.csv").write_text(
+        "frequency (Hz),permittivity,conductivity (S/m)\n"
+        + "\n".join(",".join(map(repr, row)) for row in table.tolist())
+    )
+    skin = {"model": "Tabulated", "file": str(tmp_path / "skin.csv"), "conductivity": 1.8e-6}
+    declared = ColeCole(
+        permittivity_high=1000.0,
+        terms=[{"strength": 9000.0, "relaxation_time": 1 / np.pi, "broadening": 0.4}],
+        conductivity=1.8e-6,
+    )
+    fig6 = load("vezzoli_2014/fig6")
+    trace, truth = (
+        simulate(fig6.replace({"stack.stratum_corneum.material": each})) for each in (skin, declared)
+    )
+    judged = trace.time.values <= 1 / (2 * np.pi * told[0, 0])
+    missed = np.abs(trace.electrostatic_force.values - truth.electrostatic_force.values)[judged]
+    stated = trace.attrs["attraction_error"]
+    assert np.max(missed) <= (stated + truth.attrs["attraction_error"]) * float(
+        truth.electrostatic_force.max()
+    )
+    words = diagnostic(trace, "memory")["text"]
+    if every == 1:
+        assert stated < 0.05
+    else:
+        assert (
+            "with three rows a decade or more, or fit a dispersion to it (electrovib fit-material)" in words
+        )
 
 
 def test_each_quantity_has_an_error_of_its_own():

@@ -183,6 +183,7 @@ def errors_over_time(scenario, tables):
     return {name: largest_error(row, tables.time[name], away) for name, row in pairs.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_transient_agrees(name, cases, ngspice, tmp_path, record_property):
     scenario = cases[name]
@@ -198,6 +199,7 @@ def test_transient_agrees(name, cases, ngspice, tmp_path, record_property):
     assert force < FORCE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_frequency_response_agrees(name, cases, ngspice, tmp_path):
     scenario = cases[name]
@@ -230,6 +232,7 @@ def errors_over_frequency(scenario, found):
     return errors
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if "current" not in name and name != "rectifying"])
 def test_frequency_response_of_the_same_debye_terms_agrees(name, cases, ngspice, tmp_path):
     """With the reduction on both sides nothing but rounding is left."""
@@ -284,6 +287,7 @@ def random_scenario(finger, seed):
     )
 
 
+@pytest.mark.slow
 def test_random_stacks_agree_or_are_refused(finger, ngspice, tmp_path):
     """What the digits of ngspice cannot hold is refused; all the rest comes out right."""
     accepted = 0
@@ -315,6 +319,7 @@ ELEMENTS = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_a_wrong_element_is_noticed(element, cases, ngspice, tmp_path):
     """One value 2 % off, in a layer, in the body or in the force."""

@@ -72,6 +72,7 @@ DEBYE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", DRIVES)
 @pytest.mark.parametrize("layer", ["gap", "stratum_corneum"])
 @pytest.mark.parametrize("body", ["grounded", "floating"])
@@ -208,6 +209,7 @@ def test_a_leak_under_a_prescribed_current():
     assert np.max(np.abs(stored + lost - charge)) < (1e-4 + MARCH * trace.attrs["step_error"]) * stored[-1]
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(
     positive=st.floats(-8, -4).map(lambda power: 10.0**power),
@@ -231,6 +233,7 @@ def test_turning_everything_round_turns_the_answer_round(positive, negative, dri
         assert np.max(np.abs(one.electrostatic_force - unturned.electrostatic_force)) > 1e-6 * force
 
 
+@pytest.mark.slow
 @settings(max_examples=12)
 @given(
     size=st.floats(-8, -4).map(lambda power: 10.0**power),

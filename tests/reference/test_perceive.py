@@ -5,22 +5,32 @@ from __future__ import annotations
 import itertools
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from electrovib.core.discovery import papers
 from electrovib.core.errors import InputError, NotCausalError
+from electrovib.core.status import UNVERIFIED
 from electrovib.core.trace import make_trace
 from electrovib.papers import vardar_2017
 from electrovib.papers.vardar_2017.figures import conducting_skins
 from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, ON_DISPLACEMENT, ON_FORCE
-from electrovib.physics.perception import ElasticSkin, ElasticViscousSkin, Pacinian, Perception
+from electrovib.physics.perception import (
+    COMPLIANCES,
+    ElasticSkin,
+    ElasticViscousSkin,
+    NonPacinian,
+    Pacinian,
+    Perception,
+)
 from electrovib.solve.simulate import simulate
-from electrovib.study.felt_spectrum import lines
+from electrovib.study.felt_spectrum import Lines, lines
 from electrovib.study.felt_threshold import crossover, threshold_over_frequency, threshold_ratio
 from electrovib.study.perceive import perceive
 from electrovib.study.percept import compare_percepts
+from electrovib.study.sensation import just_felt, sensation_of
 
 SINE = vardar_2017.scenarios()["sine"]
 ALONE = Perception(channels=(Pacinian(),))
@@ -33,7 +43,6 @@ def test_a_sine_is_felt_at_twice_its_frequency(frequency):
     found = perceive(SINE.replace({"drive.frequency": frequency}), perception=ALONE)
     expected = 20 * math.log10(float(Pacinian().weight(2 * frequency)))
     assert found.relative == pytest.approx(expected, abs=1e-5)  # swing is read off 8192 samples
-    assert found.verdict == "relative only"
     assert abs(found.numerical_error) < 1e-9
 
 
@@ -91,11 +100,80 @@ def test_a_calibrated_threshold_decides(offset, verdict):
     assert any("by the user" in text for text in found.calibrated_on)
 
 
-def test_a_threshold_without_mechanics_stays_relative():
+def test_a_threshold_without_mechanics_takes_the_published_skins():
+    """One line at 60 Hz: 323.2 N/m, without and with 15.8 N s/m over 400 mm2 for 1 cm2; 3 dB of the threshold besides."""
     found = perceive(SINE, set={"perception.threshold": "0.1 um", "perception.threshold_uncertainty": 3})
-    assert found.sensation is None
-    assert found.verdict == "relative only"
-    assert any("perception.compliance" in text for text in found.calibrated_on)
+    soft, stiff = 323.2, abs(323.2 + 2j * math.pi * 60 * 15.8 / 4)
+    level = 20 * math.log10(found.swing * float(Pacinian().weight(60.0)) / 1e-7)
+    ends = level - 20 * math.log10(stiff) - 3, level - 20 * math.log10(soft) + 3
+    assert interval(found) == pytest.approx(ends, abs=1e-3)
+    assert found.left == {"perception.compliance": pytest.approx(3.0)}
+    assert any("arXiv:2505.11162" in text for text in found.calibrated_on)
+
+
+def interval(found):
+    return found.sensation - found.uncertainty, found.sensation + found.uncertainty
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "frequency", "end"), [(0.03e-6, 150.0, 1), (0.13e-6, 300.0, 0), (26e-6, 10.0, 0)]
+)
+def test_a_vibration_at_the_lowest_or_highest_published_threshold_is_at_that_end(amplitude, frequency, end):
+    """Brisben 1999, Bolanowski 1988, and Israr et al. 2006 at 10 Hz, where the Pacinian channel feels nothing."""
+    trace = measured(skin_displacement=lambda time: amplitude * np.sin(2 * np.pi * frequency * time))
+    found = perceive(trace)
+    assert interval(found)[end] == pytest.approx(0.0, abs=1e-3)
+    assert found.verdict == "within the uncertainty"
+    assert list(found.left) == ["perception.threshold"], "the displacement was measured"
+    assert found.felt_by == ("NonPacinian" if frequency < 100 else "Pacinian")
+    for factor, verdict in ((100, "detectable"), (0.01, "not detectable")):
+        trace = measured(
+            skin_displacement=lambda time, by=factor: by * amplitude * np.sin(2 * np.pi * frequency * time)
+        )
+        assert perceive(trace).verdict == verdict
+
+
+def test_without_a_calibration_the_spread_is_that_of_thresholds_and_skins():
+    """250 Hz, one line: the ends are extremes over 3 thresholds and 2 skins, and measuring one leaves the spread of the other."""
+    found = perceive(SINE, set={"drive.frequency": 125.0})
+    weight = Pacinian().weight
+    thresholds = [0.03e-6 * weight(150.0), 0.06e-6 * weight(320.0), 0.13e-6 * weight(300.0)]
+    skins = [323.2, abs(323.2 + 2j * math.pi * 250 * 3.95)]
+    levels = [20 * math.log10(found.swing / skin / each) for skin in skins for each in thresholds]
+    assert interval(found) == pytest.approx((min(levels), max(levels)), abs=1e-3)
+    halves = [10 * math.log10(max(each) / min(each)) for each in (skins, thresholds)]
+    assert found.left == pytest.approx(
+        {"perception.threshold": halves[0], "perception.compliance": halves[1]}, abs=1e-3
+    )
+    assert sum(found.left.values()) == pytest.approx(found.uncertainty)
+    person = {"perception.threshold": "50 nm", "perception.threshold_uncertainty": 0}
+    own = perceive(SINE, set={"drive.frequency": 125.0, **person})
+    assert own.uncertainty == pytest.approx(found.left["perception.threshold"])
+
+
+@pytest.mark.parametrize("given", [None, ElasticSkin(stiffness=700.0)])
+def test_a_sine_that_is_just_felt_is_at_an_end(given):
+    """The curve over frequency is the inverse of the level of one line."""
+    for frequency in (20.0, 60.0, 250.0):
+        line = Lines(
+            frequency=np.array([frequency]),
+            amplitude=np.array([1.0]),
+            swing=1.0,
+            span=1.0,
+            samples=1,
+            signal="lateral_force",
+            how="",
+        )
+        for end, amplitude in enumerate(just_felt(line, Perception(), given, np.array([frequency]))):
+            felt = sensation_of(replace(line, amplitude=amplitude), Perception(), given)
+            assert (felt.high, felt.low)[end] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_no_value_that_is_assumed_was_cited_from_memory():
+    assert all(
+        each.status != UNVERIFIED for channel in (Pacinian(), NonPacinian()) for each in channel.published
+    )
+    assert all(each.status != UNVERIFIED and each.source for each in COMPLIANCES)
 
 
 def test_just_noticeable_is_in_decibels_of_the_voltage():

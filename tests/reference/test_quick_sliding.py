@@ -70,6 +70,7 @@ def both(law, motion, finger):
     return quick, exact
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("finger", [{}, FINGER], ids=["rigid", "finger"])
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("law", LAWS)
@@ -118,6 +119,7 @@ SKIN = {"model": "MassSpringDamper", "mass": 1.5e-4, "stiffness": 1e3, "damping"
 SINE = {"model": "Sine", "amplitude": 500.0, "frequency": 1000.0}
 
 
+@pytest.mark.slow
 def test_a_second_at_1_khz_is_marched_to_a_millionth(base):
     """Dahl at constant speed is linear, z' = u - u k z/S: its mean is that of the march through three periods."""
     scenario = base.replace({"drive": SINE, "friction": DAHL, "time.duration": 1.0})
@@ -136,6 +138,7 @@ def test_a_second_at_1_khz_is_marched_to_a_millionth(base):
     np.testing.assert_allclose(found, force[::1000], rtol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("finger", [None, SKIN], ids=["rigid", "finger"])
 def test_short_pulses_over_a_long_time(base, finger):
     """Pulses of 1 us every 100 s, over 1000 s: the value just before a corner was looked up before the corner before."""

@@ -142,6 +142,7 @@ def apart(numbers):
     return bool(np.all(np.diff(numbers) > 1e-6 * numbers[:-1]))
 
 
+@pytest.mark.slow
 @settings(max_examples=100, deadline=None)
 @given(slabs=st.lists(layer, min_size=1, max_size=5), element=surroundings)
 def test_rates_of_any_stack(slabs, element):

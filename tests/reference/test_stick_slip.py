@@ -283,6 +283,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("method", ["LSODA", "DOP853"])
 def test_another_integrator_agrees(case, method):
@@ -366,6 +367,7 @@ def lifted(time):
     return STRENGTH * np.clip((0.06 - np.asarray(time)) / 0.02, 0, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.01, 0.05])
 def test_a_lifted_finger_rings_freely(speed):
     """Load to nothing: no friction, no NaN, and the skin decays as mass, spring and damper alone."""

@@ -119,6 +119,23 @@ def test_second_electrode_of_half_the_area(finger):
     assert np.max(np.abs(trace["stack_voltage"].values / VOLTAGE - 1 / 3)) < ROUNDING
 
 
+@pytest.mark.parametrize(
+    "drive", [{"model": "Step", "level": VOLTAGE}, {"model": "Current", "amplitude": 1e-6}]
+)
+def test_the_voltage_of_a_stack_below_two_electrodes_is_that_of_its_first_contact(finger, drive):
+    """It is the sum of its layers' fields times thicknesses; twice that lies across a second contact of half the area."""
+    path = {"model": "SecondElectrode", "area": AREA / 2, "resistance": 0}
+    if drive["model"] == "Current":
+        drive = {"model": "CurrentSine", "amplitude": 1e-6, "frequency": 100.0}
+    trace = simulate(finger.build(drive=drive, stack=stack(finger, 5e-6), return_path=path))
+    thickness = np.array([FILM, 5e-6, SKIN])
+    across = np.sum(trace["field"].transpose("layer", "time").values * thickness[:, None], axis=0)
+    first = trace["stack_voltage"].values
+    np.testing.assert_allclose(first, across, atol=1e-9 * np.max(np.abs(first)))
+    np.testing.assert_allclose(trace["drive_voltage"].values, 3 * first, atol=1e-9 * np.max(np.abs(first)))
+    assert "first contact" in trace["stack_voltage"].attrs["long_name"]
+
+
 def test_floating_body_divides_the_voltage(finger):
     path = {"model": "Floating", "capacitance": 100e-12, "resistance": 0}
     drive = {"model": "Step", "level": VOLTAGE}

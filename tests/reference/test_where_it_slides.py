@@ -178,6 +178,24 @@ def test_the_second_of_two_contacts_remembers_nothing_of_the_first(dry, monkeypa
     np.testing.assert_allclose(lateral, [0.25, 0.25, 0.0, 0.6 * 0.25 + 0.1 * 1e-4], atol=1e-6)
 
 
+@pytest.mark.parametrize("count", [3, 600])
+def test_at_a_jump_at_the_last_time_the_prompt_share_follows_at_once(dry, count):
+    """A creep of 30 % in 5 ms, against the sum over a fine record of what it follows; the record ends with a jump to 1 kV."""
+    creep = {"model": "Creep", "steady": COULOMB, "relaxations": [{"share": 0.3, "time": 5e-3}]}
+    square = {"model": "Square", "high": 1000.0, "low": 0.0, "frequency": 50.0}
+    scenario = dry.replace({"friction": creep, "drive": square, "circuit.return_path.resistance": 0.0})
+    fine = np.linspace(0, 0.02, 20_001)
+    steady = 0.5 * (0.5 + simulate(scenario, time=fine).electrostatic_force.values)
+    weights = np.exp((fine - 0.02) / 5e-3)
+    kept = 0.25 * weights[0] + np.trapezoid(steady * weights, fine) / 5e-3
+    uneven = (
+        0.02 * np.linspace(0, 1, count) ** 1.1
+    )  # intervals that all differ are computed another way than few
+    trace = simulate(scenario, time=uneven)
+    assert float(trace.lateral_force[-1]) == pytest.approx(0.7 * steady[-1] + 0.3 * kept, rel=2e-4)
+    assert steady[-1] > 2 * steady[-2]
+
+
 def test_without_a_speed_it_slides_and_at_speed_0_it_rests(dry):
     sliding, resting_ = (
         simulate(dry.replace({"motion": motion}), time=TIME) for motion in ({}, {"speed": 0.0})
@@ -281,6 +299,23 @@ def test_the_spring_of_the_skin_tells_the_friction_at_rest(dry):
     assert float(trace.skin_displacement[-1]) == pytest.approx(0.25e-3, rel=1e-3)
 
 
+def test_sliding_resumes_from_the_force_that_the_skin_has_held(dry):
+    """By hand: the spring keeps 0.25 N of the stop while the voltage rises, and the way of the bone adds to it."""
+    points = ((0.0, 1.0), (0.03, 1.0), (0.04, 0.0), (0.07, 0.0), (0.08, 1.0))
+    profile = {"model": "Corners", "points": [{"time": time, "share": share} for time, share in points]}
+    drive = {"model": "Trapezium", "high": 1000.0, "delay": 0.045, "rise": 0.01, "hold": 0.1, "fall": 0.01}
+    scenario = dry.replace({"motion": SPEED | {"time_profile": profile}, "finger": FINGER, "drive": drive})
+    time = np.linspace(0, 0.12, 1201)
+    trace = simulate(scenario, time=time)
+    strength = 0.5 * (0.5 + trace.electrostatic_force.values)
+    ramp = np.clip(time - 0.07, 0.0, 0.01)
+    pulled = 0.25 + 1e3 * (0.03 * ramp**2 / 0.02 + 0.03 * np.maximum(time - 0.08, 0.0))
+    slips = np.argmax((time > 0.07) & (pulled >= strength))
+    assert 0.08 < time[slips] < 0.09
+    expected = np.where(time <= 0.045, 0.25, np.where(np.arange(time.size) < slips, pulled, strength))
+    np.testing.assert_allclose(trace.lateral_force.values, expected, rtol=1e-5)
+
+
 @pytest.mark.slow
 def test_a_skin_that_stops_against_its_equation(dry):
     """A second route: scipy's Radau on m w' = k x + c x' - S(t) tanh(w/1 um/s), x' = u - w, of a light skin."""
@@ -366,6 +401,7 @@ print(abs(own - ours).max(), abs(own - none).max())
 """
 
 
+@pytest.mark.slow
 def test_the_memory_of_a_contributed_friction_counts():
     """A subclass of FollowingFriction from elsewhere ran as the law that it follows, and nothing said so."""
     said = subprocess.run(

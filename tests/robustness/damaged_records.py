@@ -138,6 +138,9 @@ def whole_files():
         "commas.txt": ("t [s];f [N]\n" + _rows(";", T, V).replace(".", ",")).encode(),
         "wide.tsv": ("t (s)\tf (N)\n" + _rows("\t", T, V)).encode("utf-16"),
         "spectrum.csv": ("f [Hz],Z' [ohm],Z'' [ohm]\n" + _rows(",", G, Z.real, Z.imag)).encode(),
+        "spectra.csv": ("f [Hz],Z' [ohm],Z'' [ohm]\n" + 2 * (_rows(",", G, Z.real, Z.imag).rstrip("\n") + "\n")).encode(),
+        "steps.csv": "\n\n".join(
+            f"Step No. {n}\nSpeed = 3\n\nT,Fx,Fz\nsec,g,g\n\n-1,Sat.,0\n" + _rows(",", T, V, V) for n in (1, 2)).encode(),
         "dates.csv": "\n".join(["Time;F [N]", *(f"1.2.2024 23:59:{at + 20},5;0,{at}" for at in range(40))]).encode(),
         "tables.dta": ("EXPLAIN\nTAG\tX\nA\tTABLE\t3\n\tPt\tT\n\t#\ts\n\t0\t0\n\t1\t1\nZCURVE\tTABLE\n\tFreq\tZreal\tZimag\n"
                        "\tHz\tohm\tohm\n\t" + _rows("\t", G, Z.real, Z.imag).replace("\n", "\n\t")).encode("latin-1"),

@@ -9,6 +9,7 @@ GUARDED = {"a.h5", "a.tdms", "a.xlsx", "stored.xlsx", "a.trc", "a.wfm", "a.z", "
 """Read in a process of their own, which takes half a second each time."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_damaged_files_are_read_or_refused(tmp_path, name):
     path = tmp_path / name

@@ -8,5 +8,13 @@ FAILED: Final = 1
 """After a check that found a limit exceeded."""
 MISTAKE: Final = 2
 """After a mistake that the user can correct."""
+MISFIT: Final = 3
+"""After a fit of a model that does not describe its data."""
 INTERRUPTED: Final = 130
 """After Ctrl-C: 128 plus the number of the signal."""
+UNPRINTED: Final = 4
+"""After a command that did everything, but whose output could not be printed completely."""
+
+
+class Told(SystemExit):
+    """An end of which the command has said everything."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from electrovib.apps.recorded import check_folder, described, listed, measured_of, with_own_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
@@ -20,6 +20,7 @@ from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
     from electrovib.apps.recorded import Recorded
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.recordings.fit import CalibrationError, MeasuredTrace
 
 
@@ -52,6 +53,11 @@ class FitResult:
         """The scenario with the estimated parameters."""
         return self.best.scenario
 
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of that scenario."""
+        return self.best.diagnostics
+
 
 def fit(
     scenario: Source,
@@ -61,6 +67,8 @@ def fit(
     varying: Sequence[str] = (),
     signals: Sequence[str] | None = None,
     start: Mapping[str, float] | None = None,
+    keep: Sequence[str] = (),
+    stated: Mapping[str, Any] | None = None,
     noise: Mapping[str, float] | None = None,
     offsets: Sequence[str] = (),
     calibration: Mapping[str, float | CalibrationError] | None = None,
@@ -87,6 +95,10 @@ def fit(
         Only these signals; by default all that the recordings hold and the scenario predicts.
     start : mapping of str to float, optional
         Initial values by path, in SI.
+    keep : sequence of str
+        ``"drive"``, ``"load"`` and ``"motion"``: parts that are taken from the scenario although a recording holds its own.
+    stated : mapping of str to value, optional
+        Settings of all recordings by dotted path; a recording that contradicts one is refused.
     noise : mapping of str to float, optional
         Standard deviation of a signal in its unit, of an impedance relative to its modulus; it is estimated where absent.
     offsets : sequence of str
@@ -138,7 +150,13 @@ def fit(
     measured = with_own_names(measured)
     with gathered(problems):
         measured = described(
-            measured, noise or {}, offsets, sessions, varying=bool(varying), calibration=calibration
+            measured,
+            noise or {},
+            offsets,
+            sessions,
+            varying=bool(varying),
+            calibration=calibration,
+            stated=stated,
         )
     if output is not None:
         from electrovib.view.fitted import CHAINS, FILES
@@ -149,19 +167,21 @@ def fit(
     if problems or base is None:
         raise InputError(problems)
     given = _FitRequest(
-        measured=measured, free=free, varying=varying, signals=signals, start=start or {}, progress=progress
+        measured=measured,
+        free=free,
+        varying=varying,
+        signals=signals,
+        start=start or {},
+        keep=keep,
+        progress=progress,
     )
     result = given.result(_named(scenario, 1), base, others, posterior)
     if output is not None:
         from electrovib.view.fitted import write_fit
 
+        compared, posterior_of = result.comparison, result.posterior
         write_fit(
-            Path(output),
-            result.best,
-            result.rows,
-            comparison=result.comparison,
-            posterior=result.posterior,
-            force=force,
+            Path(output), result.best, result.rows, comparison=compared, posterior=posterior_of, force=force
         )
     return result
 
@@ -175,6 +195,7 @@ class _FitRequest:
     varying: Sequence[str]
     signals: Sequence[str] | None
     start: Mapping[str, float]
+    keep: Sequence[str]
     progress: Callable[[int, float], bool | None] | None
 
     def fit(self, scenario: Scenario, name: str = "") -> ScenarioFit:
@@ -187,6 +208,7 @@ class _FitRequest:
             varying=[path for path in self.varying if path in own or not name],
             signals=self.signals,
             start={path: value for path, value in self.start.items() if path in own},
+            keep=self.keep,
             progress=self.progress,
         )
 

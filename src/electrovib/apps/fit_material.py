@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.units import parse_quantity
 from electrovib.data.marks import Form, unsigned
 from electrovib.data.readers.registry import read_recorded
 from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.data.readers.sweeps import split_part
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.importing.sample import read_sample
 from electrovib.recordings.spectra.fitted import FittedMaterial, fit_samples
@@ -30,6 +32,7 @@ def fit_material(
     noise: Mapping[str, float] | None = None,
     systematic: float | None = None,
     reference: tuple[str | Path, str | float] | None = None,
+    loss: str = "measured",
     band: tuple[str | float, str | float] | None = None,
     area: str | float | None = None,
     thickness: str | float | None = None,
@@ -61,9 +64,14 @@ def fit_material(
         Relative standard uncertainty of the modulus that is common to all rows, dimensionless: that of the instrument, the area
         and the thickness.
     reference : tuple of file and str or float, optional
-        Spectrum of a resistor measured with the same instrument, and its known value [ohm]: its deviation is the systematic
-        error, and a bad calibration is refused. The capacitance in parallel with it is that of the fixture, which is subtracted
-        from the samples unless `parallel_capacitance` is given (``0`` subtracts none).
+        Spectrum of a resistor measured with the same instrument, and its known value [ohm], as ``"51 kohm +- 1 %"`` with its
+        tolerance: its deviation, with tolerance and noise, is the systematic error, and a bad calibration is refused. A phase
+        without a unit is read as that of the sample. The capacitance in parallel with it is that of the fixture, which is
+        subtracted from the samples unless `parallel_capacitance` is given (``0`` subtracts none).
+    loss : str
+        What is known of the loss: ``measured`` in every file; ``none``, a material without loss, which by the Kramers-Kronig
+        relations is without dispersion; or ``unknown``, where the permittivity alone is fitted, and the loss that follows from
+        it is stated with its interval. Conduction shows in no permittivity: 0 is then taken, and said.
     band : tuple of str or float, optional
         Lowest and highest frequency that is fitted [Hz].
     area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma, part
@@ -100,8 +108,8 @@ def fit_material(
         base = None if into is None else _with_layer(read_scenario(into), layer)
     error = None
     with gathered(problems):
-        error = _error(systematic, reference, shared)
-    fixture = error.fixture_capacitance if error is not None and parallel_capacitance is None else 0.0
+        error = _error(systematic, reference, shared | {"files": names, "fixture": parallel_capacitance})
+    fixture = 0.0 if error is None else error.fixture_capacitance
     for path in names:
         with gathered(problems):
             sample = read_sample(
@@ -121,10 +129,8 @@ def fit_material(
         Path(file).name if str(file) not in samples else str(file): each
         for file, each in (noise or {}).items()
     }
-    found = fit_samples(samples, form=form, noise=noises, error=error)
-    if target is not None:
-        _write(target, found, base, layer, force=force)
-    return found
+    found = fit_samples(samples, form=form, noise=noises, error=error, loss=loss)
+    return _written(found, target, base, layer, force=force)
 
 
 def _with_layer(scenario: Scenario, layer: str) -> Scenario:
@@ -158,7 +164,9 @@ def _number(name: str, value: str | float, unit: str) -> float:
 
 
 def _error(
-    systematic: float | None, reference: tuple[str | Path, str | float] | None, shared: Mapping[str, object]
+    systematic: float | None,
+    reference: tuple[str | Path, str | float] | None,
+    shared: Mapping[str, Any],
 ) -> InstrumentError | None:
     """Return the systematic error, as declared and as measured with a resistor, the larger modulus of both."""
     declared = None if systematic is None else InstrumentError(gain=systematic, words="as declared")
@@ -166,19 +174,46 @@ def _error(
         return declared
     path, value = reference
     options = dict(shared)
-    columns = options.pop("columns")
-    spectrum = spectrum_of(read_recorded(Path(path), **options), columns=columns)  # type: ignore[arg-type]  # each by its type
+    columns, part, names, fixture = (options.pop(name) for name in ("columns", "part", "files", "fixture"))
+    units = (_phase_unit(name, columns, part, options) for name in names)
+    spectrum = spectrum_of(
+        read_recorded(Path(path), **options), columns=columns, phase_unit=next(filter(None, units), "")
+    )
     if spectrum.impedance is None:
         raise InputError("reference: the file holds a permittivity; a resistor has an impedance", path=path)
     try:
+        resistance, tolerance = _known(value)
         found = error_by_resistor(
-            spectrum.frequency, spectrum.impedance, resistance=_number("reference", value, "ohm")
+            spectrum.frequency, spectrum.impedance, resistance=resistance, tolerance=tolerance
         )
     except InputError as error:
         raise InputError(f"{Path(path).name}: {each}" for each in error.problems) from None
+    found = found if fixture is None else found.without_fixture()
     if declared is None or declared.gain <= found.gain:
         return found
     return dataclasses.replace(found, gain=declared.gain, words=f"modulus as declared; {found.words}")
+
+
+def _phase_unit(
+    name: Path, columns: Mapping[str, str] | None, part: str | None, options: Mapping[str, Any]
+) -> str:
+    """Return the unit of the phase of a sample; empty where it has none or cannot be read, which is said elsewhere."""
+    with contextlib.suppress(InputError):
+        table, number = split_part(part)
+        recorded = read_recorded(name, part=table, **options)
+        return spectrum_of(recorded, columns=columns, spectrum=number).phase_unit
+    return ""
+
+
+def _known(value: str | float) -> tuple[float, float]:
+    """Read the value of a resistor [ohm] and the limit of its relative deviation, 0 if it is not stated."""
+    text, sign, share = str(value).replace("\N{PLUS-MINUS SIGN}", "+-").partition("+-")
+    resistance = _number("reference", text if isinstance(value, str) else value, "ohm")
+    if not sign:
+        return resistance, 0.0
+    if share.strip().endswith("%"):
+        return resistance, _number("reference", share.strip().removesuffix("%"), "1") / 100
+    return resistance, _number("reference", share, "ohm") / resistance
 
 
 def _check(target: Path | None, inputs: Sequence[Path], base: Scenario | None, *, force: bool) -> None:
@@ -191,11 +226,15 @@ def _check(target: Path | None, inputs: Sequence[Path], base: Scenario | None, *
     check_writable({target: Form.SCENARIO if base is not None else None}, inputs=inputs, force=force)
 
 
-def _write(target: Path, found: FittedMaterial, base: Scenario | None, layer: str, *, force: bool) -> None:
-    """Write the material alone, or the scenario with it."""
+def _written(
+    found: FittedMaterial, target: Path | None, base: Scenario | None, layer: str, *, force: bool
+) -> FittedMaterial:
+    """Write the material alone, or the scenario with it, where that is asked for; return it."""
     from electrovib.data.atomic import writing
     from electrovib.scenario.toml import to_toml
 
+    if target is None:
+        return found
     form = None if base is None else Form.SCENARIO
     if base is None:
         text = found.to_toml(layer)
@@ -205,3 +244,4 @@ def _write(target: Path, found: FittedMaterial, base: Scenario | None, layer: st
         text = f"# {unsigned(Form.SCENARIO)}\n{to_toml(changed)}"
     with writing({target: form}, force=force) as temporaries:
         temporaries[target].write_text(text, encoding="utf-8")
+    return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from electrovib.apps.recorded import check_folder, described, listed, measured_of, with_own_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
@@ -28,6 +28,8 @@ def fit_separately(
     free: Sequence[str],
     signals: Sequence[str] | None = None,
     start: Mapping[str, float] | None = None,
+    keep: Sequence[str] = (),
+    stated: Mapping[str, Any] | None = None,
     noise: Mapping[str, float] | None = None,
     offsets: Sequence[str] = (),
     calibration: Mapping[str, float | CalibrationError] | None = None,
@@ -49,6 +51,8 @@ def fit_separately(
         Only these signals; by default all that a recording holds and the scenario predicts.
     start : mapping of str to float, optional
         Initial values by path, in SI.
+    keep, stated
+        As for `electrovib.fit`.
     noise : mapping of str to float, optional
         Standard deviation of a signal in its unit, of an impedance relative to its modulus; it is estimated for each
         recording where absent.
@@ -101,12 +105,13 @@ def fit_separately(
             check_folder(Path(output), FILES, inputs, force=force)
     measured = [each for each in opened if not isinstance(each, tuple)]
     with gathered(problems):
+        own = with_own_names(measured)
         measured = described(
-            with_own_names(measured), noise or {}, offsets, None, varying=False, calibration=calibration
+            own, noise or {}, offsets, None, varying=False, calibration=calibration, stated=stated
         )
     if problems or base is None:
         raise InputError(problems)
-    task = _Task(base, units, signals, start or {}, progress, len(opened))
+    task = _Task(base, units, signals, start or {}, keep, progress, len(opened))
     prepared = iter(measured)
     for recording in opened:
         task.add(recording if isinstance(recording, tuple) else next(prepared))
@@ -125,7 +130,7 @@ class _Task:
 
     Parameters
     ----------
-    scenario, signals, start, progress
+    scenario, signals, start, keep, progress
         As for `fit_separately`.
     units : mapping of str to str
         Path of each free parameter to its unit.
@@ -139,11 +144,12 @@ class _Task:
         units: Mapping[str, str],
         signals: Sequence[str] | None,
         start: Mapping[str, float],
+        keep: Sequence[str],
         progress: Callable[[int, int], bool | None] | None,
         count: int,
     ) -> None:
         self.scenario, self.units, self.signals, self.start = scenario, units, signals, start
-        self.progress, self.count = progress, count
+        self.keep, self.progress, self.count = keep, progress, count
         self.fits: list[RecordedFit] = []
 
     def cancelled(self, *_: float) -> bool:
@@ -161,7 +167,7 @@ class _Task:
         try:
             found = fit_scenario(
                 self.scenario, recording, free=list(self.units), signals=self.signals, start=self.start,
-                progress=self.cancelled,
+                keep=self.keep, progress=self.cancelled,
             )  # fmt: skip
             fitted = RecordedFit(record=recording.name, found=found, rows=parameter_table(found))
         except CancelledError:

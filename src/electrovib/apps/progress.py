@@ -59,7 +59,7 @@ def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int
 
     timer = threading.Timer(PATIENCE, show)
     timer.daemon = True
-    if sys.stderr.isatty():
+    if _watched():
         timer.start()
     try:
         with listening(lambda share: update(round(_PARTS * share), _PARTS)):
@@ -86,7 +86,7 @@ def items_shown(title: str) -> Iterator[None]:
     None
         Each item replaces the line of the one before; at the end the line is removed.
     """
-    if not sys.stderr.isatty():
+    if not _watched():
         yield
         return
     begin = time.monotonic()
@@ -103,6 +103,11 @@ def items_shown(title: str) -> Iterator[None]:
     finally:
         sys.stderr.write(_REPLACE)
         sys.stderr.flush()
+
+
+def _watched() -> bool:
+    """Tell whether the error output is a terminal; a program without one has none."""
+    return sys.stderr is not None and sys.stderr.isatty()
 
 
 def _columns(*, counted: bool) -> list[Any]:

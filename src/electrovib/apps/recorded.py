@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from electrovib.core.errors import InputError
 from electrovib.data.traces import open_trace
@@ -52,8 +52,9 @@ def described(
     *,
     varying: bool,
     calibration: Mapping[str, float | CalibrationError] | None = None,
+    stated: Mapping[str, Any] | None = None,
 ) -> list[MeasuredTrace]:
-    """Put noise, zeros, sessions and calibration errors into the recordings that have these signals."""
+    """Put settings, noise, zeros, sessions and calibration errors into the recordings that have these signals."""
     names = [each.name for each in measured]
     by_name = {Path(file).name: session for file, session in (sessions or {}).items()}
     unknown = [name for name in by_name if name not in names]
@@ -74,6 +75,7 @@ def described(
         found.append(
             dataclasses.replace(
                 each,
+                changes=dict(stated or {}) | dict(each.changes),
                 noise={name: value for name, value in noise.items() if name in own} | dict(each.noise),
                 offsets=[
                     *each.offsets,

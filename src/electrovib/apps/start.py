@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from electrovib.apps.exit_codes import INTERRUPTED
+from electrovib.core.allowance import ONE_THREAD
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -19,8 +21,10 @@ _INTERRUPTS: Final[list[int]] = []
 
 def main() -> None:
     """Run the command line."""
+    _open_closed()
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
+    os.environ.update(ONE_THREAD | os.environ)
     try:
         from electrovib.apps.cli import main as command_line
 
@@ -36,6 +40,17 @@ def main() -> None:
         sys.exit(INTERRUPTED)
     finally:
         _be_silent()
+
+
+def _open_closed() -> None:
+    """Let an output that the caller closed go nowhere, so that no file takes its number and its text."""
+    while (number := os.open(os.devnull, os.O_RDWR)) <= 2:  # input, output, error output
+        os.set_inheritable(number, True)
+    os.close(number)
+    sys.stdin, sys.stdout, sys.stderr = (
+        stream or open(number, mode, encoding="utf-8", closefd=False)  # noqa: SIM115  # for the whole command
+        for number, (stream, mode) in enumerate([(sys.stdin, "r"), (sys.stdout, "w"), (sys.stderr, "w")])
+    )
 
 
 def _interrupt(number: int, frame: FrameType | None) -> NoReturn:

@@ -7,27 +7,34 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import Limits
-from electrovib.study.check import LimitsFrom, cleared_for_output, declared_limits
+from electrovib.study.check import LimitsFrom, cleared_as_played, declared_limits, without_its_limits
 
 if TYPE_CHECKING:
     from electrovib.bench.settings import BenchSettings
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult
 
 
-_NOT_RELIED_ON: Final = ("bandwidth", "saturation", "source_current", "sink_current")
-"""Parameters of an amplifier that reduce voltage or current, and are not those of the amplifier of the bench."""
+_DECLARE: Final = (
+    "Declare it in the bench file with its source:"
+    ' [edge] time = "10 us" source = "filter in front of the plate, measured"'
+)
 
 
-def cleared(scenario: Scenario, settings: BenchSettings) -> tuple[Limits, CheckResult]:
-    """Check the drive of a scenario against the strictest of all declared limits, or refuse it.
+def cleared(
+    scenario: Scenario, settings: BenchSettings, times: Real, voltages: Real
+) -> tuple[Limits, CheckResult]:
+    """Check what the generator plays against the strictest of all declared limits, or refuse it.
 
     Parameters
     ----------
     scenario : Scenario
         Whose drive is to be played, with its own limits if it declares any.
     settings : BenchSettings
-        With limits and the current limiter.
+        With limits, the current limiter and, where it is declared, the edge.
+    times, voltages : ndarray, shape (n,)
+        Begin of each point of the generator [s], and its voltage at the input of the scenario's amplifier [V].
 
     Returns
     -------
@@ -52,13 +59,14 @@ def cleared(scenario: Scenario, settings: BenchSettings) -> tuple[Limits, CheckR
             " protect: set the hardware to that value, or declare a larger limit"
         )
     places.append(LimitsFrom(f"the current limiter ({limiter.name})", Limits(current=limiter.current)))
-    amplifier = scenario.circuit.amplifier
-    consequence = "Nothing is played"
-    if amplifier is not None and (amplifier.is_limited or amplifier.bandwidth is not None):
+    consequence, relied_on = "Nothing is played", without_its_limits(scenario)
+    if relied_on is not scenario:
         consequence += (
             ". On the bench saturation, current limit and bandwidth of circuit.amplifier do not count"
         )
-        scenario = scenario.replace({f"circuit.amplifier.{name}": None for name in _NOT_RELIED_ON})
-    result = cleared_for_output(scenario, limits=places, what="a burst on the bench", consequence=consequence)
+    result = cleared_as_played(
+        relied_on, times=times, voltages=voltages, edge=None if settings.edge is None else settings.edge.time, declare=_DECLARE,
+        limits=places, what="a burst on the bench", name="the points of the generator", consequence=consequence,
+    )  # fmt: skip
     strict = declared_limits(scenario, places)
     return Limits(**{name: each.value for name, each in strict.items()}), result

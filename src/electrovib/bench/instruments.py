@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from electrovib.bench.drivers import enable_of, generator_of, oscilloscope_of
 from electrovib.bench.link import Link
-from electrovib.bench.signals import undisturbed
 from electrovib.core.errors import ElectrovibError
 
 if TYPE_CHECKING:
@@ -51,7 +50,7 @@ class Instruments:
         )
 
     def to_zero(self) -> list[str]:
-        """Disable the high voltage and set the generator to 0 V, whatever fails and however often a user interrupts.
+        """Disable the high voltage and set the generator to 0 V, whatever fails.
 
         Returns
         -------
@@ -59,10 +58,9 @@ class Instruments:
             What could not be confirmed, one sentence each; empty where everything was.
         """
         failures = []
-        with undisturbed():
-            if self.enable is not None:
-                failures += _attempted(self.enable.disable, "the high voltage is not confirmed as disabled")
-            failures += _attempted(self.generator.zero, "0 V at the generator is not confirmed")
+        if self.enable is not None:
+            failures += _attempted(self.enable.disable, "the high voltage is not confirmed as disabled")
+        failures += _attempted(self.generator.zero, "0 V at the generator is not confirmed")
         return failures
 
     def close(self) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from electrovib.bench.clearance import cleared
 from electrovib.bench.drivers import GENERATORS, check_drivers
 from electrovib.bench.settings import ForceInput, VoltageMonitor
+from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import WORDS, unit_of_limit
@@ -67,6 +68,11 @@ class BenchPlan:
     peak: float
     check: CheckResult
     resampling_error: float
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the experiment, beyond those that the check states."""
+        return self.check.diagnostics
 
     @property
     def current(self) -> float:
@@ -143,6 +149,7 @@ class BenchPlan:
             f"generator ({settings.generator.driver}): {self.codes.size} points, {self.amplitude:.4g} V between the largest"
             f" codes, gain of the amplifier {settings.amplifier.gain:g}; resampling error"
             f" {100 * self.resampling_error:.2g} % of the peak (rms)",
+            f"played as levels of {format_quantity(self._level, 's', digits=4)}, {self._edge()}",
             f"first burst: {format_quantity(self.fraction * self.peak, 'V', digits=4)}, compared with the plan to"
             f" {100 * settings.burst.tolerance:g} % before the full one",
             "enable line: "
@@ -153,7 +160,20 @@ class BenchPlan:
             ),
             "current read back: "
             + ("yes" if settings.oscilloscope.current is not None else "no, no input is declared for it"),
+            *warning_lines(self.diagnostics),
         ]
+
+    @property
+    def _level(self) -> float:
+        """Duration of a point of the generator [s]."""
+        return self.duration / self.codes.size
+
+    def _edge(self) -> str:
+        edge = self.settings.edge
+        if edge is None:
+            return "judged as steps: no edge is declared"
+        words = f"with edges of {format_quantity(edge.time, 's', digits=4)} ({edge.source})"
+        return words if edge.time < self._level else f"{words}, judged as straight lines from point to point"
 
     def _stray(self) -> str:
         amplifier = self.scenario.circuit.amplifier
@@ -186,8 +206,8 @@ def make_plan(scenario: Scenario, settings: BenchSettings) -> BenchPlan:
     check_drivers(settings)
     duration = _finite_duration(scenario, settings)
     at_rest = scenario.replace({"time.initial_state": {"model": AtRest.__name__}, "time.duration": duration})
-    limits, check = cleared(at_rest, settings)
     peak, codes, error = _points(at_rest, settings, duration)
+    limits, check = cleared(at_rest, settings, *_played(at_rest, settings, codes, duration, peak))
     amplitude = 2 * peak / abs(settings.amplifier.gain)
     fraction = min(settings.burst.low_voltage / peak, 1.0)
     lowest, highest = GENERATORS[settings.generator.driver].amplitudes
@@ -230,8 +250,13 @@ def _finite_duration(scenario: Scenario, settings: BenchSettings) -> float:
 
 def _plate_voltage(scenario: Scenario, times: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the voltage that the plate is to have: the drive times the gain of the scenario's amplifier."""
+    return scenario.drive.voltage(times) * _own_gain(scenario)
+
+
+def _own_gain(scenario: Scenario) -> float:
+    """Return the gain of the scenario's amplifier; 1 without one."""
     amplifier = scenario.circuit.amplifier
-    return scenario.drive.voltage(times) * (1.0 if amplifier is None else amplifier.gain)
+    return 1.0 if amplifier is None else amplifier.gain
 
 
 def _points(
@@ -242,8 +267,7 @@ def _points(
     count = driver.most_points
     fine = (np.arange(_WITHIN * count, dtype=np.float64) + 0.5) * (duration / (_WITHIN * count))
     wanted = _plate_voltage(scenario, fine)
-    own = scenario.circuit.amplifier
-    peak = scenario.drive.largest(duration) * abs(1.0 if own is None else own.gain)
+    peak = scenario.drive.largest(duration) * abs(_own_gain(scenario))
     sign = np.sign(settings.amplifier.gain)
     mean = wanted.reshape(count, _WITHIN).mean(axis=1)
     codes = driver.codes_of(sign * mean, peak)
@@ -256,6 +280,16 @@ def _points(
             f" burst.resampling_error = {settings.burst.resampling_error:g}; shorten it, or allow the error"
         )
     return peak, codes.astype(np.int16), error
+
+
+def _played(
+    scenario: Scenario, settings: BenchSettings, codes: NDArray[np.int16], duration: float, peak: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the time at which each point begins [s], and its voltage at the input of the scenario's amplifier [V]."""
+    of_drive = np.sign(settings.amplifier.gain) / _own_gain(scenario)
+    volts = GENERATORS[settings.generator.driver].voltages_of(codes.astype(np.float64), peak)
+    begins = np.arange(codes.size, dtype=np.float64) * np.float64(duration / codes.size)
+    return begins, np.asarray(of_drive * volts)
 
 
 def _largest_code(settings: BenchSettings) -> int:

@@ -8,20 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 from electrovib.bench.clock import SystemClock
 from electrovib.bench.connections import connect
+from electrovib.bench.end import incomplete, rehearse, saved, tell
 from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
 from electrovib.bench.lock import one_process
 from electrovib.bench.plan import BenchPlan, make_plan
 from electrovib.bench.sequence import BurstSequence
 from electrovib.bench.settings import BenchSettings, read_settings
-from electrovib.bench.signals import stopping_signals, undisturbed
-from electrovib.bench.trace import trace_of
+from electrovib.bench.signals import stopping_signals
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
-from electrovib.export.save import check_output, save
+from electrovib.export.save import check_output
 from electrovib.scenario import Source, read_scenario
+from electrovib.scenario.space.counter import checked_seed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
     from electrovib.bench.clock import BenchClock
     from electrovib.bench.link import Connection
+    from electrovib.bench.signals import Stops
 
 
 def plan_bench(
@@ -107,7 +109,8 @@ def run_bench(
     Returns
     -------
     xarray.Dataset
-        A Trace from the trigger on, with instruments, settings as read back, limits and the current limiter declared.
+        A Trace from the trigger on, with instruments, settings as read back, limits, the current limiter declared, and how the
+        bench was left (attribute ``left``, also printed): without an enable line, to be switched off by hand.
 
     Raises
     ------
@@ -118,10 +121,11 @@ def run_bench(
 
     Notes
     -----
-    The bench is left at 0 V, and disabled where it has an enable line, after the end, an error, a lost connection, Ctrl-C and
-    SIGTERM. After SIGKILL the burst that is running ends at 0 V by itself. Software does not protect a person: the hardware
-    that limits the current does.
+    The bench is left at 0 V, and disabled where it has an enable line, after the end, an error, a lost connection, Ctrl-C,
+    SIGTERM and SIGHUP. After SIGKILL the burst that is running ends at 0 V by itself. Software does not protect a person: the
+    hardware that limits the current does.
     """
+    checked_seed(seed)
     with inputs_noted() as inputs:
         plan = plan_bench(scenario, bench=bench, set=set)
         own = plan.scenario if finger is None else read_scenario(finger, changes=set)
@@ -158,11 +162,6 @@ def run_bench(
 def _refuse(words: str) -> bool:
     del words
     return False
-
-
-def incomplete(path: Path) -> Path:
-    """Return the file to which a run that is stopped writes what it has."""
-    return path.with_name(f"{path.stem}.incomplete{path.suffix}")
 
 
 class BenchRun:
@@ -220,68 +219,88 @@ class BenchRun:
         BenchError
             If the run was stopped.
         """
-        with stopping_signals():
-            connections = (
-                connect(self.plan.settings.resources) if self._connections is None else self._connections
-            )
-            instruments = Instruments.of(self.plan.settings, connections)
-            sequence = BurstSequence(
-                self.plan, instruments, clock=self.clock, confirm=self._confirm, report=self._report
-            )
-            stopped, failures = _played(sequence, instruments)
-            with undisturbed():
-                instruments.close()
-                return self._finished(sequence, stopped, failures, output=output, force=force, about=about)
-
-    def _finished(
-        self,
-        sequence: BurstSequence,
-        stopped: BaseException | None,
-        failures: list[str],
-        *,
-        output: Path | None,
-        force: bool,
-        about: Mapping[str, str | int | float],
-    ) -> xarray.Dataset:
-        """Make and save the Trace, and raise if the run was stopped."""
         about = dict(about) | ({"notes": "; ".join(self.notes)} if self.notes else {})
-        if stopped is None and not failures:
-            trace = trace_of(self.plan, sequence.record, about=about)
-            if output is not None:
-                save(trace, output, force=force)
+        with stopping_signals() as stops:
+            instruments = self._prepared(output, about, stops)
+            sequence = BurstSequence(
+                self.plan,
+                instruments,
+                clock=self.clock,
+                confirm=self._confirm,
+                check=stops.check,
+                report=self._report,
+            )
+            stopped = _played(sequence, stops)
+            failures = instruments.to_zero()
+            left = self._left(failures, is_simulated=bool(about["simulated"]))
+            tell(left)
+            sentences = []
+            if stopped is not None or failures:
+                step = sequence.record.steps[-1] if sequence.record.steps else "connect"
+                sentences = [f"stopped in the step '{step}': {_why(stopped)}", *left]
+            about["left"] = "; ".join(left)
+            trace, kept = saved(
+                self.plan, sequence.record, about, output=output, force=force, stopped="; ".join(sentences)
+            )
+            instruments.close()
+            if sentences or trace is None:
+                raise _stopped(stopped, [*(sentences or left), *kept]) from stopped
             return trace
-        step = sequence.record.steps[-1] if sequence.record.steps else "connect"
-        sentences = [f"stopped in the step '{step}': {_why(stopped)}", *self._state(failures)]
-        trace = trace_of(self.plan, sequence.record, about=about, stopped="; ".join(sentences))
-        sentences += _saved(trace, output, force=force)
-        raise _stopped(stopped, sentences) from stopped
 
-    def _state(self, failures: list[str]) -> list[str]:
+    def _prepared(
+        self, output: Path | None, about: Mapping[str, str | int | float], stops: Stops
+    ) -> Instruments:
+        """Rehearse the end and connect; nothing is sent."""
+        try:
+            rehearse(self.plan, output, about)
+            connections = self._connections or connect(self.plan.settings.resources)
+            return Instruments.of(self.plan.settings, connections)
+        except BaseException as error:
+            stopped = _asked(error, stops)
+            if not isinstance(stopped, (KeyboardInterrupt, BenchStopped)):
+                raise
+            why = f"stopped before anything was sent to an instrument: {_why(stopped)}"
+            as_it_was = "the bench is as it was: SWITCH THE HIGH VOLTAGE OFF BY HAND if it is on"
+            raise _stopped(stopped, [why, as_it_was]) from stopped
+
+    def _left(self, failures: list[str], *, is_simulated: bool) -> list[str]:
         """State how the bench was left."""
+        where = "simulated: " if is_simulated else ""
         if not failures:
             by_hand = self.plan.settings.amplifier.enable is None
             enabled = (
                 "; SWITCH THE HIGH VOLTAGE OFF BY HAND" if by_hand else ", and the high voltage is disabled"
             )
-            return [f"the generator is at 0 V{enabled}"]
+            return [f"{where}the generator is at 0 V{enabled}"]
         burst = format_quantity(self.plan.duration, "s", digits=3)
         return [
             *failures,
-            f"SWITCH THE HIGH VOLTAGE OFF BY HAND; a burst that was running has ended at 0 V within {burst}",
+            f"{where}SWITCH THE HIGH VOLTAGE OFF BY HAND; a burst that was running has ended at 0 V within {burst}",
         ]
 
 
-def _played(sequence: BurstSequence, instruments: Instruments) -> tuple[BaseException | None, list[str]]:
-    """Play, and take the bench to 0 V whatever happens; return what stopped it, and what could not be confirmed."""
+def _played(sequence: BurstSequence, stops: Stops) -> BaseException | None:
+    """Play, and hold all signals from then on; return what stopped it."""
     stopped: BaseException | None = None
     try:
         try:
             sequence.play()
         except BaseException as error:  # noqa: BLE001  # every end leads to 0 V
             stopped = error
-        return stopped, instruments.to_zero()
-    except BaseException as error:  # noqa: BLE001  # a signal between the end of the sequence and 0 V; later ones are ignored
-        return stopped or error, instruments.to_zero()
+        stops.is_held = True
+    except BaseException as error:  # noqa: BLE001  # a signal before it was held; there is no second one
+        stops.is_held = True
+        stopped = stopped or error
+    return stopped and _asked(stopped, stops)
+
+
+def _asked(error: BaseException, stops: Stops) -> BaseException:
+    """Return the exception of the signal that an error follows from, as of an import that was interrupted, or the error."""
+    asked = stops.error()
+    if asked is None or isinstance(error, type(asked)):
+        return error
+    asked.__cause__ = error
+    return asked
 
 
 def _why(error: BaseException | None) -> str:
@@ -289,22 +308,10 @@ def _why(error: BaseException | None) -> str:
         return "the run was complete, but its end could not be confirmed"
     if isinstance(error, ElectrovibError):
         return "; ".join(error.problems)
-    if isinstance(error, BenchStopped):
-        return f"the process was asked to end ({error})"
-    if isinstance(error, KeyboardInterrupt):
-        return "interrupted by the operator"
+    if isinstance(error, (BenchStopped, KeyboardInterrupt)):
+        by = f"the process was asked to end ({error})" if str(error) else "interrupted by the operator"
+        return by if error.__cause__ is None else f"{by}; {_why(error.__cause__)}"
     return f"an unexpected error, {type(error).__name__}: {error}"
-
-
-def _saved(trace: xarray.Dataset, output: Path | None, *, force: bool) -> list[str]:
-    """Save what a stopped run has, and state where."""
-    if output is None:
-        return []
-    try:
-        written = save(trace, incomplete(output), force=force)
-    except ElectrovibError as error:
-        return [f"the data so far could not be written: {'; '.join(error.problems)}"]
-    return [f"the data so far: {', '.join(map(str, written))}"]
 
 
 def _stopped(error: BaseException | None, sentences: list[str]) -> BaseException:

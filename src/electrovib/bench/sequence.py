@@ -75,6 +75,8 @@ class BurstSequence:
         For waiting.
     confirm : callable
         Asks the operator to do something and returns whether it was confirmed; used without an enable line.
+    check : callable
+        Raises if the process was asked to end; called before anything that raises the voltage, and while waiting.
     report : callable, optional
         Called with the name of each step before it begins.
     """
@@ -86,11 +88,12 @@ class BurstSequence:
         *,
         clock: BenchClock,
         confirm: Callable[[str], bool],
+        check: Callable[[], None],
         report: Callable[[str], None] | None = None,
     ) -> None:
         self.plan, self.instruments, self.clock = plan, instruments, clock
         self.record = RunRecord()
-        self._confirm = confirm
+        self._confirm, self._check = confirm, check
         self._report = report or (lambda _: None)
         self._resolution: dict[int, float] = {}
         self._length = 0.0
@@ -129,6 +132,7 @@ class BurstSequence:
     def _begin(self, name: str) -> None:
         self.record.steps.append(name)
         self._report(name)
+        self._check()
 
     def _identify(self) -> None:
         for role, driver in (
@@ -139,6 +143,7 @@ class BurstSequence:
 
     def _switch(self, *, on: bool) -> None:
         """Enable or disable the high voltage, by the enable line or by the operator."""
+        self._check()
         enable = self.instruments.enable
         if enable is not None:
             (enable.enable if on else enable.disable)()
@@ -178,6 +183,7 @@ class BurstSequence:
         self._read_back(fraction)
         oscilloscope.start()
         self._wait(oscilloscope.is_ready, "is not ready for the trigger")
+        self._check()
         self.instruments.generator.trigger()
         self._wait(self._is_recorded, "has not recorded the burst")
         if enable is not None:
@@ -234,6 +240,7 @@ class BurstSequence:
     def _wait(self, done: Callable[[], bool], why: str) -> None:
         end = self.clock.now() + self._length + _MARGIN
         while not done():
+            self._check()
             if self.clock.now() > end:
                 waited = format_quantity(self._length + _MARGIN, "s", digits=3)
                 raise BenchError(f"the oscilloscope {why} after {waited}")

@@ -13,6 +13,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import Model, read_model
 from electrovib.core.parsing import read_toml
 from electrovib.core.quantity import Number, Quantity
+from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.limits import Limits
 
 if TYPE_CHECKING:
@@ -59,6 +60,17 @@ class GeneratorRole(Model):
     accept_model: Annotated[
         str, Field(description="further model that is accepted by this driver, as the instrument states it")
     ] = ""
+
+
+class OutputEdge(Model):
+    """The edge between two points of the generator as the plate receives it."""
+
+    example: ClassVar[Mapping[str, Any]] = {"time": 10e-6, "source": "filter in front of the plate, measured"}
+
+    time: Annotated[
+        Number, Quantity("s", 1e-12, 1, "height of a step over its steepest slope; of one pole 1/(2 pi f)")
+    ]
+    source: Annotated[str, Field(min_length=3, description="what makes the edge, and how its time is known")]
 
 
 class EnableLine(Model):
@@ -206,6 +218,7 @@ class BenchSettings(Model):
     example: ClassVar[Mapping[str, Any]] = {
         "current_limiter": CurrentLimiter.example,
         "limits": {"voltage": 1000.0, "current": 250e-6},
+        "edge": OutputEdge.example,
         "generator": GeneratorRole.example,
         "amplifier": AmplifierRole.example,
         "oscilloscope": OscilloscopeRole.example,
@@ -215,6 +228,9 @@ class BenchSettings(Model):
     current_limiter: CurrentLimiter
     limits: Limits
     burst: BurstRules = BurstRules()
+    edge: Annotated[
+        OutputEdge | None, Field(description="edge between two points; without it they are judged as steps")
+    ] = None
     generator: GeneratorRole
     amplifier: AmplifierRole
     oscilloscope: OscilloscopeRole
@@ -268,7 +284,7 @@ def read_settings(source: str | Path | Mapping[str, Any] | BenchSettings | None 
         return source
     name = "the bench" if source is None or not isinstance(source, (str, Path)) else str(source)
     if source is None or isinstance(source, (str, Path)):
-        tables = _tables(default_text() if source is None else _text(Path(source)), name)
+        tables = read_toml(default_text()) if source is None else _of_file(Path(source))
     else:
         tables = {str(key): item for key, item in source.items()}
         tables.setdefault("schema", SCHEMA)
@@ -287,21 +303,9 @@ def default_text() -> str:
     return resources.files("electrovib.bench").joinpath(DEFAULT).read_text(encoding="utf-8")
 
 
-def _text(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        why = f"{error.strerror or error}. 'electrovib bench init' prints a bench file to start from"
-        raise InputError(why, path=path) from None
-    except UnicodeDecodeError:
-        raise InputError("not a text in UTF-8; a bench file is TOML, saved as UTF-8", path=path) from None
-
-
-def _tables(text: str, name: str) -> dict[str, Any]:
-    try:
-        return read_toml(text)
-    except ValueError as error:
-        raise InputError(f"not valid TOML: {error}", path=name) from None
+def _of_file(path: Path) -> dict[str, Any]:
+    advice = "'electrovib bench init' prints a bench file to start from"
+    return read_toml_file(path, kind="a bench file", advice=advice)
 
 
 _LINES: Final = {

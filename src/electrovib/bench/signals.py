@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final, NoReturn
+from typing import TYPE_CHECKING, Final
 
 from electrovib.bench.faults import BenchStopped
 
@@ -14,64 +14,69 @@ if TYPE_CHECKING:
     from types import FrameType
 
 _STOPPING: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-_HELD: Final = ("SIGALRM", *_STOPPING)
-"""The command line repeats an interrupt by SIGALRM."""
+_REPEATED: Final = "SIGALRM"
+"""The command line repeats an interrupt by it."""
 
 
-def _known(names: tuple[str, ...]) -> list[signal.Signals]:
-    return [getattr(signal, name) for name in names if hasattr(signal, name)]
+class Stops:
+    """What has asked the process to end while a bench is in use: the first signal raises once, later ones only wait.
 
+    An exception in a signal handler can be lost: Python only prints what a callback raises, and a compiled library whose
+    import is interrupted raises an ImportError instead. So the signal is kept too, and `check` raises for it again.
+    """
 
-def _stop(number: int, frame: FrameType | None) -> NoReturn:
-    """Raise once; further signals are ignored, so that none of them can keep the bench from being taken to 0 V."""
-    del frame
-    for each in _known(_HELD):
-        signal.signal(each, _ignore)
-    if number == signal.SIGINT:
-        raise KeyboardInterrupt
-    raise BenchStopped(signal.Signals(number).name)
+    def __init__(self) -> None:
+        self.first: signal.Signals | None = None
+        self.is_held = False
+
+    def received(self, number: int, frame: FrameType | None) -> None:
+        """Keep the first signal and raise for it, unless signals are held."""
+        del frame
+        if self.first is None:
+            self.first = signal.Signals(number)
+            self.check()
+
+    def check(self) -> None:
+        """Raise if the process was asked to end."""
+        error = self.error()
+        if error is not None and not self.is_held:
+            raise error
+
+    def error(self) -> KeyboardInterrupt | BenchStopped | None:
+        """Return the exception of the first signal, or None."""
+        if self.first is None:
+            return None
+        return KeyboardInterrupt() if self.first == signal.SIGINT else BenchStopped(self.first.name)
 
 
 @contextmanager
-def stopping_signals() -> Iterator[None]:
-    """Raise KeyboardInterrupt or `BenchStopped` at the first signal that asks the process to end, and ignore later ones.
+def stopping_signals() -> Iterator[Stops]:
+    """Raise KeyboardInterrupt or `BenchStopped` at the first signal that asks the process to end, and keep it.
 
     Yields
     ------
-    None
-        Only the main thread receives signals; in another one nothing is changed.
+    Stops
+        With `is_held` set nothing is raised any more. A signal that came then, or whose exception was lost, is sent again
+        after the block, unless the block raises. Only the main thread receives signals; in another one nothing is changed.
     """
-    with _handled(_STOPPING, _stop):
-        yield
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Ignore interrupts and requests to end while the bench is taken to 0 V and the data are saved.
-
-    Yields
-    ------
-    None
-        Only the main thread receives signals; in another one nothing is changed.
-    """
-    with _handled(_HELD, _ignore):
-        yield
-
-
-@contextmanager
-def _handled(names: tuple[str, ...], handler: object) -> Iterator[None]:
+    stops = Stops()
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield stops
         return
-    before = {number: signal.getsignal(number) for number in _known(_HELD)}
+    known = [getattr(signal, name) for name in (*_STOPPING, _REPEATED) if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in known}
+    repeated = before.get(getattr(signal, _REPEATED, None))
+
+    def again(number: int, frame: FrameType | None) -> None:
+        if not stops.is_held and callable(repeated):
+            repeated(number, frame)
+
     try:
-        for number in _known(names):
-            signal.signal(number, handler)  # type: ignore[arg-type]
-        yield
+        for number in known:
+            signal.signal(number, again if number.name == _REPEATED else stops.received)
+        yield stops
     finally:
-        for number, former in before.items():
+        for number, former in reversed(before.items()):  # SIGINT last: its handler may raise at once
             signal.signal(number, former)
-
-
-def _ignore(number: int, frame: FrameType | None) -> None:
-    del number, frame
+    if stops.first is not None:
+        signal.raise_signal(stops.first)

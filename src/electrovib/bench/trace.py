@@ -86,6 +86,7 @@ def _attributes(plan: BenchPlan, record: RunRecord, stopped: str) -> dict[str, A
         "bench": json.dumps(plan.settings.to_dict()),
         "limits": json.dumps(plan.limits.to_dict()),
         "check": json.dumps(plan.check.to_dict()),
+        "validity": json.dumps([each.to_dict() for each in plan.diagnostics]),
         "current_limiter": f"{limiter.name}, {limiter.current:g} A (declared, hardware)",
         "instruments": json.dumps(record.instruments),
         "settings": json.dumps(record.settings),

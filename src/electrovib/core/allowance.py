@@ -1,9 +1,12 @@
-"""The memory that reading a file or a text from outside may use."""
+"""The memory that reading a file or a text from outside may use, and the threads of linear algebra."""
 
 from __future__ import annotations
 
 from typing import Final
 
+ONE_THREAD: Final = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""Environment for linear algebra on one thread, which numpy reads when it is imported. Threads gain nothing for our matrices of
+some hundred columns, and wait for each other where another process uses a core: up to twenty times as long as one computes."""
 _TIMES: Final = 10
 _BASE: Final = 64 * 1024**2
 

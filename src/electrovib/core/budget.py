@@ -127,6 +127,11 @@ def read_budget(text: str) -> dict[str, float]:
     found: dict[str, float] = {}
     for part in text.split(","):
         name, read = ("memory", _bytes) if _MEMORY.fullmatch(part) else ("time", _seconds)
+        if not any(sign.isalpha() for sign in part.lower().replace("e", "")) and any(map(str.isdigit, part)):
+            number = part.strip()
+            raise InputError(
+                f"--budget = '{text}': {number} of what? Give its unit: '{number} min' or '{number} GB'"
+            )
         if name in found:
             raise InputError(f"--budget = '{text}': names {name} twice")
         found[name] = _positive("--budget", part.strip(), read)

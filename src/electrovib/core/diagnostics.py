@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
-from typing import Final
+from typing import Any, Final
 
+from electrovib.core.parsing import read_json
 from electrovib.core.units import format_quantity
 
 STATES: Final = ("ok", "unknown", "warning")
@@ -56,8 +57,56 @@ def read_diagnostics(text: str) -> list[Diagnostic]:
     """Read the attribute ``validity`` of a Trace; what a sweep adds to it, such as the case, is also in the texts."""
     known = {each.name for each in fields(Diagnostic)}
     return [
-        Diagnostic(**{name: content[name] for name in known & set(content)}) for content in json.loads(text)
+        Diagnostic(**{name: content[name] for name in known & set(content)}) for content in read_json(text)
     ]
+
+
+def diagnostics_of(result: Any) -> list[Diagnostic]:
+    """Return the diagnostics that a result states.
+
+    Parameters
+    ----------
+    result : xarray.Dataset or object
+        A Trace, a sweep or a study, with the attribute ``validity``; or any other result that is computed from a scenario,
+        with the property ``diagnostics``.
+
+    Returns
+    -------
+    list of Diagnostic
+        How far the result can be believed.
+    """
+    if not hasattr(result, "attrs"):
+        return list(result.diagnostics)
+    try:
+        return read_diagnostics(result.attrs.get("validity", "[]"))
+    except (TypeError, ValueError, KeyError):
+        return [Diagnostic("validity", "unknown", "the diagnostics that this file states cannot be read")]
+
+
+def warning_lines(diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> list[str]:
+    """Write diagnostics for people: the one form in which the terminal, texts and files state them.
+
+    Parameters
+    ----------
+    diagnostics : iterable of Diagnostic
+        Those of one or several results; equal ones are written once.
+    brief : bool
+        Whether what could not be judged is named without its reasons.
+
+    Returns
+    -------
+    lines : list of str
+        One line for each warning, and one for all that could not be judged.
+    """
+    found = list({each.text: each for each in diagnostics}.values())
+    lines = [f"warning: {each.text}" for each in found if each.state == "warning"]
+    unknown = [each.name if brief else each.text for each in found if each.state == "unknown"]
+    return [*lines, f"not judged: {'; '.join(unknown)}"] if unknown else lines
+
+
+def comment_lines(diagnostics: Iterable[Diagnostic]) -> str:
+    """Return these lines as comments at the head of a text file."""
+    return "".join(f"# {line}\n" for line in warning_lines(diagnostics))
 
 
 def against(name: str, *, value: float, limit: float, unit: str, what: str, why: str) -> Diagnostic:

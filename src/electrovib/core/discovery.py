@@ -6,6 +6,7 @@ import functools
 import importlib
 import pkgutil
 from dataclasses import replace
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -159,9 +160,8 @@ def paper(name: str) -> ModuleType:
     contributed = {entry.name: entry for entry in _contributed()}
     if name in contributed:
         return _load(contributed[name])
-    raise InputError(
-        f"'{name}' is neither a file nor a paper.{_near_papers(name, [*paper_names(), *contributed])}"
-    )
+    what = "a file, not" if Path(name).is_file() else "neither a file nor"
+    raise InputError(f"'{name}' is {what} a paper.{_near_papers(name, [*paper_names(), *contributed])}")
 
 
 def _near_papers(name: str, known: Collection[str]) -> str:

@@ -204,6 +204,14 @@ def closest(word: str, known: Iterable[str]) -> str | None:
     return close[0] if close else None
 
 
+def closest_file(name: str, beside: Iterable[str]) -> str:
+    """Write ``" Did you mean 'x'?"`` with the closest name of a file; a common ending alone makes no name close."""
+    stem = name.rpartition(".")[0] or name
+    stems = {each: each.rpartition(".")[0] or each for each in beside}
+    near = [each for each, other in stems.items() if difflib.get_close_matches(stem, [other], cutoff=0.5)]
+    return suggestion(name, near)
+
+
 def printable(text: str) -> str:
     """Write control characters, and others that a terminal would obey or hide, as their codes.
 

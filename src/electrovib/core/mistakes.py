@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Final
 
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
@@ -15,6 +15,9 @@ from electrovib.core.search import Searchable, as_question, suggestions
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model
+
+MOST_NAMES: Final = 12
+"""Names that are listed in one sentence."""
 
 
 def explained(model: type[Model], item: Any) -> InitErrorDetails:
@@ -69,6 +72,29 @@ def first_line(thing: object) -> str:
     """Return the first line of a docstring, without its full stop."""
     text = (inspect.getdoc(thing) or "").strip()
     return " ".join(text.split("\n\n")[0].split()).rstrip(".")
+
+
+def problems(items: Iterable[Mapping[str, Any]]) -> list[Problem]:
+    """Convert validation errors; names that one table has, or lacks, for the same reason are one `Problem`."""
+    found: dict[object, list[tuple[Problem, str]]] = {}
+    for item in items:
+        each, name = problem(item), shortened(str((item["loc"] or ("",))[-1]), LONGEST_QUOTED)
+        alike = item["type"] in {"missing_parameter", "unknown"} and f"'{name}'" in each.reason
+        same = (item["loc"][:-1], each.reason.replace(f"'{name}'", "", 1)) if alike else len(found)
+        found.setdefault(same, []).append((each, name))
+    return [_together(each) if len(each) > 1 else each[0][0] for each in found.values()]
+
+
+def _together(alike: list[tuple[Problem, str]]) -> Problem:
+    """Write as one problem those that differ in a name alone."""
+    (first, name), rest = alike[0], len(alike) - MOST_NAMES
+    listed = ", ".join(f"'{each}'" for _, each in alike[:MOST_NAMES]) + (
+        f" and {rest} more" if rest > 0 else ""
+    )
+    why = first.reason.replace(f"parameter '{name}'", f"parameters '{name}'", 1).replace(
+        f"'{name}'", listed, 1
+    )
+    return Problem(why, path=first.path.rpartition(".")[0])
 
 
 def problem(item: Mapping[str, Any]) -> Problem:

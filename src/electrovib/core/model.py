@@ -22,7 +22,7 @@ from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortene
 from electrovib.core.files import DeclaresFile
 from electrovib.core.immutable import Immutable
 from electrovib.core.meant import explained as explained_path
-from electrovib.core.mistakes import explained, near_members, problem, wants
+from electrovib.core.mistakes import explained, near_members, problems, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
 from electrovib.core.written import Written
@@ -292,4 +292,4 @@ def read_model(kind: type[M], content: object) -> M:
     try:
         return kind.model_validate(content)
     except ValidationError as error:
-        raise InputError(problem(item) for item in error.errors(include_url=False)) from None
+        raise InputError(problems(error.errors(include_url=False))) from None

@@ -85,5 +85,8 @@ def _advice(text: str, reason: str) -> str:
     place = re.search(r"\(at line (\d+), ", reason)
     lines = text.splitlines()
     line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
-    bare = re.search(r"([\w.-]+)\s*=\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[A-Za-z%µμΩ][\w/^µμΩ ]{0,20})", line)
+    # a name begins where none is before, or the search would take the square of the length of the line
+    bare = re.search(
+        r"(?<![\w.-])([\w.-]+)\s*=\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[A-Za-z%µμΩ][\w/^µμΩ ]{0,20})", line
+    )
     return f'; a value with a unit is a text in quotes: {bare[1]} = "{bare[2].strip()}"' if bare else ""

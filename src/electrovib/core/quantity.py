@@ -60,6 +60,7 @@ class Quantity:
         PydanticCustomError
             With the sentence that the user sees after ``path = value:``.
         """
+        given = value
         if isinstance(value, str):
             try:
                 value = parse_quantity(value, self.unit)
@@ -75,8 +76,19 @@ class Quantity:
             why = f"must be a finite number; {expected(self.unit)}"
             raise PydanticCustomError("quantity", "{why}", {"why": why})
         if not self.low <= number <= self.high:
-            raise PydanticCustomError("quantity", "{why}", {"why": f"must lie between {self.range()}"})
+            why = f"{self._in_si(given, number)}must lie between {self.range()}"
+            raise PydanticCustomError("quantity", "{why}", {"why": why})
         return number
+
+    def _in_si(self, given: object, number: float) -> str:
+        """Say what a number without a unit was taken for; nothing where a unit was given, or there is none."""
+        if (
+            self.unit == "1"
+            or number == 0
+            or (isinstance(given, str) and any(sign.isalpha() for sign in given.lower().replace("e", "")))
+        ):
+            return ""
+        return f"a number without a unit is in SI, so this is {number:g} {self.unit}; "
 
     def range(self, between: str = " and ") -> str:
         """Write the range as text, with a word between its ends."""

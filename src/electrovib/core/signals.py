@@ -43,7 +43,11 @@ SIGNALS: Final = {
     # over time
     "drive_voltage": Signal("V", "v", "voltage of the drive"),
     "drive_current": Signal("A", "i_d", "current that the drive prescribes"),
-    "stack_voltage": Signal("V", "v_{stack}", "voltage across the layers, without source and return path"),
+    "stack_voltage": Signal(
+        "V",
+        "v_{stack}",
+        "voltage across the layers of the first contact, without source, return path and second contact",
+    ),
     "effective_voltage": Signal("V", "v_e", "part of the voltage that attracts the finger"),
     "field": Signal("V/m", "E", "electric field in a layer", ("layer", "time")),
     "interface_field": Signal(
@@ -56,6 +60,7 @@ SIGNALS: Final = {
     ),
     "current": Signal("A", "i", "current into the contact"),
     "gap": Signal("m", "g", "gap between finger and plate"),
+    "capacitance": Signal("F", "C", "capacitance seen by the drive, at the frequency of its sine"),
     "gross_contact_area": Signal("m2", "A", "area of the outline of the contact"),
     "real_contact_area": Signal("m2", "A_r", "real contact area"),
     "electrostatic_force": Signal("N", "f_e", "electrostatic attraction"),
@@ -107,11 +112,19 @@ def without(name: str, known: Iterable[str]) -> str:
     """
     names = sorted(known)
     plain = name.removesuffix("_measured")
+    if name == "capacitance":
+        return (
+            "signals: this scenario has no 'capacitance', which is that of a constant gap at the frequency of one sine: set"
+            ' drive = { model = "Sine", frequency = "10 kHz", amplitude = "1 V" } with the frequency of the meter; where the'
+            " recording holds a drive_voltage, take the scenario's with keep = ['drive'], at the command line --keep drive"
+        )
     more = (
         f" It is a reading of a tribometer: declare [rig], or import the recording as '{plain}'"
         if plain != name and plain in names
         else ""
     )
+    if name in ("plate_voltage", "amplifier_current"):
+        more = " It is measured behind an amplifier: declare circuit.amplifier, or name the signals to fit (--signal)"
     return f"signals: this scenario has no '{name}'. Known: {', '.join(names)}.{more}"
 
 

@@ -111,7 +111,9 @@ def parse_quantity(text: str, unit: str) -> float:
     if value is None:
         value = _parse_other_unit(plain, unit)
     if value is None or not math.isfinite(value):
-        raise ValueError(expected(unit))
+        comma = re.fullmatch(r"\s*([+-]?\d+),(\d+.*)", text[:_LONGEST])
+        point = f"; the decimal sign is a point: '{comma[1]}.{comma[2].rstrip()}'" if comma else ""
+        raise ValueError(expected(unit) + point)
     return value
 
 
@@ -154,6 +156,25 @@ def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
     if "e" in number:
         return f"{value:.{digits}g} {unit}"
     return f"{number} {prefix}{stem}"
+
+
+def digits_of_interval(value: float, lower: float, upper: float) -> int:
+    """Return the significant digits that show an interval.
+
+    Parameters
+    ----------
+    value, lower, upper : float
+        A number and the ends of its interval, in one unit.
+
+    Returns
+    -------
+    digits : int
+        Two of the width of the interval; 4 at least, and where it has no width; 15 at most.
+    """
+    width = upper - lower
+    if not (math.isfinite(width) and width > 0 and value):
+        return 4
+    return min(max(4, 2 - math.floor(math.log10(width / abs(value)))), 15)
 
 
 def exact_text(value: float, unit: str) -> str | float:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 import numpy as np
 
-from electrovib.core.allowance import content_allowed, megabytes, memory_allowed
+from electrovib.core.allowance import ONE_THREAD, content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, NoColumnError, Problem
 from electrovib.data.columns.faults import check_file, damaged
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from typing import IO
 
 _CHILD: Final = Path(__file__).with_name("guarded_child.py")
-_ONE_THREAD: Final = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 _KINDS: Final = "fiucb"
 _ADVICE: Final = "Copy it again from where it was made, or export it there as .csv."
 
@@ -124,7 +123,7 @@ class GuardedReading:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                env=os.environ | _ONE_THREAD,
+                env=os.environ | ONE_THREAD,
                 creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
             )
         except OSError as error:

@@ -26,6 +26,7 @@ class Form(StrEnum):
     CHECK = "check of limits as JSON"
     DESIGN = "design as JSON"
     WAVEFORM = "waveform"
+    STUDY = "study"
 
 
 WRITTEN_BY: Final = "written_by"

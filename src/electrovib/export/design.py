@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
-from electrovib.export.waveform import FORMATS, export_waveform
+from electrovib.export.waveform import FORMATS, check_waveform_file, export_waveform
 from electrovib.scenario.toml import to_toml
 from electrovib.study.design.drive import DesignedDrive
 
@@ -23,13 +23,21 @@ FORMS: Final = {".toml": Form.SCENARIO, ".json": Form.DESIGN}
 """Suffix to form of the files that are no waveforms."""
 
 
-def check_design_file(path: str | Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
+def check_design_file(
+    path: str | Path,
+    *,
+    edge: float | str | None = None,
+    inputs: Iterable[Path] = (),
+    force: bool = False,
+) -> None:
     """Check before a computation that its result can be written.
 
     Parameters
     ----------
     path : str or Path
         The output: ``.toml``, ``.json`` or a waveform.
+    edge : float or str, optional
+        Of a waveform, as for `electrovib.export_waveform`.
     inputs : iterable of Path
         Files that are read.
     force : bool
@@ -45,10 +53,20 @@ def check_design_file(path: str | Path, *, inputs: Iterable[Path] = (), force: b
     if suffix not in FORMS and suffix not in FORMATS:
         known = ", ".join([*FORMS, *FORMATS])
         raise InputError(f"a design is written as {known}, not as '{suffix}'", path=place)
-    check_writable({place: FORMS.get(suffix, Form.WAVEFORM)}, inputs=inputs, force=force)
+    if suffix in FORMATS:
+        check_waveform_file(place, edge=edge, inputs=inputs, force=force)
+    else:
+        check_writable({place: FORMS[suffix]}, inputs=inputs, force=force)
 
 
-def write_design(found: Designed, path: str | Path, *, force: bool = False) -> list[str]:
+def write_design(
+    found: Designed,
+    path: str | Path,
+    *,
+    edge: float | str | None = None,
+    amplifier_present: bool = False,
+    force: bool = False,
+) -> list[str]:
     """Write the result of a design.
 
     Parameters
@@ -58,6 +76,8 @@ def write_design(found: Designed, path: str | Path, *, force: bool = False) -> l
     path : str or Path
         The output: ``.toml``, the scenario with the result in it, which can be run; ``.json``, all numbers; or the drive as a
         waveform, as for `electrovib.export_waveform`.
+    edge, amplifier_present
+        Of a waveform, as for `electrovib.export_waveform`.
     force : bool
         Whether a file that was not written by electrovib may be replaced.
 
@@ -73,7 +93,7 @@ def write_design(found: Designed, path: str | Path, *, force: bool = False) -> l
         within the largest voltage and current, which have to be declared.
     """
     place = Path(path)
-    check_design_file(place, force=force)
+    check_design_file(place, edge=edge, force=force)
     suffix = place.suffix.lower()
     if suffix == ".json":
         content = {WRITTEN_BY: unsigned(Form.DESIGN)} | found.to_dict()
@@ -86,8 +106,9 @@ def write_design(found: Designed, path: str | Path, *, force: bool = False) -> l
         return [f"written: {place}"]
     rate, notes = (found.rate, found.notes) if isinstance(found, DesignedDrive) else (None, ())
     written = export_waveform(
-        scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes
-    )
+        scenario, place, limits=list(found.limits), force=force, rate=rate, remarks=notes, edge=edge,
+        amplifier_present=amplifier_present,
+    )  # fmt: skip
     return [*(each for each in written.notes if each not in notes), f"written: {written.path}"]
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.diagnostics import read_diagnostics
+from electrovib.core.diagnostics import Diagnostic, diagnostics_of, warning_lines
 from electrovib.core.errors import InputError
 from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, write_text
@@ -14,7 +15,7 @@ from electrovib.data.marks import Form
 from electrovib.export.spice.netlist import netlist
 from electrovib.export.waveform import FORMATS, export_waveform
 from electrovib.physics.limits import broken
-from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.scenario import Source, read_scenario
 from electrovib.solve.effort import refuse_large
 from electrovib.solve.simulate import simulate
 
@@ -64,26 +65,38 @@ def export(
         If the force law has no time-domain form.
     """
     place = Path(path)
-    writer = WRITERS.get(place.suffix.lower())
     if options or place.suffix.lower() in FORMATS:
         return export_waveform(scenario, place, set=set, force=force, **options).path
+    return export_netlist(scenario, place, changes=set, force=force).path
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenNetlist:
+    """A netlist that was written, with the diagnostics of its scenario, which the file states too."""
+
+    path: Path
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def export_netlist(
+    scenario: Source, place: Path, *, changes: Mapping[str, Any] | None = None, force: bool = False
+) -> WrittenNetlist:
+    """Write a scenario as a netlist, as `export` does."""
+    writer = WRITERS.get(place.suffix.lower())
     if writer is None:
         allowed = ", ".join(WRITERS)
         waves = ", ".join(FORMATS)
         why = f"a scenario is exported as {allowed}, and its drive as {waves}, not as '{place.suffix}'."
         raise InputError(why, path=place)
     with inputs_noted() as inputs:
-        found = read_scenario(scenario, changes=set)
+        found = read_scenario(scenario, changes=changes)
     check_writable({place: Form.NETLIST}, inputs=inputs, force=force)
     refuse_large(found)
     text = writer(found, name=place.stem)
-    _refuse_what_breaks_a_limit(found)
-    write_text(place, text, Form.NETLIST, force=force)
-    return place
-
-
-def _refuse_what_breaks_a_limit(scenario: Scenario) -> None:
-    """Simulate the scenario and refuse it where a result exceeds a declared limit."""
-    diagnostics = read_diagnostics(simulate(scenario).attrs["validity"])
-    if problems := [f"{diagnostic.text}. Nothing was written" for diagnostic in broken(diagnostics)]:
+    diagnostics = tuple(diagnostics_of(simulate(found)))
+    if problems := [f"{each.text}. Nothing was written" for each in broken(diagnostics)]:
         raise InputError(problems)
+    stated = "".join(f"* {line}\n" for line in warning_lines(diagnostics))
+    head, newline, rest = text.partition("\n")
+    write_text(place, f"{head}{newline}{stated}{rest}", Form.NETLIST, force=force)
+    return WrittenNetlist(path=place, diagnostics=diagnostics)

@@ -28,6 +28,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
+from electrovib.physics.interface import roles_of
 from electrovib.physics.roughness import (
     ContactSpots,
     GaussianGaps,
@@ -87,7 +88,7 @@ DEFECTS = (
 COUNT, EXTENT = 32, 5.5
 """Number of gaps in the law's average, and their range about the mean in rms gaps: the error is at most 2e-4 of the pull."""
 TOUCHING = 1e-9
-"""Gap at a spot that touches, over the thinnest layer: its finite size changes the pull by less than 1e-7."""
+"""Gap at a spot that touches, over the electrical thickness of what does not conduct: it changes the pull by 2e-9."""
 SCALE_FREQUENCY = 1.0
 """Frequency of the electrical thickness from which the gaps of the average are chosen [Hz]."""
 PRINT_PERIOD = 0.45e-3
@@ -138,7 +139,7 @@ class Persson2018RoughGap(ForceLaw):
         }
         phi, leak = self.gaps().contact_fraction, self.spots.leak
         if leak is not None and phi > 0:
-            touching = TOUCHING * min(layer.thickness for layer in layers.values())
+            touching = TOUCHING * _near(layers)
             at_spots = field_in_gap(section, thickness=touching, conductivity=leak)
             fields["spots"] = at_spots * math.sqrt(phi)
         return fields
@@ -187,7 +188,9 @@ def _near(layers: Mapping[str, Any]) -> float:
 
 def _wavelengths(layers: Mapping[str, Layer]) -> Diagnostic:
     blocking = [layer for layer in layers.values() if layer.material.conductivity == 0]
-    length = 2 * math.pi * layers.get("insulator", blocking[0]).thickness
+    roles = roles_of(layers)
+    film = sum(layer.thickness for name, layer in layers.items() if roles[name] == "plate")
+    length = 2 * math.pi * (film or sum(layer.thickness for layer in blocking))
     state = "warning" if length > PRINT_PERIOD else "unknown"
     text = (
         "an average over local gaps is valid only if the wavelengths of the roughness are long compared with 2 pi T_i ="

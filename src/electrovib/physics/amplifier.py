@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
@@ -25,7 +25,8 @@ class Amplifier(Model):
     `output`, follows it with one pole of `bandwidth`, or without delay if that is absent, while the required current lies
     between the sink and the source limit. Beyond a limit the amplifier is a source of that current, and the slew rate
     follows from the plate, the stray capacitance and the finger. The limits do not depend on the voltage; the small-signal
-    response of a real amplifier has more poles.
+    response of a real amplifier has more poles. A waveform is exported on the strength of `bandwidth` and of the limits only
+    if `hardware` names the amplifier that has them.
     """
 
     equation: ClassVar[Mapping[str, str]] = {
@@ -51,6 +52,12 @@ class Amplifier(Model):
     stray_capacitance: Annotated[
         Number, Quantity("F", 0, 1e-3, "capacitance of plate, cable and amplifier against ground")
     ] = 0.0
+    hardware: Annotated[
+        str,
+        Field(
+            description="maker and model of this very amplifier where it stands before the plate; empty if assumed"
+        ),
+    ] = ""
 
     @model_validator(mode="after")
     def _sinks_beside_a_source(self) -> Self:

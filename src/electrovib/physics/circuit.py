@@ -126,6 +126,9 @@ class SecondElectrode(ReturnPath):
     Notes
     -----
     Both contacts have the same layers; the force is the sum over both. The second contact carries no charge at time 0.
+    Fields, displacements and voltages of layers and stack are those of the first contact; those of the second are larger
+    by the ratio of the first area to the second, because both carry the same current. Breakdown, the linearity of the skin and
+    electrowetting are judged at the smaller contact.
     """
 
     equation: ClassVar[Mapping[str, str]] = {

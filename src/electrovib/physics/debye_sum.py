@@ -35,6 +35,7 @@ class DebyeSum:
 
     .. math:: \varepsilon(\omega) = h + \sum_m \frac{s_m}{1 + j \omega \tau_m}.
 
+    Each number can be a column of shape (fingers, 1), which gives a row for each finger.
     Conduction is not part of it. Non-negative strengths make the sum passive and causal at every frequency.
 
     References
@@ -48,7 +49,7 @@ class DebyeSum:
 
     def __post_init__(self) -> None:
         problems: list[str] = []
-        if not (math.isfinite(self.high) and self.high > 0):
+        if not _is_at_least(self.high, above=True):
             problems.append(f"high = {self.high!r}: a relative permittivity must be finite and above 0.")
         if len(self.strengths) != len(self.relaxation_times):
             problems.append(
@@ -58,12 +59,12 @@ class DebyeSum:
         problems += [
             f"strengths[{index}] = {value!r}: must be finite and >= 0, otherwise the dielectric is active."
             for index, value in enumerate(self.strengths)
-            if not (math.isfinite(value) and value >= 0)
+            if not _is_at_least(value, above=False)
         ]
         problems += [
             f"relaxation_times[{index}] = {value!r}: must be finite and above 0 s."
             for index, value in enumerate(self.relaxation_times)
-            if not (math.isfinite(value) and value > 0)
+            if not _is_at_least(value, above=True)
         ]
         if problems:
             raise InputError(problems)
@@ -81,7 +82,19 @@ class DebyeSum:
         permittivity : ndarray of complex
             Relative permittivity ``eps' - j eps''``, dimensionless, of the shape of ``frequency``.
         """
-        angular = 2 * np.pi * np.asarray(frequency, dtype=float)[..., np.newaxis]
+        angular = 2 * np.pi * np.asarray(frequency, dtype=float)
+        if any(np.ndim(value) for value in (self.high, *self.strengths, *self.relaxation_times)):
+            terms = zip(self.strengths, self.relaxation_times, strict=True)
+            rows = sum((strength / (1 + 1j * angular * time) for strength, time in terms), start=0j * angular)
+            return np.asarray(self.high + rows)
+        angular = angular[..., np.newaxis]
         times = np.asarray(self.relaxation_times, dtype=float)
         strengths = np.asarray(self.strengths, dtype=float)
         return np.asarray(self.high + (strengths / (1 + 1j * angular * times)).sum(axis=-1))
+
+
+def _is_at_least(value: float | npt.NDArray[np.float64], *, above: bool) -> bool:
+    """Tell whether a number, or each of a column, is finite and at least 0, or above it."""
+    if isinstance(value, np.ndarray):
+        return bool(np.all(np.isfinite(value) & ((value > 0) if above else (value >= 0))))
+    return math.isfinite(value) and (value > 0 if above else value >= 0)

@@ -9,7 +9,7 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity, quantity_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
 _CURRENT = "of the amplifier into plate, stray capacitance and finger together, by its own limiter"
 
@@ -120,9 +120,10 @@ def _title(name: str) -> str:
     return name.replace("_", " ")
 
 
-def broken(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+TITLES: Final = frozenset(_title(name) + when for name in WORDS for when in ("", SWITCH_ON))
+"""Names of the diagnostics of declared limits."""
+
+
+def broken(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Select the diagnostics of declared limits that are exceeded."""
-    names = {_title(name) + when for name in WORDS for when in ("", SWITCH_ON)}
-    return [
-        diagnostic for diagnostic in diagnostics if diagnostic.name in names and diagnostic.state == "warning"
-    ]
+    return [each for each in diagnostics if each.name in TITLES and each.state == "warning"]

@@ -30,6 +30,8 @@ SMALLEST_PASCHEN_GAP = 5e-6
 """Gap below which Paschen's law fails and field emission dominates [m]."""
 FIELD_EMISSION = 75e6
 """Field of breakdown of micro-gaps in air [V/m]; cited from memory, unverified."""
+AIR: Final = ("Paschen", "field emission")
+"""Names of the diagnostics of the air between plate and finger."""
 LINEAR_SKIN = 10.0
 """Voltage up to which skin is ohmic [V]: the onset of electroporation is at 10 to 20 V."""
 SURFACE_TENSION = 0.072
@@ -199,26 +201,6 @@ def sweat_diagnostic(*, voltage: float, electrical_thickness: float) -> Diagnost
     )
 
 
-def air_diagnostics(*, field: float, gap: float) -> list[Diagnostic]:
-    """Judge the air between plate and finger.
-
-    Parameters
-    ----------
-    field : float
-        Largest absolute field in the gap [V/m].
-    gap : float
-        m; 0 for a vanishing gap, to which Paschen's law does not apply.
-
-    Returns
-    -------
-    list of Diagnostic
-        Paschen's law where there is a gap, then field emission.
-    """
-    if gap <= 0:
-        return [emission_diagnostic(field=field, vanishing=True)]
-    return [paschen_diagnostic(field=field, gap=gap), emission_diagnostic(field=field)]
-
-
 def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
     """Compare the voltage across a gap with its breakdown voltage by Paschen's law.
 
@@ -260,9 +242,3 @@ def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
     why = "where micro-gaps break down by field emission (value cited from memory, unverified)"
     what = "the field of a vanishing gap" if vanishing else "the gap field"
     return against("field emission", value=field, limit=FIELD_EMISSION, unit="V/m", what=what, why=why)
-
-
-def peak(values: NDArray[np.float64]) -> float:
-    """Largest absolute value, in the unit of the values [any]; NaN is ignored, 0 without values."""
-    finite = values[np.isfinite(values)]
-    return float(np.max(np.abs(finite))) if finite.size else 0.0

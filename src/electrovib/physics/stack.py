@@ -161,6 +161,29 @@ class Stack(Model):
         return sum(layer.thickness for layer in self.layers.values())
 
 
+def pieces(layers: Mapping[str, Layer]) -> list[tuple[str, ...]]:
+    """Group the names of adjacent layers of one material and leak without charge between them: one slab, with one field."""
+    found: list[tuple[str, ...]] = []
+    before: Layer | None = None
+    for name, layer in layers.items():
+        alike = before is not None and (layer.material, layer.leak) == (before.material, before.leak)
+        if alike and before is not None and not before.initial_charge:
+            found[-1] += (name,)
+        else:
+            found.append((name,))
+        before = layer
+    return found
+
+
+def in_one_piece(layers: Mapping[str, Layer]) -> dict[str, Layer]:
+    """Return layers with the thickness of the slab that they are pieces of, on which strength and voltage depend."""
+    found: dict[str, Layer] = {}
+    for slab in pieces(layers):
+        whole = sum(layers[name].thickness for name in slab)
+        found |= {name: layers[name].model_copy(update={"thickness": whole}) for name in slab}
+    return found
+
+
 class LayerState(Protocol):
     """The quantities of one layer that a force law may use."""
 

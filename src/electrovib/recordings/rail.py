@@ -18,9 +18,11 @@ if TYPE_CHECKING:
 _FEWEST = 10
 """Number of equal extreme samples from which on they are no coincidence."""
 _MORE = 3
-"""Factor by which the extreme reading occurs more often than any reading inside the range."""
+"""Factor by which the extreme reading occurs more often than any other in its half of the range."""
 _NOISE = 0.5
 """Median difference of successive changes inside the range, in steps of the converter, below which there is no noise."""
+_BETWEEN = 0.1
+"""Smallest share of samples between the extremes; a square wave has fewer."""
 _MOST = 0.5
 """Largest fraction of a window at the end of the range with which a force is still computed."""
 
@@ -45,21 +47,38 @@ def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
     limited by an amplifier before the converter, because it keeps the noise of the converter. A dead band, in which a
     small force reads exactly 0, cannot be distinguished from the end of the range; it hides the zero of the sensor too.
     """
-    extremes = (reading.min(), reading.max())
-    found = np.zeros(len(reading), dtype=np.bool_)
-    inside = (reading != extremes[0]) & (reading != extremes[1])
+    found = at_extreme(reading)
+    inside = (reading != reading.min()) & (reading != reading.max())
     change = np.diff(reading)
     together = inside[2:] & inside[1:-1] & inside[:-2]
     step = float(np.min(np.abs(change[change != 0]), initial=np.inf))
     noise = np.abs(np.diff(change))[together]
-    if not len(noise) or not np.median(noise) > _NOISE * step:
-        return found
-    often = int(np.max(np.unique(reading[inside], return_counts=True)[1]))
-    for extreme in extremes:
+    return found if len(noise) and np.median(noise) > _NOISE * step else np.zeros_like(found)
+
+
+def at_extreme(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant.
+
+    Parameters
+    ----------
+    reading : ndarray, shape (n,)
+        Reading in any unit.
+
+    Returns
+    -------
+    at_extreme : ndarray of bool, shape (n,)
+        True where the reading is the highest or lowest one, if that occurs much more often than any other in its half of the
+        range. A zero that is read long and often lies in the other half, and hides no rail.
+    """
+    low, high = reading.min(), reading.max()
+    found = np.zeros(len(reading), dtype=np.bool_)
+    for extreme in (low, high):
         at = reading == extreme
-        if np.count_nonzero(at) >= max(_FEWEST, _MORE * often):
+        near = reading[(np.abs(reading - extreme) <= (high - low) / 2) & ~at]
+        often = int(np.max(np.unique(near, return_counts=True)[1], initial=0))
+        if low < high and np.count_nonzero(at) >= max(_FEWEST, _MORE * often):
             found |= at
-    return found
+    return found if np.mean((reading != low) & (reading != high)) >= _BETWEEN else np.zeros_like(found)
 
 
 def about_rails(recording: Recording, contact: Touch, window: Span) -> tuple[str, ...]:
@@ -96,6 +115,12 @@ def about_rails(recording: Recording, contact: Touch, window: Span) -> tuple[str
                 f" exactly) for {shares['the window']:.0%} of the time from {recording.time[window[0]]:.2f} to"
                 f" {recording.time[window[1] - 1]:.2f} s, so the force is beyond its range and cannot be determined."
                 f" Is {name}.column the right one? Otherwise record with a larger range."
+            )
+        still = at_extreme(getattr(recording, f"{name}_force"))[slice(*window)] & ~railed[slice(*window)]
+        if np.any(still):
+            said.append(
+                f"Warning: the {name} force is exactly its highest or lowest reading for {np.mean(still):.1%} of the window:"
+                " its sensor is at its rail there, or the force is constant within the resolution."
             )
         for where, share in shares.items():
             if share > 0:

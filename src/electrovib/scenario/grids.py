@@ -11,9 +11,12 @@ from electrovib.core.arrays import Real
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.shown import enough
 
 FORMULA_SAMPLES: Final = 2001
-"""Number of evenly spaced output times of a drive that is given by a formula, by default."""
+"""Smallest number of output times by default; the duration over 2000 is their largest distance."""
+MOST_BY_DEFAULT: Final = 10 * (FORMULA_SAMPLES - 1) + 1
+"""Number of output times up to which more are taken by default where fewer do not show the drive."""
 ROUNDING: Final = 8 * float(np.finfo(float).eps)
 """Relative difference up to which two times count as one."""
 
@@ -58,9 +61,13 @@ class TimeGrid(Model):
         count : int
             Number of the times that `times` returns, or of a measured drive an upper bound of it.
         """
-        if self.samples is not None or drive.time_stamps is None:
-            return self.samples or FORMULA_SAMPLES
-        return len(drive.time_stamps) + FORMULA_SAMPLES
+        if self.samples is not None:
+            return self.samples
+        if drive.time_stamps is not None:
+            return len(drive.time_stamps) + 2 * FORMULA_SAMPLES
+        end = self.duration or drive.duration
+        count = enough(drive, 0.0, end, fewest=FORMULA_SAMPLES, most=MOST_BY_DEFAULT)
+        return count if count <= MOST_BY_DEFAULT else FORMULA_SAMPLES
 
     def times(self, drive: Drive) -> Real:
         """Return the output times.
@@ -74,19 +81,24 @@ class TimeGrid(Model):
         -------
         times : ndarray, shape (n,)
             Output times [s], increasing from 0: `samples` evenly spaced times if that is given; else the time stamps of a
-            measured drive up to the end, followed by evenly spaced times where the end lies after the record; else 2001
-            evenly spaced times.
+            measured drive and the end, with the time between two of them divided evenly where the stamps are fewer or farther
+            apart than 2001 times; else 2001 evenly spaced times, or up to ten times as many where those do not show the drive.
         """
         end = self.duration or drive.duration
         if self.samples is not None or drive.time_stamps is None:
-            return np.linspace(0.0, end, self.samples or FORMULA_SAMPLES)
+            return np.linspace(0.0, end, self.count(drive))
         stamps = _apart(drive.time_stamps)
-        count = int(np.searchsorted(stamps, end * (1 + ROUNDING), side="right"))
-        inside = stamps if count == len(stamps) else stamps[:count]
-        if end <= inside[-1] * (1 + ROUNDING):
-            return inside
-        few = len(inside) < len(stamps)  # the next stamp comes after the end
-        return np.append(inside, np.linspace(inside[-1], end, 2 if few else FORMULA_SAMPLES)[1:])
+        inside = stamps[: int(np.searchsorted(stamps, end * (1 + ROUNDING), side="right"))]
+        return _divided(inside if end <= inside[-1] * (1 + ROUNDING) else np.append(inside, end))
+
+
+def _divided(times: Real) -> Real:
+    """Divide the time between the stamps of a record evenly, so that the response between them is shown."""
+    gaps, most = np.diff(times), FORMULA_SAMPLES - 1
+    even = np.ceil(gaps * most / (times[-1] - times[0]) * (1 - ROUNDING))
+    parts = np.maximum(even, most // len(gaps)).astype(int)
+    inside = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    return np.append(np.repeat(times[:-1], parts) + inside * np.repeat(gaps / parts, parts), times[-1])
 
 
 def _apart(stamps: Real) -> Real:

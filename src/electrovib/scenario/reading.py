@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.discovery import name_of_today, offers, paper, paper_names, papers
-from electrovib.core.errors import LONGEST_QUOTED, InputError, closest, shortened
-from electrovib.core.files import note_input
-from electrovib.core.parsing import read_toml
+from electrovib.core.errors import LONGEST_QUOTED, InputError, closest_file, shortened
 from electrovib.core.trace import is_trace
+from electrovib.data.toml_file import read_toml_file
 from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import current_tables, read_part
@@ -66,7 +65,6 @@ def read_scenario(
         )
     else:
         path = Path(source)
-        note_input(path)
         if not paper_of_preset(source):
             return _read(_tables(path), changes, path.parent)
         scenario = paper_scenario(str(source))
@@ -121,35 +119,23 @@ def _beside(changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _tables(path: Path) -> dict[str, Any]:
-    try:
-        if path.exists() and not path.is_file():
-            what = "a folder" if path.is_dir() else "not an ordinary file"
-            raise InputError(f"is {what}; give a .toml file or a paper, for instance {DEFAULT}", path=path)
-        text = path.read_bytes().decode("utf-8-sig")  # editors of Windows begin with a byte-order mark
-    except OSError as error:
-        near = _near_file(str(path)) or f" Give a .toml file or a paper, for instance {DEFAULT}"
-        raise InputError(f"{error.strerror or error}.{near}", path=path) from None
-    except UnicodeDecodeError:
-        raise InputError("not a text in UTF-8; a scenario is TOML, saved as UTF-8", path=path) from None
-    if not text.strip():
+    near = "" if path.exists() else _near_file(str(path)).strip()
+    advice = near or f"Give a .toml file or a paper, for instance {DEFAULT}"
+    if not (found := read_toml_file(path, kind="a scenario", advice=advice)):
         raise InputError(
             f"the file is empty. 'electrovib init {DEFAULT}' prints one to start from", path=path
         )
-    try:
-        return read_toml(text)
-    except ValueError as error:
-        raise InputError(f"not valid TOML: {error}", path=path) from None
+    return found
 
 
 def _near_file(name: str) -> str:
     """Ask for the scenario or Trace in the folder of a file that is not there whose name is most like it."""
     path = Path(name)
     try:
-        beside = [file.name for file in path.parent.iterdir() if file.suffix.lower() in {".toml", ".nc"}]
+        beside = [str(file) for file in path.parent.iterdir() if file.suffix.lower() in {".toml", ".nc"}]
     except OSError:
         return ""
-    near = closest(path.name, beside) if path.suffix else None
-    return f" Did you mean '{path.parent / near}'?" if near else ""
+    return closest_file(str(path), beside) if path.suffix else ""
 
 
 def paper_of_preset(source: object) -> str:

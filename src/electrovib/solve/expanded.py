@@ -11,10 +11,11 @@ import numpy as np
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import refuse_unsolved, solve
 from electrovib.solve.diagnostics import judge_run, solved, watched
-from electrovib.solve.diagnostics.known import known_band, memory_diagnostics, worst_of
+from electrovib.solve.diagnostics.known import attraction_error, known_band, memory_diagnostics, worst_of
 from electrovib.solve.diagnostics.memory import answer_errors
 from electrovib.solve.diagnostics.transfer_error import since_corners, transfer_error
 from electrovib.solve.effort import last_time, refuse_large
+from electrovib.solve.electrics.capacitance import capacitance
 from electrovib.solve.electrics.solution import ACROSS
 from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
@@ -41,7 +42,7 @@ OF_ATTRACTION: Final = ("drive", "force", "contact", "load", "motion", "time")
 OF_MECHANICS: Final = ("friction", "motion", "finger", "rig", "load", "contact", "time")
 """Parts of a scenario on which the modes depend, those on which the attraction depends besides, and those of the mechanics."""
 FORCE: Final = frozenset({"electrostatic_force"})
-OF_ELECTRICS: Final = FORCE | {*ACROSS, "field", "displacement"}
+OF_ELECTRICS: Final = FORCE | {*ACROSS, "field", "displacement", "capacitance"}
 """Signals that are independent of the mechanics."""
 LATER_PERIODS: Final = 10
 """Periods by which the times of a periodic state are shifted before its errors are judged."""
@@ -168,10 +169,11 @@ class Expanded:
         if asked is None or not asked <= OF_ELECTRICS:
             between = functools.partial(solve, scenario, section, force_alone=True)
             moved = mechanical(scenario, times, solution, between)
+        read = capacitance(scenario, times) if asked is None or "capacitance" in asked else {}
         return Record(
             times=times,
             solution=solution,
-            signals=solution.signals(tuple(section.names)) | moved.signals,
+            signals=solution.signals(tuple(section.names)) | read | moved.signals,
             how=solution.how() | moved.how,
             diagnostics=moved.diagnostics,
             peaks=peaks,
@@ -204,7 +206,7 @@ class Expanded:
         diagnostics : list of Diagnostic
             Those of the solution; whether its times resolve it is judged by `sampling`.
         errors : dict of str to float
-            ``reduction_error``, and for a law with a response in time ``transfer_error``; relative.
+            ``reduction_error``, and for a law with a response in time ``transfer_error`` and ``attraction_error``; relative.
         """
         scenario, known = self.scenario, known_band(self.scenario)
         seen = self._seen(record)
@@ -231,12 +233,12 @@ class Expanded:
         Returns
         -------
         errors : dict of str to float
-            ``reduction_error``, and for a law with a response in time ``transfer_error``; relative.
+            ``reduction_error``, and for a law with a response in time ``transfer_error`` and ``attraction_error``; relative.
         """
         found = {"reduction_error": self.reduction_error}
         if self.scenario.force.causal:
             found["transfer_error"] = max(self._over_frequency, worst_of(errors))
-        return found
+        return found | attraction_error(errors)
 
     @functools.cached_property
     def _over_frequency(self) -> float:

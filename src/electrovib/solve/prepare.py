@@ -19,6 +19,7 @@ from electrovib.solve.quantities import answer
 from electrovib.solve.quantities.answer import numbers
 from electrovib.solve.quantities.names import DEFAULTS, read_name
 from electrovib.solve.quantities.resolve import solved
+from electrovib.solve.quantities.validity import validity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.solve.quantities import Answer
 
 
@@ -81,8 +83,8 @@ class Prepared:
     Parts of the scenario without a changed value stay the same objects, and results that depend on them alone are
     kept: the pieces of the drive, the modes of the stack unless a layer, the circuit or the contact area changes, and the
     attraction unless one of these, the drive, the law, the load or the motion changes. No electrical quantity is
-    recomputed where only friction, fingertip or rig vary. The values are those of `electrovib.sweep`, without its
-    diagnostics, which `judged` returns.
+    recomputed where only friction, fingertip or rig vary. The values are those of `electrovib.sweep`. They are not judged
+    as they are computed: `diagnostics` judges the last of them, and `judged` any.
     """
 
     def __init__(
@@ -115,6 +117,11 @@ class Prepared:
         self._recent = self.base
         self._last: Expanded | None = None
         self._run: Expanded | None = None
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with the values for which it was made last, at first with its own."""
+        return validity(self._recent)
 
     @property
     def quantities(self) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from electrovib.solve.expanded import Expanded
 from electrovib.solve.provenance import beside, provenance
 from electrovib.solve.quantities.answer import declared_mean_squares
 from electrovib.solve.stack.expand import phasors
+from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -90,6 +91,8 @@ class Simulated:
         Statements on the validity.
     attributes : mapping
         Solver, its reason and its errors, as a Trace states them.
+    largest_fields : mapping of str to float
+        Largest magnitude of the field of each layer, at any time of the run [V/m].
 
     Notes
     -----
@@ -100,6 +103,7 @@ class Simulated:
     coordinates: Mapping[str, NDArray[Any]]
     diagnostics: tuple[Diagnostic, ...]
     attributes: Mapping[str, Any]
+    largest_fields: Mapping[str, float]
 
     @classmethod
     def of(cls, expanded: Expanded) -> Self:
@@ -120,15 +124,18 @@ class Simulated:
         at_frequency = phasors(scenario, frequency)
         record = expanded.at(times, closely=True)
         diagnostics, errors = expanded.judge(record, declared_mean_squares)
+        layers = list(expanded.section.layers)
+        peaks = record.peaks.peaks() if record.peaks is not None else {}
         return cls(
             variables={**record.signals, **over_frequency(scenario, at_frequency)},
             coordinates={
                 "time": times,
                 "frequency": frequency,
-                "layer": np.array(list(expanded.section.layers), dtype=object),
+                "layer": np.array(layers, dtype=object),
             },
             diagnostics=(*diagnostics, *sampling(scenario.drive, times)),
             attributes=errors | record.how,
+            largest_fields={name: peaks[FieldOf(name)] for name in layers if FieldOf(name) in peaks},
         )
 
     def trace(self, origin: Mapping[str, Any], *, signals: Sequence[str] | None = None) -> xarray.Dataset:

@@ -82,18 +82,19 @@ def _reason(scenario: Scenario) -> tuple[float | None, str]:
             return 1.0, "the field of a vanishing gap"
         less = f"{(solid / (permittivity[gap] * electrical)) ** 2:.3g} of the force of a vanishing one"
         return 1.0, f"the field in a gap of {format_quantity(layers[gap].thickness, 'm')}, {less}"
+    if surface == "effective medium":
+        length = scenario.stack.thickness - (0.0 if gap is None else layers[gap].thickness)
+        # V^2/(K L) against V^2/(eps_gap K + g)^2, the voltage being the same
+        expected = (in_gap * electrical) ** 2 / (solid * length)
+        beside = "" if gap is None else ", and it takes no account of the gap"
+        return (
+            expected,
+            f"energy over geometric thickness, effective permittivity {length / solid:.4g}{beside}",
+        )
     read = layers_read(scenario)
     if len(read) == 1:
         value = permittivity[read[0]]
         return in_gap**2 / value, f"the same displacement in the {read[0]}, permittivity {value:.4g}"
-    if surface == "effective medium":
-        length = sum(layers[name].thickness for name in read)
-        solid = sum(layers[name].thickness / permittivity[name] for name in read)
-        # V^2/(K L) against V^2/(eps_gap K + g)^2, the voltage being the same
-        expected = (in_gap * electrical) ** 2 / (solid * length)
-        medium = length / solid
-        beside = "" if gap is None else ", and it takes no account of the gap"
-        return expected, f"energy over geometric thickness, effective permittivity {medium:.4g}{beside}"
     return None, f"the Maxwell stress is evaluated in the {surface}"
 
 

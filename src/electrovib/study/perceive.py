@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.core.trace import is_trace
@@ -24,11 +25,14 @@ from electrovib.physics.perception import (
     strongest,
 )
 from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.solve.quantities.validity import validity
 from electrovib.study.felt_spectrum import FEWEST, MOST, Lines, force_lines, measured_lines
-from electrovib.study.percept import Felt, Percept, stands_on, verdict
+from electrovib.study.percept import Felt, Percept, verdict
+from electrovib.study.sensation import sensation_of, stands_on
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
+    from electrovib.core.diagnostics import Diagnostic
 
 Compliance = Callable[[Any], Any]
 
@@ -59,7 +63,8 @@ def perceive(
     Returns
     -------
     percept : Percept
-        Levels of the channels, relative level with its interval, and level above a calibrated threshold.
+        Levels of the channels, relative level with its interval, and level above the detection threshold: that of the person,
+        or published ones with their spread.
 
     Raises
     ------
@@ -84,12 +89,16 @@ def perceive(
     given = person.compliance or getattr(scenario, "finger", None)
     if scenario is not None:
         found, error = _converged(scenario, person, given)
-        return _percept(found, person, given, title=scenario.title, error=error)
+        return _percept(
+            found, person, given, title=scenario.title, error=error, diagnostics=validity(scenario)
+        )
     windows = measured_lines(trace, window=person.window)
     if windows[0].signal == "skin_displacement":
         given = None
     found = max(windows, key=lambda one: _level(one, person, given))
-    return _percept(found, person, given, title=str(trace.attrs.get("title", "")), error=math.nan)
+    title = str(trace.attrs.get("title", ""))
+    stated = tuple(diagnostics_of(trace))
+    return _percept(found, person, given, title=title, error=math.nan, diagnostics=stated)
 
 
 def _personal(path: str) -> bool:
@@ -171,7 +180,15 @@ def felt_level(scenario: Scenario, person: Perception, *, samples: int = FEWEST)
     return float(10 ** (max(_level(found, person, given) for found in windows) / 20))
 
 
-def _percept(found: Lines, person: Perception, given: Any, *, title: str, error: float) -> Percept:
+def _percept(
+    found: Lines,
+    person: Perception,
+    given: Any,
+    *,
+    title: str,
+    error: float,
+    diagnostics: tuple[Diagnostic, ...],
+) -> Percept:
     displaced = found.signal == "skin_displacement"
     reference = _reference(found, person, given)
     moved = found.amplitude * np.abs(_compliance(given)(found.frequency))
@@ -180,9 +197,9 @@ def _percept(found: Lines, person: Perception, given: Any, *, title: str, error:
     alternatives = _alternatives(found, person, given)
     values = [top.relative, *alternatives.values()]
     absolute = displaced or given is not None
-    sensation = None
-    if person.threshold is not None and absolute:
-        sensation = top.level - float(decibels(person.threshold))
+    above = sensation_of(found, person, given)
+    sensation = None if above is None else (above.low + above.high) / 2
+    uncertainty = None if above is None else (above.high - above.low) / 2
     return Percept(
         title=title,
         channels=channels,
@@ -194,13 +211,16 @@ def _percept(found: Lines, person: Perception, given: Any, *, title: str, error:
         alternatives=alternatives,
         best_frequency=person.most_sensitive().best(),
         sensation=sensation,
-        uncertainty=person.threshold_uncertainty,
-        verdict=verdict(sensation=sensation, uncertainty=person.threshold_uncertainty),
+        uncertainty=uncertainty,
+        felt_by="" if above is None else above.channel,
+        left={} if above is None else above.left,
+        verdict=verdict(sensation=sensation, uncertainty=uncertainty),
         difference_threshold=person.difference_threshold,
         swing=found.swing,
         spectrum=found,
         numerical_error=error,
         calibrated_on=stands_on(found, person, given),
+        diagnostics=diagnostics,
     )
 
 

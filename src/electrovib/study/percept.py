@@ -7,12 +7,18 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.units import format_quantity
-from electrovib.physics.perception import MOTION, RYU, Perception
+from electrovib.physics.perception import RYU
 from electrovib.study.felt_spectrum import Lines
+from electrovib.study.sensation import COMPLIANCE, THRESHOLD
 
 VERDICTS: Final = ("detectable", "not detectable", "within the uncertainty", "relative only")
+_ANSWERS: Final = {
+    "detectable": "felt",
+    "not detectable": "not felt",
+    "within the uncertainty": "felt or not: undecided within the spread",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,9 +69,14 @@ class Percept:
     best_frequency : float
         Best frequency of the most sensitive channel [Hz].
     sensation : float or None
-        Level relative to the threshold [dB]; None where the threshold is not calibrated.
+        Level relative to the detection threshold, middle of its range [dB]; None where nothing moves, or no threshold is known.
     uncertainty : float or None
-        Uncertainty of the threshold [dB].
+        Half of that range [dB]: uncertainty of the threshold, and spread of the published values that are assumed.
+    felt_by : str
+        Channel that is highest above its threshold; empty without a level above threshold.
+    left : mapping of str to float
+        What is assumed, ``perception.threshold`` or ``perception.compliance``, to the uncertainty that remains once it has been
+        measured [dB]; empty if both are given.
     verdict : str
         One of `VERDICTS`.
     difference_threshold : float
@@ -78,6 +89,8 @@ class Percept:
         Change of the level with twice the samples [dB]; NaN for a measurement.
     calibrated_on : tuple of str
         Assumptions and sources of the levels.
+    diagnostics : tuple of Diagnostic
+        Of the scenario, or those that a measurement states.
     """
 
     title: str
@@ -91,12 +104,39 @@ class Percept:
     best_frequency: float
     sensation: float | None
     uncertainty: float | None
+    felt_by: str
+    left: Mapping[str, float]
     verdict: str
     difference_threshold: float
     swing: float
     spectrum: Lines
     numerical_error: float
     calibrated_on: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def answer(self) -> str:
+        """Whether it is felt, by which channel, and by how much, with the spread of what is assumed."""
+        if not self.loudest:
+            return "not felt: nothing moves the skin"
+        if self.sensation is None or self.uncertainty is None:
+            return (
+                f"felt or not: unknown without perception.threshold; strongest in the {self.loudest} channel"
+            )
+        low, high = self.sensation - self.uncertainty, self.sensation + self.uncertainty
+        whose = "published detection thresholds" if THRESHOLD in self.left else "the detection threshold"
+        level = f"{self.sensation:+.1f} dB ({low:+.1f} to {high:+.1f} dB) relative to {whose}"
+        return f"{_ANSWERS[self.verdict]}, {self.felt_by} channel: {level}"
+
+    @property
+    def to_measure(self) -> str:
+        """What is assumed, and what measuring it would change; empty if nothing is assumed."""
+        if not self.left:
+            return ""
+        words = {THRESHOLD: "a detection threshold", COMPLIANCE: "a compliance of the skin"}
+        named = " and ".join(words[name] for name in self.left)
+        rest = ", ".join(f"{name} of your own leaves +-{value:.1f} dB" for name, value in self.left.items())
+        return f"assumed from publications: {named}; {rest}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return numbers, texts and lists; a level of minus infinity becomes None."""
@@ -104,6 +144,7 @@ class Percept:
         for name in ("frequency", "amplitude"):
             plain["spectrum"][name] = plain["spectrum"][name].tolist()
         plain["alternatives"] = dict(self.alternatives)
+        plain["left"] = dict(self.left)
         found: dict[str, Any] = _finite(plain)
         return found
 
@@ -122,12 +163,15 @@ class Difference:
         True if the magnitude of the difference exceeds the threshold.
     text : str
         The same in words, with the source of the threshold.
+    diagnostics : tuple of Diagnostic
+        Of both percepts.
     """
 
     difference: float
     threshold: float
     noticeable: bool
     text: str
+    diagnostics: tuple[Diagnostic, ...]
 
 
 def _finite(value: Any) -> Any:
@@ -157,40 +201,6 @@ def verdict(*, sensation: float | None, uncertainty: float | None) -> str:
     if abs(sensation) <= uncertainty:
         return "within the uncertainty"
     return "detectable" if sensation > 0 else "not detectable"
-
-
-def stands_on(found: Lines, person: Perception, given: Any) -> tuple[str, ...]:
-    """List the assumptions and sources of the levels."""
-    texts = [
-        f"{type(channel).__name__}: {channel.status}; {channel.reference}" for channel in person.channels
-    ]
-    if found.signal == "skin_displacement":
-        texts.append("mechanics: the displacement of the skin was measured")
-    elif given is None:
-        texts.append(
-            "mechanics: none given, the displacement is taken as proportional to the force; add perception.compliance,"
-            " for instance { model = 'ElasticViscousSkin', stiffness = ..., corner = ... }"
-        )
-    else:
-        texts.append(f"mechanics: {type(given).__name__} with the values of the scenario or the user")
-    if person.threshold is None:
-        texts.append(
-            "threshold: relative only, calibrate with perception.threshold and perception.threshold_uncertainty"
-        )
-    elif given is None and found.signal != "skin_displacement":
-        texts.append(
-            "threshold: a length, which needs perception.compliance to be compared with a force; relative only"
-        )
-    else:
-        texts.append(
-            f"threshold: {format_quantity(person.threshold, 'm', digits=4)} with an uncertainty of"
-            f" {person.threshold_uncertainty:g} dB, given by the user"
-        )
-    texts.append(
-        f"difference threshold: {person.difference_threshold:g} dB, taken as that of the voltage amplitude, which"
-        f" {RYU}, does not state"
-    )
-    return (*texts, MOTION)
 
 
 def compare_percepts(first: Percept, second: Percept) -> Difference:
@@ -229,4 +239,7 @@ def compare_percepts(first: Percept, second: Percept) -> Difference:
     )
     if first.loudest != second.loudest:
         text += f"; felt by different channels ({first.loudest}, {second.loudest}), by which they may be discriminated"
-    return Difference(difference=difference, threshold=threshold, noticeable=noticeable, text=text)
+    both = tuple(dict.fromkeys((*first.diagnostics, *second.diagnostics)))
+    return Difference(
+        difference=difference, threshold=threshold, noticeable=noticeable, text=text, diagnostics=both
+    )

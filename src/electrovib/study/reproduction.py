@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, Final
 
 from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import KINDS
 
-VERDICTS: Final = ("reproduced", "consistent", "open", "check")
-"""The first three compare a row with the paper; a check is an identity or a control of ours."""
+VERDICTS: Final = ("disagrees", "reproduced", "consistent", "open", "ours", "check")
+"""In the order in which rows are shown. The first four compare a row with the paper; ``ours`` is a quantity of which the paper
+states nothing, and a check an identity or a control."""
+COMPARED: Final = VERDICTS[:4]
 REFERENCE: Final = -1
 """Look of a curve that is a reference or a range."""
 SHOWN_UNITS: Final = {"pF": 1e-12, "nF": 1e-9, "mN": 1e-3, "ms": 1e-3}
@@ -31,19 +34,22 @@ class Row:
     paper : float, tuple of float or None
         What is printed, in `unit`; None where nothing is.
     ours : float or tuple of float
-        Our number, or the lowest and highest over skins and over the surfaces on which the stress is evaluated.
+        Our number, or the lowest and highest over skins, fingers or causes, all under one law.
     unit : str
         SI, or one of `SHOWN_UNITS`.
     verdict : str
-        ``reproduced`` only where the paper prints the number; ``consistent`` only with something that the paper
-        states, as a number or in words; ``open``, then the note says what the paper does not give; ``check`` for an
-        identity or a control of ours, of which the paper says nothing.
+        ``disagrees`` only with a printed number that ours does not reach; ``reproduced`` only where the paper prints the
+        number; ``consistent`` only with something that the paper states, as a number or in words; ``open`` likewise, then
+        the note says what the paper does not give; ``ours`` for a quantity and ``check`` for an identity or a control, of
+        which the paper says nothing.
     note : str
         Explanation, for ``numbers.json``.
     stated : str
         What the paper states in words.
     brief : str
         The note on the page, where that is shorter; by default the note.
+    leads : bool
+        Whether it is the paper's own reading of its main result, which is shown before all other rows.
     """
 
     id: str
@@ -55,6 +61,7 @@ class Row:
     note: str
     stated: str = ""
     brief: str = ""
+    leads: bool = False
 
     def __post_init__(self) -> None:
         """Refuse a verdict that the row does not support."""
@@ -64,11 +71,14 @@ class Row:
         if self.verdict == "reproduced" and self.paper is None:
             msg = f"row {self.id}: only a printed number can be reproduced"
             raise ValueError(msg)
-        if self.verdict == "consistent" and self.paper is None and not self.stated:
-            msg = f"row {self.id}: consistent with what? Give the number or the words of the paper, or make it a check"
+        if self.verdict == "disagrees" and (self.paper is None or overlap(self.paper, self.ours)):
+            msg = f"row {self.id}: only a printed number that ours does not reach disagrees with it"
             raise ValueError(msg)
-        if self.verdict == "check" and (self.paper is not None or self.stated):
-            msg = f"row {self.id}: a check of ours is not compared with the paper"
+        if self.verdict in {"consistent", "open"} and self.paper is None and not self.stated:
+            msg = f"row {self.id}: {self.verdict}, compared with what? Give the number or the words of the paper, or call it ours"
+            raise ValueError(msg)
+        if self.verdict in {"ours", "check"} and (self.paper is not None or self.stated):
+            msg = f"row {self.id}: a quantity or a check of ours is not compared with the paper"
             raise ValueError(msg)
         if self.verdict == "open" and not self.note:
             msg = f"row {self.id}: an open verdict needs a note on what the paper does not give"
@@ -88,6 +98,41 @@ class Row:
             "note": self.note,
             "stated": self.stated,
         }
+
+
+def overlap(one: float | tuple[float, float], other: float | tuple[float, float]) -> bool:
+    """Return whether two numbers or ranges have a value in common.
+
+    Parameters
+    ----------
+    one, other : float or tuple of float
+        Number, or lowest and highest value, in one unit.
+
+    Returns
+    -------
+    bool
+        Also where one ends at the other.
+    """
+    (low, high), (least, most) = (each if isinstance(each, tuple) else (each, each) for each in (one, other))
+    return low <= most and least <= high
+
+
+def verdict_over(paper: float | tuple[float, float], ours: tuple[float, float]) -> str:
+    """Return the verdict on a range of ours: a number of the paper outside it disagrees, one inside it is open.
+
+    Parameters
+    ----------
+    paper : float or tuple of float
+        What is printed, in the unit of the row.
+    ours : tuple of float
+        Lowest and highest value that our choices give, in the same unit.
+
+    Returns
+    -------
+    verdict : str
+        ``"disagrees"`` or ``"open"``.
+    """
+    return "open" if overlap(paper, ours) else "disagrees"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -232,6 +277,8 @@ class Reproduction:
         Heading of the page; made from the paper's name if empty.
     findings : tuple of str
         Main results, before any table.
+    diagnostics : tuple of Diagnostic
+        Warnings of the paper's scenarios.
     """
 
     paper: str
@@ -244,16 +291,46 @@ class Reproduction:
     references: tuple[str, ...] = ()
     title: str = ""
     findings: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def ordered(self) -> tuple[Row, ...]:
+        """Rows as they are shown: the paper's own reading, what disagrees, then the others in the order of `VERDICTS`."""
+        return tuple(sorted(self.rows, key=lambda row: (not row.leads, VERDICTS.index(row.verdict))))
 
     def count(self) -> str:
-        """Count the rows of each verdict; empty without rows.
+        """Count the rows of each verdict, printed numbers and statements in words apart; empty without rows.
 
         Returns
         -------
         str
-            For instance ``2 reproduced, 1 consistent, 5 open; 3 checks of ours``.
+            For instance ``3 numbers of the paper: 1 disagree, 2 reproduced; 1 statement in words: 1 open; beside them 2
+            quantities and 1 check of ours``.
         """
+        if not self.rows:
+            return ""
+        compared = [row for row in self.rows if row.verdict in COMPARED]
+        parts = [
+            f"{_several(len(rows), what)}: {_verdicts(rows)}"
+            for what, rows in (
+                ("number of the paper", [row for row in compared if row.paper is not None]),
+                ("statement in words", [row for row in compared if row.paper is None]),
+            )
+            if rows
+        ]
         of = Counter(row.verdict for row in self.rows)
-        held = ", ".join(f"{of[name]} {name}" for name in VERDICTS if name != "check")
-        ours = f"; {of['check']} check{'' if of['check'] == 1 else 's'} of ours" if of["check"] else ""
-        return f"{held}{ours}" if self.rows else ""
+        own = [
+            _several(of[name], word) for name, word in (("ours", "quantity"), ("check", "check")) if of[name]
+        ]
+        return "; ".join([*parts, f"beside them {' and '.join(own)} of ours"] if own else parts)
+
+
+def _verdicts(rows: Sequence[Row]) -> str:
+    of = Counter(row.verdict for row in rows)
+    return ", ".join(f"{of[name]} {name.replace('disagrees', 'disagree')}" for name in COMPARED if of[name])
+
+
+def _several(count: int, what: str) -> str:
+    first, space, rest = what.partition(" ")
+    many = first.removesuffix("y") + "ies" if first.endswith("y") else f"{first}s"
+    return f"{count} {what if count == 1 else many + space + rest}"

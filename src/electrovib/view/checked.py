@@ -8,6 +8,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.diagnostics import comment_lines, warning_lines
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from electrovib.study.check import CheckResult, CheckRow
     from electrovib.study.check.series import SeriesResistor
 
+HARDWARE: Final = "no claim of medical safety: only hardware that limits the current protects a person"
+"""What a check in a few lines says of its own meaning."""
 FORMS: Final = {".csv": Form.TABLE, ".json": Form.CHECK, ".html": Form.PAGE}
 """Suffix to form."""
 
@@ -85,7 +88,9 @@ def as_json(result: CheckResult) -> str:
 def as_csv(result: CheckResult) -> str:
     """Return a row for each limit, comparison and number, with numbers in SI at 17 digits."""
     text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n# {result.title}: {result.state}\n")
+    text.write(
+        f"# {unsigned(Form.TABLE)}\n# {result.title}: {result.state}\n{comment_lines(result.diagnostics)}"
+    )
     table = csv.writer(text, lineterminator="\n")
     table.writerow(["kind", "quantity", "value", "limit", "unit", "margin", "state", "source"])
     for kind, rows in (("limit", result.rows), ("comparison", result.comparisons)):
@@ -101,6 +106,7 @@ def as_html(result: CheckResult) -> str:
     """Return a page with the tables, the verdict and the notes."""
     return page(
         "comparison.html.jinja",
+        judged={"": result.diagnostics},
         title=f"Check of {result.title}",
         answer=verdict(result),
         figures=[],
@@ -145,6 +151,9 @@ def resistor_table(found: SeriesResistor) -> Table:
     rows = [(name, shown(value, unit), "") for name, value, unit in found.items()]
     rows[0] = (*rows[0][:2], found.voltage_source)
     rows[1] = (*rows[1][:2], found.current_source)
+    if not found.present:
+        place = [row[0] for row in rows].index("present series resistance")
+        rows[place] = (rows[place][0], "none", "circuit.source_resistance of the scenario is 0")
     caption = (
         "The insulator counts as a short circuit and the body as no resistance. The charge behind the resistor flows through"
         " the finger without passing it; the resistor has to withstand the largest voltage and the power permanently."
@@ -166,6 +175,36 @@ def verdict(result: CheckResult) -> str:
     unknown = sum(row.state == "unknown" for row in result.rows)
     rest = f", {unknown} not judged" if unknown else ""
     return f"no limit exceeded{rest}"
+
+
+def check_lines(result: CheckResult, *, more: str = "") -> list[str]:
+    """Report the outcome in a few lines: the verdict, the closest limit, what was not compared, warnings, where the rest is.
+
+    Parameters
+    ----------
+    result : CheckResult
+        From `electrovib.check`.
+    more : str
+        Where to find every limit with its source.
+
+    Returns
+    -------
+    list of str
+        Lines; the verdict comes first.
+    """
+    lines = [f"{verdict(result)} ({result.title})"]
+    compared = [row for row in result.rows if row.margin is not None]
+    if compared:
+        row = min(compared, key=lambda row: row.margin or 0.0)
+        doubt = ", not judged" if row.state == "unknown" else ""
+        lines.append(
+            f"closest limit: {row.quantity}, {shown(row.value, row.unit)} of {shown(row.limit, row.unit)}, limit/value"
+            f" {row.margin or 0.0:.3g}{doubt}"
+        )
+    undeclared = [row.quantity for row in result.rows if row.limit is None and row.state == "unknown"]
+    if undeclared:
+        lines.append(f"not compared: {', '.join(undeclared)}")
+    return [*lines, *warning_lines(result.diagnostics, brief=True), f"{HARDWARE} {more}".strip()]
 
 
 def _number(value: float | None) -> str:

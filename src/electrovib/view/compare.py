@@ -90,6 +90,7 @@ def _write(found: Comparison, path: Path, *, force: bool) -> None:
     own = {paper_of(find_members(ForceLaw)[entry.name]) for entry in found.entries}
     content = page(
         "comparison.html.jinja",
+        judged={"": found.diagnostics},
         title=f"Force laws compared: {found.scenario.title or 'a stack'}",
         answer=found.answer,
         figures=page_figures(panels, drawings),

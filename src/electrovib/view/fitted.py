@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.signals import SIGNALS
 from electrovib.data.marks import Form
+from electrovib.recordings.fit.misfit import LEVEL, MISFIT
 from electrovib.study.reproduction import Table
 from electrovib.view.fitted_files import parameters_csv, scenario_toml, space_toml
 from electrovib.view.units import pretty_quantity
@@ -36,6 +37,7 @@ DETERMINED: Final = {
     "weakly": "weakly",
     "not": "not determined",
     "bound": "on its bound",
+    MISFIT: "the model does not describe the data",
 }
 REFERENCES: Final = (
     "M. Newville et al., LMFIT: non-linear least-square minimization and curve-fitting for Python, Zenodo",
@@ -79,7 +81,7 @@ def write_fit(
 
     texts = {
         "report.html": fit_page(found, rows, comparison=comparison, posterior=posterior),
-        "parameters.csv": parameters_csv(rows),
+        "parameters.csv": parameters_csv(rows, found.diagnostics, found.misfit.sentence, *found.prescribed),
         "parameters.toml": scenario_toml(found),
         "space.toml": space_toml(found, rows),
     }
@@ -135,6 +137,7 @@ def fit_page(
         drawings[panel.id] = to_svg(figure)
     return page(
         "comparison.html.jinja",
+        judged={"": found.diagnostics},
         title=f"Fit: {found.scenario.title or 'a scenario'}",
         answer=fit_answer(found, rows, comparison=comparison),
         figures=page_figures(panels, drawings),
@@ -156,9 +159,12 @@ def fit_answer(
 ) -> str:
     """State in a few sentences what the data determine, what they do not, and which model they support."""
     counted = found.estimate.count
-    known = [row for row in rows if row.method and row.state in {"well", "weakly"}]
+    known = [row for row in rows if row.method and row.state in {"well", "weakly", MISFIT}]
     parts = [f"{row.name} = {with_interval(row)}" for row in known[:6]]
-    text = f"Fitted to {counted} numbers: {'; '.join(parts) or 'no parameter is determined'}."
+    told = found.misfit.sentence
+    text = f"{told[0].upper()}{told[1:]}. " if told else ""
+    text += f"Fitted to {counted} numbers: {'; '.join(parts) or 'no parameter is determined'}."
+    text += "".join(f" {each}." for each in found.prescribed)
     for each in found.undetermined:
         text += f" {each.sentence[0].upper()}{each.sentence[1:]}."
     if found.rounding is not None:
@@ -210,7 +216,9 @@ def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
     caption = (
         "Well determined: the standard deviation of the logarithm is at most 0.1, and the bias by the curvature of the model at"
         " most 0.05 standard deviations. Not determined: a member of a combination"
-        " whose logarithm has a standard deviation above 1. By calibration: interval by the stated systematic errors of the"
+        " whose logarithm has a standard deviation above 1, or one that trades with a parameter on its bound. The model does not"
+        f" describe the data: noise would leave such residuals in {1000 * LEVEL:g} of 1000 fits of the right model; the"
+        " intervals are widened by what is left. By calibration: interval by the stated systematic errors of the"
         " signals alone, which do not average out."
     )
     return Table("Parameters", headings, tuple(shown), caption=caption)

@@ -6,20 +6,23 @@ import csv
 import io
 from typing import TYPE_CHECKING
 
+from electrovib.core.diagnostics import comment_lines
 from electrovib.data.marks import Form, unsigned
 from electrovib.recordings.fit.as_space import omitted_from_space, space_correlations, space_tables
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.recordings.fit import ScenarioFit
     from electrovib.recordings.fit.table import EstimatedParameter
 
 
-def parameters_csv(rows: Sequence[EstimatedParameter]) -> str:
-    """Write the table of a fit as CSV, in SI units, with full precision."""
+def parameters_csv(rows: Sequence[EstimatedParameter], diagnostics: Sequence[Diagnostic], *said: str) -> str:
+    """Write the table of a fit as CSV, in SI units, with full precision, below what is said about model and residuals."""
     text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n")
+    text.write("".join(f"# {line}\n" for line in (unsigned(Form.TABLE), *_remarks(*said))))
+    text.write(comment_lines(diagnostics))
     writer = csv.writer(text, lineterminator="\n")
     names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "systematic", "note")
     writer.writerow(names)
@@ -33,7 +36,13 @@ def scenario_toml(found: ScenarioFit) -> str:
     """Write the scenario with the estimated parameters as a TOML file, which `electrovib.load` reads."""
     from electrovib.scenario.toml import to_toml
 
-    return f"# {unsigned(Form.SCENARIO)}\n{to_toml(found.scenario)}"
+    lines = (unsigned(Form.SCENARIO), *_remarks(found.misfit.sentence, *found.prescribed))
+    return "".join(f"# {line}\n" for line in lines) + to_toml(found.scenario)
+
+
+def _remarks(*said: str) -> list[str]:
+    """Return sentences as lines of a comment; those that say nothing are omitted."""
+    return [" ".join(each.split()) for each in said if each]
 
 
 def space_toml(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
@@ -70,5 +79,5 @@ def space_toml(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
     content: dict[str, object] = {"space": tables}
     if pairs:
         content["correlation"] = {f"{first} ~ {second}": value for (first, second), value in pairs.items()}
-    lines = [unsigned(Form.SPACE), *(" ".join(each.split()) for each in remarks)]
+    lines = [unsigned(Form.SPACE), *_remarks(found.misfit.sentence, *remarks)]
     return "".join(f"# {line}\n" for line in lines) + tomlkit.dumps(content)

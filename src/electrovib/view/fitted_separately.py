@@ -7,6 +7,7 @@ import io
 import math
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.diagnostics import comment_lines
 from electrovib.data.marks import Form, unsigned
 from electrovib.recordings.fit.separate import FAILED
 from electrovib.study.reproduction import Table
@@ -74,7 +75,7 @@ def separate_csv(found: SeparateFits) -> str:
         The means over recordings come last; their ``record`` is ``mean of N recordings``.
     """
     text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n")
+    text.write(f"# {unsigned(Form.TABLE)}\n{comment_lines(found.diagnostics)}")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(
         (
@@ -140,6 +141,7 @@ def separate_page(found: SeparateFits) -> str:
         drawings[panel.id] = to_svg(figure)
     return page(
         "comparison.html.jinja",
+        judged={"": found.diagnostics},
         title=f"Separate fits: {found.scenario.title or 'a scenario'}",
         answer=separate_answer(found),
         figures=page_figures(panels, drawings),
@@ -156,6 +158,8 @@ def separate_answer(found: SeparateFits) -> str:
     text = f"{len(found.fits) - len(failed)} of {len(found.fits)} recordings were fitted, each alone."
     if failed:
         text += f" Not fitted: {'; '.join(f'{record} ({why})' for record, why in failed.items())}."
+    for record, why in found.misfits.items():
+        text += f" {record}: {why}."
     for row in found.means:
         mean, lower, upper = (
             pretty_quantity(each, row.unit, digits=row.digits) for each in (row.value, row.lower, row.upper)

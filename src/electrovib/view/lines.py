@@ -47,6 +47,8 @@ class Line:
         What its dash stands for; empty where all dashes are alike.
     dash : str or tuple
         As matplotlib takes it.
+    measured : bool
+        Whether it was recorded: drawn as points, under the lines of models.
     """
 
     x: NDArray[np.float64]
@@ -55,6 +57,7 @@ class Line:
     colour: str
     kind: str = ""
     dash: Any = "-"
+    measured: bool = False
 
 
 def labelled(traces: Traces) -> dict[str, xarray.Dataset]:
@@ -167,8 +170,13 @@ def lines_of(
                 y = np.asarray(ordered.values[(*pick, layer) if names else pick])
                 x = stamps[pick] if stamps.ndim > 1 else stamps
                 kept = np.isfinite(x)
-                found.append(Line(x=x[kept], y=y[kept], **looks))
+                found.append(Line(x=x[kept], y=y[kept], measured=is_recording(known[label]), **looks))
     return found
+
+
+def is_recording(trace: xarray.Dataset) -> bool:
+    """Return whether a Trace was recorded: it holds no scenario from which it was computed."""
+    return "scenario" not in trace.attrs
 
 
 def _even(count: int, most: int) -> list[int]:

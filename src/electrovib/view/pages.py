@@ -11,20 +11,31 @@ from electrovib.data.marks import Form, unsigned
 from electrovib.view.units import typeset
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
     from jinja2 import Environment
     from markupsafe import Markup
 
 
-def page(template: str, **content: Any) -> str:
+def page(
+    template: str,
+    *,
+    judged: Mapping[str, Sequence[Any]],
+    judged_note: str = "",
+    **content: Any,
+) -> str:
     """Fill a template.
 
     Parameters
     ----------
     template : str
         Name of a file in the folder ``templates``.
+    judged : mapping of str to sequence of Diagnostic
+        What the numbers of the page were computed from, by a label where it is several, to its diagnostics; empty where
+        no number was computed from a scenario.
+    judged_note : str
+        What these diagnostics hold for.
     **content
         Variables of the template; texts are escaped, figures from `markup` are not.
 
@@ -33,7 +44,14 @@ def page(template: str, **content: Any) -> str:
     str
         A whole HTML file.
     """
-    return _environment().get_template(template).render(mark=unsigned(Form.PAGE), **content)
+    told = {label: found for label, found in judged.items() if found}
+    mark = unsigned(Form.PAGE)
+    return filled(template, mark=mark, judged=told, judged_note=judged_note, **content)
+
+
+def filled(template: str, **content: Any) -> str:
+    """Fill a template that is part of a page of others."""
+    return _environment().get_template(template).render(**content)
 
 
 def check_page(path: Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
+from electrovib.core.diagnostics import warning_lines
 from electrovib.study.perceive import SETTLED
 
 if TYPE_CHECKING:
     from electrovib.study.percept import Percept
-
-WORDS: Final = {
-    "detectable": "felt",
-    "not detectable": "not felt",
-    "within the uncertainty": "felt or not: undecided within the uncertainty",
-}
-"""Verdicts as answers."""
 
 
 def percept_lines(
@@ -38,45 +32,27 @@ def percept_lines(
         Lines; the answer comes first, after the title.
     """
     lines = [found.title] if found.title else []
-    lines.append(_answer(found))
-    if found.loudest:
+    rest = "" if everything else f" ({more})"
+    lines.append(found.answer if found.to_measure else f"{found.answer}{rest}")
+    if found.to_measure:
+        lines.append(f"{found.to_measure}{rest}")
+    if found.loudest and everything:
         low, high = found.interval
         lines.append(
-            f"{found.loudest}: {_decibels(found.relative)} relative to a sine of equal force at {found.best_frequency:g} Hz;"
-            f" {low:+.1f} to {high:+.1f} dB under other assumptions"
+            f"strongest channel {found.loudest}: {_decibels(found.relative)} relative to a sine of equal force at"
+            f" {found.best_frequency:g} Hz; {low:+.1f} to {high:+.1f} dB under other assumptions"
         )
-    status = " and ".join(dict.fromkeys(felt.status for felt in found.channels))
-    lines.append(
-        f"evaluated: {found.spectrum.signal.replace('_', ' ')}, {found.spectrum.how}; channel weights: {status}, not measured"
-    )
     if abs(found.numerical_error) > SETTLED or (everything and math.isfinite(found.numerical_error)):
         lines.append(f"numerical error: {abs(found.numerical_error):.1g} dB")
-    if everything:
-        return lines + _details(found)
-    return [
-        *lines,
-        f"not included: summation over time and area, masking, motion of the finger ({more})",
-    ]
-
-
-def _answer(found: Percept) -> str:
-    if not found.loudest:
-        return "not felt: nothing moves the skin"
-    if found.sensation is None:
-        return f"felt or not: unknown without {_missing(found)}; strongest in the {found.loudest} channel"
-    level = f"{_decibels(found.sensation)} relative to the threshold, which is uncertain by {found.uncertainty:g} dB"
-    return f"{WORDS[found.verdict]}, {found.loudest} channel: {level}"
-
-
-def _missing(found: Percept) -> str:
-    """Name what has to be given before a level can be compared with a threshold."""
-    threshold = ["perception.threshold"] if found.uncertainty is None else []
-    mechanics = ["perception.compliance"] if found.unit == "N" else []
-    return " and ".join([*threshold, *mechanics])
+    lines += warning_lines(found.diagnostics, brief=True)
+    return lines + _details(found) if everything else lines
 
 
 def _details(found: Percept) -> list[str]:
-    lines = []
+    status = " and ".join(dict.fromkeys(felt.status for felt in found.channels))
+    lines = [
+        f"evaluated: {found.spectrum.signal.replace('_', ' ')}, {found.spectrum.how}; channel weights: {status}, not measured"
+    ]
     for felt in found.channels:
         level = f"{_decibels(felt.level)} re 1 {found.unit}" if math.isfinite(felt.level) else "nothing"
         relative = f", {_decibels(felt.relative)} relative" if math.isfinite(felt.relative) else ""

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.diagnostics import comment_lines
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, writing
@@ -171,6 +172,7 @@ def as_csv(found: PlateDesign) -> str:
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n# {found.answer}\n")
     text.writelines(f"# {note}\n" for note in found.notes)
+    text.write(comment_lines(found.diagnostics))
     table = csv.writer(text, lineterminator="\n")
     rows = list(dict.fromkeys(row.quantity for each in found.candidates for row in each.rows))
     units = {row.quantity: row.unit for each in found.candidates for row in each.rows}
@@ -239,6 +241,7 @@ def as_html(found: PlateDesign) -> str:
     notes = [*found.notes, *(found.check.notes if found.check is not None else ())]
     return page(
         "comparison.html.jinja",
+        judged={"": found.diagnostics},
         title=f"Design of the plate: {found.scenario.title or 'a scenario'}",
         answer=found.answer,
         figures=[

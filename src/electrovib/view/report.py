@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
+from electrovib.core.trace import is_study_result, is_trace
 from electrovib.data.atomic import write_text
 from electrovib.data.marks import Form
 from electrovib.view.pages import check_page
@@ -33,8 +34,9 @@ def report(
     Parameters
     ----------
     traces : Trace, file name, sequence of these, or mapping of label to these
-        Computed or measured; several are overlaid. A scenario, or the name of its file, is simulated. Or one study: the
-        result of `electrovib.study`, or its store.
+        Computed or measured; several are overlaid, recordings as points under the others. A scenario, or the name of its
+        file, is simulated. One study, the result of `electrovib.study` or its store, alone or with Traces, which are drawn
+        over its bands.
     path : str or Path
         The HTML file; replaced as a whole.
     title : str, optional
@@ -53,14 +55,26 @@ def report(
         If something is not a Trace, or if the file cannot be written or would replace one that is read or not ours;
         nothing has been written then.
     """
-    output = Path(path)
-    studied = _study(traces)
-    if studied is not None:
-        from electrovib.view.studied import study_page
+    reported(traces, path, title=title, force=force)
+    return Path(path)
 
-        check_page(output, force=force)
-        write_text(output, study_page(studied, title=title), Form.PAGE, force=force)
-        return output
+
+def reported(
+    traces: Any, path: str | Path, *, title: str | None = None, force: bool = False
+) -> dict[str, xarray.Dataset]:
+    """Write a report as `report` does.
+
+    Parameters
+    ----------
+    traces, path, title, force
+        As for `report`.
+
+    Returns
+    -------
+    dict of str to xarray.Dataset
+        Label to Trace, sweep or study that the report shows.
+    """
+    output = Path(path)
     problems: list[str] = []
     found: dict[str, Any] = {}
     with inputs_noted() as inputs, gathered(problems):
@@ -69,28 +83,19 @@ def report(
         check_page(output, inputs=inputs, force=force)
     if problems:
         raise InputError(problems)
-    known = _simulated(found)
-    write_text(output, page_of(known, title=title), Form.PAGE, force=force)
-    return output
+    studies = {label: found.pop(label) for label in list(found) if is_study_result(found[label])}
+    if len(studies) > 1:
+        raise InputError(f"a report shows one study, alone or with Traces; these are {len(studies)}")
+    studied = next(iter(studies.values()), None)
+    shown = _simulated(found) if found or studied is None else {}
+    if studied is not None and not shown:
+        from electrovib.view.studied import study_page
 
-
-def _study(source: Any) -> xarray.Dataset | None:
-    """Return the result of a study, if it is one or its store; several, or one beside Traces, are refused."""
-    from electrovib.core.trace import is_study_result
-
-    items = list(source) if isinstance(source, (list, tuple)) else [source]
-    stores = [each for each in items if isinstance(each, (str, Path)) and Path(each).is_dir()]
-    studies = [each for each in items if is_study_result(each)]
-    if not stores and not studies:
-        return None
-    if len(items) > 1:
-        raise InputError("a report shows one study, or Traces; give them one at a time")
-    if studies:
-        found: xarray.Dataset = studies[0]
-        return found
-    from electrovib.study.population import open_study
-
-    return open_study(stores[0])
+        text = study_page(studied, title=title)
+    else:
+        text = page_of(shown, title=title, studied=studied)
+    write_text(output, text, Form.PAGE, force=force)
+    return {**studies, **shown}
 
 
 def collect(traces: Any) -> dict[str, xarray.Dataset]:
@@ -108,7 +113,6 @@ def _loaded(traces: Any) -> dict[str, Any]:
     """Load the sources; label to Trace or Scenario."""
     import xarray
 
-    from electrovib.core.trace import is_trace
     from electrovib.data.traces import open_if_trace
     from electrovib.scenario import read_scenario
 
@@ -124,10 +128,25 @@ def _loaded(traces: Any) -> dict[str, Any]:
     problems: list[str] = []
     for label, item in named.items():
         with gathered(problems):
+            if (studied := _study(item)) is not None:
+                found[label] = studied
+                continue
             found[label] = opened if is_trace(opened := open_if_trace(item)) else read_scenario(opened)
     if problems:
         raise InputError(problems)
     return found
+
+
+def _study(item: Any) -> xarray.Dataset | None:
+    """Return the result of a study, if it is one or its store."""
+    if is_study_result(item):
+        result: xarray.Dataset = item
+        return result
+    if not isinstance(item, (str, Path)) or not Path(item).is_dir():
+        return None
+    from electrovib.study.population import open_study
+
+    return open_study(item)
 
 
 def _simulated(found: Mapping[str, Any]) -> dict[str, xarray.Dataset]:
@@ -154,7 +173,15 @@ def _label(item: Any) -> str:
     return str(getattr(item, "title", "") or getattr(item, "attrs", {}).get("title", ""))
 
 
-def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -> str:
+_OF_SWEEP: Final = "Each diagnostic is that of the case nearest to its limit, or furthest beyond it."
+
+
+def page_of(
+    traces: Mapping[str, xarray.Dataset],
+    *,
+    title: str | None = None,
+    studied: xarray.Dataset | None = None,
+) -> str:
     """Write the page.
 
     Parameters
@@ -163,6 +190,8 @@ def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -
         Label to Trace.
     title : str, optional
         Of the page.
+    studied : xarray.Dataset, optional
+        Result of a study, over whose bands the Traces are drawn.
 
     Returns
     -------
@@ -173,23 +202,28 @@ def page_of(traces: Mapping[str, xarray.Dataset], *, title: str | None = None) -
     from electrovib.view.lines import scenario_or_none
     from electrovib.view.pages import page
     from electrovib.view.residuals import residual_rows
+    from electrovib.view.swept import swept_texts
 
+    drawn = []
+    if studied is not None:
+        from electrovib.view.studied import band_figures
+
+        drawn = band_figures(studied, traces)
     scenarios = {label: found for label, trace in traces.items() if (found := scenario_or_none(trace))}
-    swept = {label: texts for label, trace in traces.items() if (texts := summary.swept_texts(trace))}
+    swept = {label: texts for label, trace in traces.items() if (texts := swept_texts(trace))}
     return page(
         "report.html.jinja",
         title=title or _title(traces),
         labels=list(traces),
         openings={label: line for label, trace in traces.items() if (line := summary.opening(trace))},
-        diagnostics={
-            label: shown for label, trace in traces.items() if (shown := summary.diagnostics(trace))
-        },
+        judged={label: summary.diagnostics(trace) for label, trace in traces.items()},
+        judged_note=_OF_SWEEP if swept else "",
         unreadable=[
             label for label, trace in traces.items() if "scenario" in trace.attrs and label not in scenarios
         ],
         numbers=side_by_side([summary.key_numbers(trace) for trace in traces.values()]),
         swept=swept,
-        figures=figures(traces, scenarios),
+        figures=[*drawn, *figures(traces, scenarios)],
         residuals=residual_rows(traces),
         rows=tables.parameter_rows(scenarios, swept),
         with_scenario=list(scenarios),

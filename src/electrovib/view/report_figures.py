@@ -14,8 +14,8 @@ from electrovib.view.plots.layers import figure_height
 from electrovib.view.plots.legends import legends_collected
 from electrovib.view.plots.over_time import has_layer_voltages
 from electrovib.view.style import new_figure, style
-from electrovib.view.summary import is_sweep, quantities_of
 from electrovib.view.svg import inline, to_svg
+from electrovib.view.swept import is_sweep, quantities_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -40,6 +40,7 @@ BEYOND: Final = (
     "plate_voltage",
     "amplifier_current",
     "gap",
+    "capacitance",
     "normal_force",
     "sliding_speed",
     "gross_contact_area",

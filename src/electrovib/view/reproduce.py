@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import re
@@ -18,6 +19,7 @@ from electrovib.data.marks import Form, is_ours
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from electrovib.scenario import Scenario
     from electrovib.study.reproduction import Reproduction
 
 _PAGE: Final = "report.html"
@@ -74,13 +76,17 @@ def _check(folder: Path) -> None:
 def _found(paper: str, skin: str | None) -> Reproduction:
     from electrovib.core.discovery import paper as find
     from electrovib.core.discovery import papers
+    from electrovib.solve.quantities.validity import validity
 
     module = find(paper)
     if not hasattr(module, "reproduce"):
         able = ", ".join(name for name, other in papers().items() if hasattr(other, "reproduce"))
         raise InputError(f"'{paper}' has nothing to reproduce. Papers that have: {able or 'none'}.")
     found: Reproduction = module.reproduce(skin=skin)
-    return found
+    own: Mapping[str, Scenario] = module.scenarios() if hasattr(module, "scenarios") else {}
+    told = (each for scenario in own.values() for each in validity(scenario) if each.state == "warning")
+    stated = tuple(dict.fromkeys(told))
+    return dataclasses.replace(found, diagnostics=stated) if stated else found
 
 
 def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), force: bool = False) -> None:
@@ -172,7 +178,7 @@ def contents_of(found: Reproduction) -> dict[str, bytes]:
     contents |= {f"{table.id}.csv": table_to_csv(table).encode() for table in found.tables if table.id}
     for words in (each for each in found.pages if each.id):
         contents[f"{words.id}.md"] = ("\n\n".join((f"# {words.title}", *words.paragraphs)) + "\n").encode()
-    numbers = json.dumps([row.to_dict() for row in found.rows], indent=2, ensure_ascii=False)
+    numbers = json.dumps([row.to_dict() for row in found.ordered], indent=2, ensure_ascii=False)
     contents["numbers.json"] = f"{numbers}\n".encode()
     beside = json.dumps({name: _checksum(content) for name, content in contents.items()})
     page = page_of(found, drawings, curves=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.study.reproduction import COMPARED
 from electrovib.view.units import pretty_unit
 
 if TYPE_CHECKING:
@@ -38,14 +39,15 @@ def page_of(found: Reproduction, drawings: Mapping[str, str], *, curves: bool = 
     from electrovib.view import summary
     from electrovib.view.pages import page
 
-    compared = [row for row in found.rows if row.verdict != "check"]
     return page(
         "reproduction.html.jinja",
+        judged={"": found.diagnostics},
         title=found.title or f"{found.paper}: the paper, reproduced",
         found=found,
-        count=_count(compared, checks=len(found.rows) - len(compared)),
-        rows=[_cells(row) for row in compared],
-        checks=[_cells(row) for row in found.rows if row.verdict == "check"],
+        count=found.count(),
+        compared=[_cells(row) for row in found.ordered if row.verdict in COMPARED],
+        ours=[_cells(row) for row in found.ordered if row.verdict == "ours"],
+        checks=[_cells(row) for row in found.ordered if row.verdict == "check"],
         equations={number: equation(text, number) for number, text in found.equations.items()},
         figures=page_figures(found.panels, drawings, curves=curves),
         tables=[table for table in found.tables if table.on_page],
@@ -90,14 +92,6 @@ def _file(panel: Panel) -> str:
     """Name the file of the curves, and mark one that has more of them than the figure."""
     more = any(not curve.drawn for curve in panel.curves)
     return f"{'All curves' if more else 'Curves'}: {panel.id}.csv"
-
-
-def _count(compared: Sequence[Row], *, checks: int) -> str:
-    """State how many of the paper's numbers and statements are reproduced, consistent and open."""
-    of = {word: sum(row.verdict == word for row in compared) for word in ("reproduced", "consistent", "open")}
-    numbers = ", ".join(f"{number} {word}" for word, number in of.items())
-    ours = f", beside {checks} checks of this software" if checks else ""
-    return f"{len(compared)} numbers and statements of the paper: {numbers}{ours}."
 
 
 def _cells(row: Row) -> dict[str, str]:

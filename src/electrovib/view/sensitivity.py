@@ -7,6 +7,7 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.diagnostics import comment_lines
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.data.marks import Form, unsigned
@@ -139,6 +140,7 @@ def _page(found: Sensitivity) -> str:
     remarks = [Page("The population", tuple(found.space.remarks))] if found.space.remarks else []
     return page(
         "comparison.html.jinja",
+        judged={"": found.diagnostics},
         title=f"Sensitivity of {found.quantity}: {found.scenario.title or 'a scenario'}",
         answer=found.answer,
         figures=[PageFigure(title=title, svg=svg, caption="The largest total index on top.")],
@@ -155,17 +157,17 @@ def _indices(found: Sensitivity) -> str:
         (each.name, " ".join(each.paths), each.first, *each.first_interval, each.total, *each.total_interval)
         for each in found.indices
     ]
-    return _as_csv(names, rows)
+    return _as_csv(found, names, rows)
 
 
 def _elasticities(found: Sensitivity) -> str:
     rows = [(each.path, each.unit, each.at, each.value) for each in found.elasticities]
-    return _as_csv(("parameter", "unit", "at", "elasticity"), rows)
+    return _as_csv(found, ("parameter", "unit", "at", "elasticity"), rows)
 
 
-def _as_csv(names: tuple[str, ...], rows: Sequence[tuple[object, ...]]) -> str:
+def _as_csv(found: Sensitivity, names: tuple[str, ...], rows: Sequence[tuple[object, ...]]) -> str:
     text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n")
+    text.write(f"# {unsigned(Form.TABLE)}\n{comment_lines(found.diagnostics)}")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)
     for row in rows:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import tomllib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.status import UNVERIFIED, status_text
-from electrovib.study.population.words import method_words, nominal_validity, signal_words
+from electrovib.study.population.words import method_words, nominal_words, signal_words
 from electrovib.study.reproduction import Page, Table
+from electrovib.view.plots.over_fingers import bands
 from electrovib.view.report_figures import PageFigure
 
 if TYPE_CHECKING:
@@ -42,17 +45,47 @@ def study_page(found: xarray.Dataset, *, title: str | None = None) -> str:
     from electrovib.view.pages import page
 
     names = [str(each) for each in found.attrs["signals"]]
-    answer = " ".join(f"{line[0].upper()}{line[1:]}." for name in names for line in signal_words(found, name))
+    words = [line for name in names for line in signal_words(found, name)] + nominal_words(found)
+    answer = " ".join(f"{line[0].upper()}{line[1:]}." for line in words)
     return page(
         "comparison.html.jinja",
         title=title or f"Study of {found.attrs['fingers']} fingers: {found.attrs['title'] or 'a scenario'}",
         answer=answer,
         figures=[each for name in names for each in _figures(found, name)],
-        tables=[_parameters(found), _validity(found), _origin(found)],
+        judged={"": diagnostics_of(found)},
+        judged_note="Of the scenario with its own values; the drawn fingers are not judged one by one.",
+        tables=[_parameters(found), _origin(found)],
         pages=[Page("Scenario", (str(found.attrs["scenario_toml"]),))],
         references=_sources(found),
         versions=summary.versions(),
     )
+
+
+def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
+    """Draw the bands of each signal of a study with the runs and recordings of a report over them.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        Result of `electrovib.study`.
+    beside : mapping of str to Trace
+        Label to Trace.
+
+    Returns
+    -------
+    figures : list of PageFigure
+        One for each signal; the caption states what differs between the fingers, and where the scenario of the study lies.
+    """
+    lines = [*nominal_words(found), *warning_lines(diagnostics_of(found))]
+    caption = " ".join([_caption(found), *(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines)])
+    figures = []
+    for name in found.attrs["signals"]:
+        words = str(name).replace("_", " ")
+        plot = functools.partial(bands, beside=beside)
+        figures.append(
+            _figure(found, str(name), plot, f"{words[0].upper()}{words[1:]} over the fingers", caption)
+        )
+    return figures
 
 
 def _figures(found: xarray.Dataset, name: str) -> list[PageFigure]:
@@ -76,7 +109,7 @@ def _figure(
     figure = new_figure(_SIZE)
     with style():
         plot(found, name, ax=figure.add_subplot())
-    svg = inline(to_svg(figure), name=f"{plot.__name__}-{name.replace('_', '-')}", words=title)
+    svg = inline(to_svg(figure), name=f"{'-'.join(title.lower().split())}", words=title)
     return PageFigure(title, markup(svg), caption)
 
 
@@ -132,12 +165,6 @@ def _value(value: Any) -> str:
     if isinstance(value, list):
         return f"{len(value)} values"
     return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def _validity(found: xarray.Dataset) -> Table:
-    rows = tuple((each.name, each.state, each.text) for each in nominal_validity(found))
-    caption = "Of the scenario with its own values; the drawn fingers are not judged one by one."
-    return Table("Validity", ("Diagnostic", "State", "Finding"), rows, caption=caption)
 
 
 def _origin(found: xarray.Dataset) -> Table:

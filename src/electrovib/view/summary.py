@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import math
 import platform
 import re
 from importlib.metadata import version
@@ -9,15 +11,18 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.errors import ElectrovibError
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import described
 from electrovib.core.parsing import read_json
 from electrovib.core.signals import signal
-from electrovib.core.units import KINDS, format_quantity
-from electrovib.view.lines import shown_value, swept_paths, swept_units
+from electrovib.view.lines import scenario_or_none
+from electrovib.view.swept import is_sweep, quantities_of, quantity_ranges
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     import xarray
 
     from electrovib.scenario import Scenario
@@ -34,6 +39,7 @@ _WORDS: Final = {
     "solver_reason": "why this solver",
     "reduction_error": "largest error of a material reduced to relaxations",
     "transfer_error": "largest error of fields, voltages and attraction through it, in time and over frequency",
+    "attraction_error": "largest error of the attraction through it in time, over its peak",
     "quadrature_error": "error of the mean over the contact",
     "own_models": "models that are not part of electrovib",
     "dropped_samples": "samples of the measured drive that were dropped",
@@ -89,38 +95,114 @@ def opening(trace: xarray.Dataset) -> str:
     return " ".join(parts)
 
 
-def key_numbers(trace: xarray.Dataset) -> dict[str, str]:
+def key_numbers(trace: xarray.Dataset, *, quick: bool = False) -> dict[str, str]:
     """Return the largest and mean values of a Trace; of a sweep, the range of its quantities.
+
+    Parameters
+    ----------
+    trace : Trace
+        Computed, measured or swept.
+    quick : bool
+        Whether values at the output times are enough where quantities would take as long as the run.
 
     Returns
     -------
     dict of str to str
-        Name of the number, and its value with unit.
+        Name of the number, and its value with unit. Of a run the numbers are its quantities, independent of the output
+        times; where these cannot be computed, the largest values at the output times, and the text says so.
     """
     if is_sweep(trace):
         return quantity_ranges(trace)
-    peaks = {
-        "drive_voltage": "largest drive voltage",
-        "effective_voltage": "largest effective voltage",
-        "electrostatic_force": "largest electrostatic force",
-        "lateral_force": "largest lateral force",
-        "current": "largest current into the contact",
-        "amplifier_current": "largest current of the amplifier",
+    signals = {
+        "drive_voltage": "drive voltage",
+        "effective_voltage": "effective voltage",
+        "electrostatic_force": "electrostatic force",
+        "lateral_force": "lateral force",
+        "current": "current into the contact",
+        "amplifier_current": "current of the amplifier",
     }
+    wanted = {f"peak {name}": (f"largest {words}", name, "") for name, words in signals.items()}
+    wanted["mean electrostatic_force"] = ("mean electrostatic force", "electrostatic_force", "")
+    for layer in trace["layer"].values if "field" in trace else ():
+        words = f"largest field, {str(layer).replace('_', ' ')}"
+        wanted[f"peak field in {layer}"] = (words, "field", str(layer))
+    wanted = {name: each for name, each in wanted.items() if each[1] in trace}
+    values = quantities_of_run(trace, tuple(wanted), quick=quick)
+    recorded = "solver" not in trace.attrs
     found = {}
-    for name, words in peaks.items():
-        if name in trace:
-            found[words] = _range(_largest(abs(trace[name]), "time"), signal(name).unit)
-            if name == "lateral_force" and (missing := not_known(trace, name)):
-                some = bool(trace[name].notnull().any())
-                found[words] = f"{found[words]} ({missing})" if some else missing
-        if name == "electrostatic_force" and name in trace:
-            found["mean electrostatic force over the record"] = _range(_mean(trace[name]), "N")
-    if "field" in trace:
-        for layer in trace["layer"].values:
-            largest = _largest(abs(trace["field"].sel(layer=layer)), "time")
-            found[f"largest field, {str(layer).replace('_', ' ')}"] = _range(largest, "V/m")
+    for name, (words, of, layer) in wanted.items():
+        unit, value = signal(of).unit, values.get(name, math.nan)
+        if math.isfinite(value):
+            found[words] = pretty_quantity(value, unit, digits=4)
+            continue
+        shown = trace[of].sel(layer=layer) if layer else trace[of]
+        if name.startswith("peak"):
+            missing = not_known(trace, of)
+            found[words] = _range(abs(shown).max("time", skipna=True), unit)
+            found[words] += "" if recorded or missing else " at the output times"
+            if missing:
+                found[words] = f"{found[words]} ({missing})" if bool(shown.notnull().any()) else missing
+        elif recorded:
+            found[words] = _range(_mean(shown), unit)
     return found
+
+
+def quantities_of_run(
+    trace: xarray.Dataset, names: Collection[str], *, quick: bool = False
+) -> dict[str, float]:
+    """Compute quantities of the scenario of a Trace, which do not depend on its output times.
+
+    Parameters
+    ----------
+    trace : Trace
+        Computed or measured.
+    names : collection of str
+        As for `electrovib.sweep`.
+    quick : bool
+        Whether nothing is computed for a solver that advances in steps.
+
+    Returns
+    -------
+    dict of str to float
+        By name, in SI; empty for a recording, a part of a run, and where the scenario cannot be computed here.
+    """
+    scenario = scenario_or_none(trace) if "solver" in trace.attrs else None
+    if scenario is None or not trace.sizes.get("time"):
+        return {}
+    first, last = (float(trace["time"][place]) for place in (0, -1))
+    end = scenario.time.duration or scenario.drive.duration
+    if first != 0 or not math.isclose(last, end, rel_tol=1e-9):
+        return {}
+    return quantities_of_scenario(scenario, tuple(names), quick=quick)
+
+
+@functools.lru_cache(maxsize=16)
+def quantities_of_scenario(
+    scenario: Scenario, names: tuple[str, ...], *, quick: bool = False
+) -> dict[str, float]:
+    """Compute quantities of a scenario over its whole time.
+
+    Parameters
+    ----------
+    scenario, names, quick
+        Scenario, tuple of str, bool: as for `quantities_of_run`.
+
+    Returns
+    -------
+    dict of str to float
+        By name, in SI; empty where they cannot be computed.
+    """
+    from electrovib.solve.choice import chosen
+    from electrovib.solve.quantities import read_name, solved
+    from electrovib.solve.quantities.answer import numbers
+
+    try:
+        if quick and chosen(scenario).method.is_marched:
+            return {}
+        layers = tuple(scenario.stack.layers)
+        return numbers(solved(scenario), [read_name(name, layers) for name in names])[0]
+    except ElectrovibError:
+        return {}
 
 
 def not_known(trace: xarray.Dataset, name: str) -> str:
@@ -150,74 +232,6 @@ def not_known(trace: xarray.Dataset, name: str) -> str:
     return f"not known{when} (the finger rests)"
 
 
-def is_sweep(trace: xarray.Dataset) -> bool:
-    """Return whether a Dataset holds numbers for each case of a sweep."""
-    return "quantities" in trace.attrs
-
-
-def quantities_of(trace: xarray.Dataset) -> list[str]:
-    """List the quantities of a sweep, in the order asked for."""
-    try:
-        return [str(name) for name in read_json(trace.attrs.get("quantities", "[]"))]
-    except (TypeError, ValueError):
-        return []
-
-
-def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False, named: bool = True) -> dict[str, str]:
-    """Write smallest and largest value of each quantity of a sweep, and where they occur.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        From `electrovib.sweep`.
-    plain : bool
-        Units in letters that every terminal has: ``uA``.
-    named : bool
-        Name the parameter before each value of a place.
-
-    Returns
-    -------
-    dict of str to str
-        Name to text.
-    """
-    units, found = swept_units(trace), {}
-    for name in quantities_of(trace):
-        unit = str(trace[name].attrs.get("units", ""))
-        values = np.asarray(trace[name].values, dtype=float)
-        known = np.isfinite(values)
-        if not known.any():
-            found[name] = "not known" if np.isnan(values).all() else str(values.flat[0])
-            continue
-        ends = []
-        for place in (
-            int(np.argmin(np.where(known, values, np.inf))),
-            int(np.argmax(np.where(known, values, -np.inf))),
-        ):
-            at = np.unravel_index(place, values.shape)
-            where = ", ".join(
-                (f"{path} = " if named else "")
-                + swept_value(trace[path].values[i], units.get(str(path), ""), plain=plain)
-                for path, i in zip(trace[name].dims, at, strict=True)
-            )
-            number = swept_value(values.flat[place], unit, plain=plain)
-            ends.append(f"{number} (at {where})" if where else number)
-        text = ends[0] if values.size == 1 else " to ".join(ends)
-        lost = int(np.count_nonzero(~known))
-        found[name] = text + (f"; not known in {lost} of {values.size} cases" if lost else "")
-    return found
-
-
-def swept_value(value: object, unit: str, *, plain: bool) -> str:
-    """Write a number with its unit, or a word; with plain units in letters that every terminal has."""
-    if plain and unit in KINDS and not isinstance(value, str):
-        return format_quantity(float(value), unit, digits=4)  # type: ignore[arg-type]
-    return shown_value(value, unit)
-
-
-def _largest(values: xarray.DataArray, along: str) -> xarray.DataArray:
-    return values.max(along, skipna=True)
-
-
 def _mean(values: xarray.DataArray) -> xarray.DataArray:
     """Average over time without missing samples, uneven time stamps weighted by their distance."""
     time = values["time"]
@@ -235,17 +249,6 @@ def _range(values: xarray.DataArray, unit: str) -> str:
         return "no numbers"
     low, high = (pretty_quantity(float(bound), unit, digits=4) for bound in (numbers.min(), numbers.max()))
     return low if low == high else f"{low} … {high}"
-
-
-def swept_texts(trace: xarray.Dataset) -> dict[str, str]:
-    """Return for each swept path its first and last value and their number."""
-    units = swept_units(trace)
-    texts = {}
-    for path in swept_paths(trace):
-        values = trace[path].values
-        first, last = (shown_value(value, units.get(path, "")) for value in (values[0], values[-1]))
-        texts[path] = f"{first} … {last} ({len(values)} values)"
-    return texts
 
 
 def provenance(trace: xarray.Dataset) -> dict[str, str]:

@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.study.reproduction import REFERENCE, Curve, Panel
 
 if TYPE_CHECKING:
-    from electrovib.recordings.transitions import MeasuredRing, MeasuredTimes
+    from electrovib.recordings.transitions import MeasuredRing, MeasuredRings, MeasuredTimes
     from electrovib.recordings.transitions.result import DirectionTimes
 
 _MOST_EDGES: Final = 3
@@ -17,39 +17,43 @@ _AFTER: Final = 8.0
 """Length of the drawn section after an edge, in times between the levels as recorded."""
 
 
-def times_panels(found: MeasuredTimes, ring: MeasuredRing | None = None) -> list[Panel]:
+def times_panels(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[Panel]:
     """Make the figures of measured times.
 
     Parameters
     ----------
-    found : MeasuredTimes
+    found : MeasuredTimes, optional
         Times.
-    ring : MeasuredRing, optional
-        Oscillation after an edge.
+    rings : MeasuredRings, optional
+        Oscillations after edges or impacts.
 
     Returns
     -------
     panels : list of Panel
         For each direction the first three edges with the reading of the best form and, where a sensor was taken out, the force
-        of that form; then the oscillation.
+        of that form; then the first three oscillations.
     """
-    words = found.signal.replace("_", " ")
-    panels = [_panel(each, words, found.unit, sensor=found.sensor != "none") for each in found.directions]
-    if ring is not None:
-        panels.append(
-            Panel(
-                id="ring",
-                title="Oscillation after the last edge",
-                caption=f"Points: record. Line: {ring.form}.",
-                x=("time after the reference", "s"),
-                y=(words, ring.unit),
-                curves=(
-                    Curve(label="record", x=ring.time, y=ring.values, kind="points", look=0),
-                    Curve(label=ring.form, x=ring.time, y=ring.model, look=1),
-                ),
-            )
-        )
+    panels = []
+    if found is not None:
+        words = found.signal.replace("_", " ")
+        panels = [_panel(each, words, found.unit, sensor=found.sensor != "none") for each in found.directions]
+    if rings is not None:
+        panels += [_of_ring(each, number) for number, each in enumerate(rings.rings[:_MOST_EDGES])]
     return panels
+
+
+def _of_ring(ring: MeasuredRing, number: int) -> Panel:
+    return Panel(
+        id=f"ring{number or ''}",
+        title=f"Oscillation from {ring.reference:.6g} s on",
+        caption=f"Points: record, averaged where it is dense. Line: {ring.form}.",
+        x=("time after the reference", "s"),
+        y=(ring.signal.replace("_", " "), ring.unit),
+        curves=(
+            Curve(label="record", x=ring.time, y=ring.values, kind="points", look=0),
+            Curve(label=ring.form, x=ring.time, y=ring.model, look=1),
+        ),
+    )
 
 
 def _panel(found: DirectionTimes, words: str, unit: str, *, sensor: bool) -> Panel:

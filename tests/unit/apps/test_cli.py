@@ -14,6 +14,7 @@ import xarray
 
 from electrovib.apps.cli import main
 from electrovib.apps.cli.map_lines import judged
+from electrovib.core.signals import without
 from electrovib.core.trace import make_trace
 from electrovib.core.units import format_quantity
 
@@ -134,14 +135,19 @@ def test_numbers_of_a_sweep_as_a_table_and_again(cli, here):
     assert code == 0
     assert "mean electrostatic_force: " in out
     assert "(at drive.rise = 5 ms)" in out
+    printed = out
     rows = [line for line in (here / "a.csv").read_text().splitlines() if not line.startswith("#")]
     assert rows[0] == "drive.rise [s],mean electrostatic_force [N],peak current [A]"
     assert len(rows) == 4
     assert cli("run", "a.csv", "-o", "b.csv")[0] == 0
     assert (here / "b.csv").read_text() == (here / "a.csv").read_text()
+    ranges = next(line for line in printed.splitlines() if "mean electrostatic_force: " in line)
     code, out, _ = cli("report", "a.csv", "-o", "a.html")
     assert code == 0
     assert "Over drive.rise" in (here / "a.html").read_text()
+    first = out.splitlines()[0]
+    assert "Mean electrostatic force: " in first
+    assert ranges.partition(": ")[2].split(" (")[0] in first
 
 
 MAP = ["--over", "stack.insulator.thickness=1um:100um:3log", "--over", "drive.high=100:1000:2"]
@@ -336,6 +342,20 @@ def test_a_faulty_drive_file_is_told_with_its_place(fault, cli, here):
         (["report", "missing.nc"], ["missing.nc"]),
         (["reproduce", "vezzoli_2015"], ["vezzoli_2014"]),
         (["init", "vezzoli_2014/figg6"], ["fig6"]),
+        (["reproduce", __file__], ["is a file, not a paper"]),
+        (["swipe", "."], [".: is a folder; give the name of a file in it."]),
+        (["swipe", "vezzoli_2014/fig6"], ["not from 'vezzoli_2014/fig6'; 'electrovib run' makes one"]),
+        (["swipe", "a.nc", "--trim", "50"], ["trim = 50 %: expected 0 to 40 %"]),
+        (["fit-power-law", "a.csv", "a.csv", "--x", "x", "--y", "y"], ["a.csv: is given twice; omit one"]),
+        (
+            ["fit", "a", "b", "--free", "c", "--gain-error", "current=-2 %"],
+            ["error of current = -0.02: expected"],
+        ),
+        (
+            ["fit", "a", "b", "--free", "c", "--zero-error", "current=-1 A"],
+            ["error of current = -1: expected"],
+        ),
+        (["fit-power-law", "a.csv", "--x", "x", "--y", "x"], ["both are the column 'x'"]),
     ],
 )
 def test_a_mistake_in_an_option_is_told_in_one_line(arguments, words, cli, here):
@@ -356,6 +376,35 @@ def test_mistakes_of_file_options_and_outputs_are_told_together(cli, here):
     words = ("--set drive.high: expected PATH=VALUE", "stack.insulator.thickness", "'nowhere'", ".html")
     assert [word in line for word, line in zip(words, err.splitlines(), strict=True)] == [True] * 4
     assert {path.name for path in here.iterdir()} == {"bad.toml"}
+
+
+def test_a_hint_helps_or_is_left_out(cli, here):
+    _, _, err = cli("run", "bau_2010/sine", "--set", "drive.frequency=0")
+    assert err == "electrovib: drive.frequency = '0': must lie between 1 mHz and 100 MHz\n"
+    (here / "rig.toml").touch()
+    assert "Did you mean" not in cli("perceive", "nothing.toml")[2]
+    assert "Did you mean" not in cli("times", "nothing.toml")[2]
+    assert "Did you mean 'rig.toml'?" in cli("perceive", "rigg.toml")[2]
+    code, _, err = cli("swipe", "rig.csv", "--channels", "rig.toml")
+    assert code == 2
+    (line,) = err.splitlines()
+    assert line.startswith("electrovib: rig.toml: ")
+    assert all(f"'{name}'" in line for name in ("normal", "lateral", "clock"))
+
+
+def test_a_column_that_only_its_unit_tells_may_be_a_sensor(cli, here):
+    (here / "a.csv").write_text("time (s),CH2 (V)\n" + "".join(f"{at},{at}\n" for at in range(20)))
+    assert "if 'CH2' is the output of a sensor" in cli("import", "a.csv")[1]
+    (here / "a.csv").write_text((here / "a.csv").read_text().replace("CH2", "voltage"))
+    assert "is the output of a sensor" not in cli("import", "a.csv")[1]
+    assert (
+        "the file does not consist of parts with names; omit it" in cli("import", "a.csv", "--part", "2")[2]
+    )
+
+
+@pytest.mark.parametrize("signal", ["plate_voltage", "amplifier_current"])
+def test_a_signal_behind_an_amplifier_is_named_as_such(signal):
+    assert "declare circuit.amplifier, or name the signals to fit" in without(signal, ["current"])
 
 
 @pytest.mark.parametrize(

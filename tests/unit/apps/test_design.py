@@ -56,7 +56,7 @@ def test_all_numbers_as_json(cli, tmp_path):
 
 
 def test_nothing_that_can_be_played_is_written_without_limits(cli, tmp_path):
-    code, _, err = cli("-o", "drive.csv")
+    code, _, err = cli("--edge", "line", "-o", "drive.csv")
     assert code == 2
     assert "limits.voltage" in err
     assert "limits.current" in err
@@ -65,7 +65,9 @@ def test_nothing_that_can_be_played_is_written_without_limits(cli, tmp_path):
 
 def test_within_declared_limits_the_drive_is_written(cli, tmp_path):
     (tmp_path / "own.toml").write_text('limits = { current = "1 mA" }\n')
-    code, out, _ = cli("--set", "limits.voltage=60 V", "--limits", "own.toml", "-o", "drive.csv")
+    code, out, _ = cli(
+        "--set", "limits.voltage=60 V", "--limits", "own.toml", "--edge", "line", "-o", "drive.csv"
+    )
     assert code == 0
     assert "written: drive.csv" in out
     assert "Nearest limit: the voltage of the plate reaches 50.8183 V, within 60 V" in out
@@ -73,7 +75,9 @@ def test_within_declared_limits_the_drive_is_written(cli, tmp_path):
 
 @pytest.mark.parametrize("name", ["found.toml", "drive.csv"])
 def test_a_forbidden_value_is_not_written(cli, tmp_path, name):
-    code, _, err = cli("--set", "limits.voltage=40 V", "--set", "limits.current=1 mA", "-o", name)
+    code, _, err = cli(
+        "--set", "limits.voltage=40 V", "--set", "limits.current=1 mA", "--edge", "line", "-o", name
+    )
     assert code == 2
     assert "there is no result within the limits that could be written" in err
     assert not list(tmp_path.iterdir())

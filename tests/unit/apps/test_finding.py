@@ -11,6 +11,7 @@ import typer
 
 import electrovib as ev
 from electrovib.apps.cli import app, main
+from electrovib.core.allowance import ONE_THREAD
 
 COMMANDS = sorted(
     [command.name for command in app.registered_commands]
@@ -208,6 +209,19 @@ def test_names_of_models_are_completed(complete):
         "MaxwellStressInStratumCorneum",
     ]
     assert "gabriel_1996/wet" in complete("models", "gabriel")
+
+
+@pytest.mark.parametrize(("own", "expected"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "2"}, "2")])
+def test_linear_algebra_has_one_thread_unless_the_user_wants_more(own, expected):
+    environment = {name: value for name, value in os.environ.items() if name not in ONE_THREAD} | own
+    code = (
+        "import atexit, os, sys; from electrovib.apps.start import main; assert 'numpy' not in sys.modules\n"
+        "sys.argv = ['electrovib', '--version']; atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split()[-1] == expected
 
 
 def test_the_script_for_bash_calls_the_program():

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import xarray
 
+import electrovib as ev
 from electrovib.apps.cli import main
 from electrovib.apps.cli.run import _range
 
@@ -70,14 +71,15 @@ def refused(cli, *arguments: str) -> str:
 def test_help_lists_every_command_in_a_whole_sentence_of_one_line(cli, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     _, out, _ = cli("--help")
-    commands = [line for line in out.partition("Commands:")[2].splitlines() if line.strip()]
+    listed = out.partition("Predict:")[2].splitlines()
+    commands = [line for line in listed if line.strip() and line not in {"Measure:", "Plan:", "See:"}]
     assert len(commands) >= 24
     for line in commands:
         assert re.fullmatch(r"  [a-z-]+ +[A-Z].*[^.]\.", line), line
     _, out, _ = cli("bench", "--help")
     assert "Print a bench file to start from." in out
     assert "..." not in out.partition("Commands:")[2]
-    assert [line.split()[0] for line in commands[:4]] == ["scenarios", "models", "init", "run"]
+    assert [line.split()[0] for line in commands[:3]] == ["run", "compare", "study"]
 
 
 def test_parameter_without_its_table_is_named_with_it(cli):
@@ -125,23 +127,27 @@ def test_columns_with_other_headings_are_named_by_their_parameter(cli, here):
 def test_recording_of_a_force_sensor_is_imported_as_its_listing_proposes_and_fitted(cli, here):
     pytest.importorskip("lmfit")
     time_ = np.arange(0, 0.03, 2e-4)
-    voltage = np.sin(2 * np.pi * 120 * time_)
+    sliding = ev.simulate(ev.load("my.toml").replace({"friction.coefficient": 0.6}), time=time_)
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(time_.size)
+    reading = sliding["lateral_force"].values / 1.5 + noise  # volts of a sensor of 1.5 N/V
     np.savetxt(
         here / "scope.csv",
-        np.c_[time_, voltage, 0.2 + voltage**2],
+        np.c_[time_, sliding["drive_voltage"].values, reading],
         delimiter=",",
         comments="",
-        header="Time (s),CH1 (V),CH2 (V)",
+        header="Time (s),CH1 (V),Load cell (V)",
     )
     _, out, _ = cli("import", "scope.csv")
-    assert '--column lateral_force="CH2" --scale lateral_force="1.5 N/V"' in out
+    assert '--column lateral_force="Load cell" --scale lateral_force="1.5 N/V"' in out
     scaled = ("--scale", "lateral_force_measured=1.5 N/V", "-o", "measured.nc")
-    assert cli("import", "scope.csv", "--column", "lateral_force_measured=CH2", *scaled)[0] == 0
+    assert cli("import", "scope.csv", "--column", "lateral_force_measured=Load cell", *scaled)[0] == 0
     err = refused(cli, "fit", "my.toml", "measured.nc", "--free", "friction.coefficient", "-o", "fit")
     assert err.endswith("declare [rig], or import the recording as 'lateral_force'\n")
     scaled = ("--scale", "lateral_force=1.5 N/V", "-o", "plain.nc")
-    assert cli("import", "scope.csv", "--column", "lateral_force=CH2", *scaled)[0] == 0
+    assert cli("import", "scope.csv", "--column", "lateral_force=Load cell", *scaled)[0] == 0
     assert cli("fit", "my.toml", "plain.nc", "--free", "friction.coefficient", "-o", "fit")[0] == 0
+    fitted = ev.load("fit/parameters.toml")
+    assert fitted.friction.coefficient == pytest.approx(0.6, rel=1e-4)
 
 
 def test_quantity_by_the_end_of_its_name_is_answered_with_the_forces_first(cli):
@@ -167,14 +173,15 @@ def test_equilibrium_names_both_parts_that_are_missing(cli):
 
 def test_picture_of_a_texture_is_answered_with_its_table(cli):
     limits = ("--set", "limits.voltage=1 kV", "--set", "limits.current=250 uA")
+    Path("grey.png").write_bytes(b"")
     err = refused(cli, "texture", "my.toml", "grey.png", "--path", "30 mm/s", *limits)
     assert '{ model = "GreyscalePicture", file = "grey.png", pixels_per_millimetre = 5 }' in err
 
 
 def test_numbers_of_a_force_are_those_that_a_person_can_use(cli):
     computed = xarray.Dataset({"electrostatic_force": ("time", [6e-36, 0.0052])})
-    assert _range(computed, "electrostatic_force") == "0 N to 5.2 mN"
-    assert _range(computed + 1e-9, "electrostatic_force") == "1 nN to 5.2 mN"
+    assert _range(computed, "electrostatic_force") == "0 N to 5.2 mN at the output times"
+    assert _range(computed + 1e-9, "electrostatic_force") == "1 nN to 5.2 mN at the output times"
     _, out, _ = cli("run", "my.toml", "--set", "drive.amplitude=1 mV")
     assert re.search(r"^lateral force: 250 mN to 250 mN \(a change of \d[\d.]* nN\)$", out, re.MULTILINE)
 

@@ -6,6 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from tests.unit.apps.written import uncommented
 from typer.testing import CliRunner
 
 import electrovib as ev
@@ -54,7 +55,7 @@ def test_the_folder_holds_what_can_be_used_again(folder, tmp_path):
         "parameters.csv", "parameters.toml", "report.html", "space.toml",
     ]  # fmt: skip
     assert ev.load(out / "parameters.toml").stack.layers["gap"].thickness == found.best.estimate.values[GAP]
-    lines = (out / "parameters.csv").read_text().splitlines()[1:]
+    lines = uncommented(out / "parameters.csv")
     rows = {row["name"]: row for row in csv.DictReader(lines)}
     assert float(rows[GAP]["value"]) == found.best.estimate.values[GAP]
     assert float(rows[GAP]["lower"]) < 3e-6 < float(rows[GAP]["upper"])

@@ -35,13 +35,14 @@ def test_sessions_of_a_column_are_those_of_the_function(tmp_path):
     points = np.loadtxt(file, delimiter=",", skiprows=1)
     law = ev.fit_power_law(points[:, 0], 1e-3 * points[:, 1], session=[f"{each:g}" for each in points[:, 2]])
     assert f"exponent {law.exponent:.4g}, 95 % interval {law.lower:.4g} to {law.upper:.4g}" in result.output
-    assert "2 degrees of freedom" in result.output
+    assert "with 2 degrees of freedom" in result.output
     assert "too narrow" in result.output
     rows = list(csv.DictReader(line for line in out.read_text().splitlines() if not line.startswith("#")))
     assert [row["session"] for row in rows] == ["1", "2", "3", "mean of the sessions"]
-    assert float(rows[1]["exponent"]) == law.exponents["2"]
-    assert float(rows[1]["factor"]) == law.factors["2"]
-    assert float(rows[-1]["between"]) == law.between
+    assert float(rows[1]["exponent"]) == law.sessions["2"].exponent
+    assert float(rows[1]["factor"]) == law.sessions["2"].factor
+    assert float(rows[-1]["between"]) == law.between.between
+    assert float(rows[-1]["between_upper"]) == law.between.between_upper
     assert ran(file, *COLUMNS, "-o", str(out)).exit_code == 0  # our own file is replaced
 
 
@@ -54,7 +55,7 @@ def test_each_file_is_a_session_and_units_are_converted(tmp_path):
     assert [line.split(":")[0].strip() for line in lines[1:3]] == ["a.csv", "b.csv"]
     assert a == pytest.approx(1e-6, rel=0.2)  # 1e-3 mN
     assert b == pytest.approx(1e-3, rel=0.2)
-    assert "1 degrees of freedom" in result.output
+    assert "1 degree of freedom" in result.output
 
 
 @pytest.mark.parametrize(

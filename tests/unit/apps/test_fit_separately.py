@@ -6,6 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 from scipy.stats import t
+from tests.unit.apps.written import uncommented
 from typer.testing import CliRunner
 
 import electrovib as ev
@@ -69,7 +70,7 @@ def test_each_recording_has_the_estimates_of_its_own_fit(folder, separate):
 def test_the_table_has_a_row_for_each_recording_and_parameter(separate):
     found, out = separate
     assert sorted(path.name for path in out.iterdir()) == FILES
-    rows = list(csv.DictReader((out / "parameters.csv").read_text().splitlines()[1:]))
+    rows = list(csv.DictReader(uncommented(out / "parameters.csv")))
     named = [(row["record"], row["parameter"]) for row in rows]
     records = ["a.nc", "broken.nc", "b.nc", "c.nc", "mean of 3 recordings"]
     assert [name for name, _ in named] == [each for each in records for _ in range(2)]
@@ -149,11 +150,11 @@ def test_a_gain_error_is_stated_beside_the_interval(folder, tmp_path):
     out = tmp_path / "out"
     arguments = ["fit", str(folder / "plate.toml"), *files, "--free", GAP, "--separately", "-o", str(out)]
     result = CliRunner().invoke(
-        app, [*arguments, "--gain-error", "impedance=2 %", "--zero-error", "impedance=1 ohm"]
+        app, [*arguments, "--all", "--gain-error", "impedance=2 %", "--zero-error", "impedance=1 ohm"]
     )
     assert result.exit_code == 0, result.output
     assert result.output.count(", by calibration ") == 3
-    rows = list(csv.DictReader((out / "parameters.csv").read_text().splitlines()[1:]))
+    rows = list(csv.DictReader(uncommented(out / "parameters.csv")))
     systematic = [float(row["systematic"]) for row in rows]
     # the gap alone changes the impedance by less than proportionally: the insulator and the leak are known
     assert all(0.02 * gap < each < 0.2 * gap for each, gap in zip(systematic, (3e-6, 3.3e-6), strict=False))
@@ -171,7 +172,7 @@ def test_a_gain_error_is_stated_beside_the_interval(folder, tmp_path):
 def test_the_command_prints_each_recording_and_the_means(folder, tmp_path):
     files = [str(folder / f"{name}.nc") for name in ("a", "broken", "b")]
     arguments = ["fit", str(folder / "plate.toml"), *files, "--free", GAP, "--separately"]
-    result = CliRunner().invoke(app, [*arguments, "-o", str(tmp_path / "out")])
+    result = CliRunner().invoke(app, [*arguments, "--all", "-o", str(tmp_path / "out")])
     assert result.exit_code == 0, result.output
     for words in ("a.nc:", "broken.nc: failed", f"{GAP}, mean of 2 recordings: ", "within a recording"):
         assert words in result.output

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from tests.unit.apps.written import uncommented
 from typer.testing import CliRunner
 
 import electrovib as ev
@@ -29,7 +30,7 @@ def run(*words):
 
 
 def gap_row(folder):
-    lines = (folder / "parameters.csv").read_text().splitlines()[1:]
+    lines = uncommented(folder / "parameters.csv")
     return next(row for row in csv.DictReader(lines) if row["name"] == GAP)
 
 

@@ -12,6 +12,7 @@ from electrovib.apps.cli import main
 from electrovib.core.errors import InputError
 from electrovib.data.marks import Form, is_ours
 from electrovib.export.design import write_design
+from electrovib.study.population.groups import write_group
 from electrovib.view import report
 from electrovib.view.checked import write_check
 
@@ -202,7 +203,10 @@ def test_every_form_is_known_from_its_content_and_not_from_its_name(here):
     write_design(wanted, "design.json")
     written[Form.DESIGN] = "design.json"
     limits = {"voltage": 1e4, "current": 1.0}
-    written[Form.WAVEFORM] = str(ev.export("b.toml", "played.csv", limits=limits, ramp=1e-3))
+    written[Form.WAVEFORM] = str(ev.export("b.toml", "played.csv", limits=limits, ramp=1e-3, edge="line"))
+    Path("study").mkdir()
+    write_group(Path("study"), {})
+    written[Form.STUDY] = "study/zarr.json"
     assert set(written) == set(Form)
     for form, name in written.items():
         moved = Path(name).rename("moved.txt")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 
 import pytest
+from tests.unit.apps.written import uncommented
 from typer.testing import CliRunner
 
 import electrovib as ev
@@ -36,9 +37,9 @@ def test_the_command_prints_the_answer_first_and_what_is_unverified(folder):
 def test_the_folder_holds_what_the_function_returns(folder):
     out, _ = folder
     found = ev.sensitivity(SCENARIO, "fingers", quantity=QUANTITY, n=4, seed=1)
-    rows = list(csv.DictReader((out / "indices.csv").read_text().splitlines()[1:]))
+    rows = list(csv.DictReader(uncommented(out / "indices.csv")))
     assert [(row["input"], float(row["total"])) for row in rows] == [(e.name, e.total) for e in found.indices]
-    rows = list(csv.DictReader((out / "elasticities.csv").read_text().splitlines()[1:]))
+    rows = list(csv.DictReader(uncommented(out / "elasticities.csv")))
     assert {row["parameter"]: float(row["elasticity"]) for row in rows} == {
         each.path: each.value for each in found.elasticities
     }

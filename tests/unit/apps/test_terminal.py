@@ -70,7 +70,9 @@ def test_what_is_long_in_a_file_is_shortened(cli):
 
 
 def test_many_mistakes_are_counted(cli):
-    Path("bad.toml").write_text("schema = 1\n" + "".join(f"k{number} = 1\n" for number in range(3000)))
+    Path("bad.toml").write_text(
+        "schema = 1\n[stack]\n" + "".join(f"k{number} = 1\n" for number in range(3000))
+    )
     code, _, err = cli("run", "bad.toml")
     assert code == 2
     lines = err.splitlines()
@@ -165,7 +167,48 @@ def test_the_terminal_of_the_c_locale_gets_ascii(name, value, ascii_only, tmp_pa
 
 
 def test_commands_print_through_one_door():
-    """`init` alone prints a file as it is."""
+    """What is printed does not end a command that still has files to write."""
     folder = Path(ev.__file__).parent / "apps"
     printing = {path.name for path in folder.rglob("*.py") if "print(" in path.read_text(encoding="utf-8")}
-    assert printing == {"terminal.py", "init.py"}
+    assert printing == {"terminal.py"}
+
+
+@pytest.mark.skipif(
+    not Path("/dev/full").exists(), reason="a device that is always full is a matter of Linux"
+)
+@pytest.mark.parametrize(
+    ("where", "code", "words"),
+    [
+        ("2>&-", 0, ""),
+        ("1>&- 2>&- <&-", 0, ""),
+        ("2>/dev/full", 0, ""),
+        (">/dev/full", 4, "the output could not be printed completely: No space left on device"),
+        ("| true", 4, "the output could not be printed completely: Broken pipe"),
+    ],
+)
+def test_an_output_that_takes_nothing_costs_no_run(where, code, words, tmp_path):
+    """Each file is written, also the one that follows the first printed line, and holds no text of the terminal."""
+    study = "-m electrovib study vezzoli_2014/fig6_gap fingers -n 2 --seed 1 -o s.zarr --csv b.csv"
+    script = f'( "{sys.executable}" {study}; echo $? >code ) {where}'
+    done = subprocess.run(["sh", "-c", script], capture_output=True, check=False, cwd=tmp_path, text=True)
+    assert (tmp_path / "code").read_text() == f"{code}\n"
+    assert done.stderr == (f"electrovib: {words}\n" if words else "")
+    assert (tmp_path / "b.csv").read_text().startswith("#")
+
+
+@pytest.mark.skipif(
+    not Path("/dev/full").exists(), reason="a device that is always full is a matter of Linux"
+)
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"], ["init"]])
+def test_what_cannot_be_printed_is_told(arguments):
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "electrovib", *arguments]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, check=False, text=True)
+    assert done.returncode == 4
+    assert done.stderr.count("\n") == 1
+    assert "No space left on device" in done.stderr
+
+
+def test_a_program_without_an_error_output_computes(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", None)
+    assert ev.run("vezzoli_2014/fig6_gap").attrs["solver"]

@@ -23,6 +23,7 @@ COMMON = [
     "96 kHz",
 ]
 HELD = ["--set", "limits.voltage=1 kV"]
+LINES = ["--edge", "line"]
 
 
 def run(*arguments):
@@ -39,7 +40,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_the_command_prints_and_writes_what_the_function_returns(folder):
-    output = run(*HELD, "-o", "drive.csv")
+    output = run(*HELD, *LINES, "-o", "drive.csv")
     drive = ev.texture_drive(
         "vezzoli_2014/fig6",
         texture=GRATING,
@@ -61,11 +62,11 @@ def test_the_command_prints_and_writes_what_the_function_returns(folder):
 
 def test_nothing_is_written_without_limits_or_over_an_input(folder):
     with pytest.raises(InputError, match=r"limits.voltage .* is not declared"):
-        run("-o", "drive.csv")
+        run(*LINES, "-o", "drive.csv")
     (folder / "path.csv").write_text("time,x\n0,0\n0.02,0.002\n", encoding="utf-8")
     for where in ("path.csv", "drive.txt"):
         with pytest.raises(InputError, match=where.replace(".", r"\.")):
-            run(*HELD, "--path", "path.csv", "-o", where, "--force")
+            run(*HELD, *LINES, "--path", "path.csv", "-o", where, "--force")
     assert [each.name for each in folder.iterdir()] == ["path.csv"]
     assert (folder / "path.csv").read_text(encoding="utf-8").startswith("time,x")
 
@@ -73,3 +74,7 @@ def test_nothing_is_written_without_limits_or_over_an_input(folder):
 def test_options_of_a_file_need_one():
     with pytest.raises(InputError, match=r"--as: belongs to a file; name one with -o drive\.csv"):
         run(*HELD, "--as", "hp_33120a")
+    with pytest.raises(InputError, match="--edge: belongs to a file"):
+        run(*HELD, *LINES)
+    with pytest.raises(InputError, match="how the samples follow each other where a CSV is played"):
+        run(*HELD, "-o", "drive.csv")

@@ -13,7 +13,7 @@ import electrovib as ev
 from electrovib.bench import run
 from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
-from electrovib.bench.readback import refuse_beyond
+from electrovib.bench.readback import compare, refuse_beyond
 from electrovib.bench.sequence import STEPS, RunRecord
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.physics.limits import Limits
@@ -243,6 +243,53 @@ def test_a_setting_changed_by_hand_is_found_before_the_trigger(stopped, query):
     assert not twin.plant.is_on
 
 
+def test_the_full_amplitude_is_read_back_before_the_high_voltage_is_on_again(stopped):
+    """A generator that keeps another amplitude than the full one is found while the plate is still disconnected."""
+
+    def spoil(twin, injector):
+        inner = twin.generator._queries["VOLTage"]
+        twin.generator._queries["VOLTage"] = lambda text: "12" if injector.step == "raise" else inner(text)
+
+    error, twin, _, _ = stopped("", "", spoil=spoil)
+    assert "stopped in the step 'raise': a setting does not read back: 'VOLT?" in str(error)
+    assert [on for _, on in twin.plant._switched if on] == [True], "for the low-voltage burst alone"
+    assert twin.generator.received.count("*TRG") == 1
+
+
+def test_a_current_above_its_limit_stops_the_run_before_the_full_burst(stopped):
+    """The monitor of the current alone shows a leak: 0.3 mA, above the limit of 250 uA, at the planned voltage."""
+
+    def spoil(twin, _):
+        inner, channel = twin.plant.input_voltage, plan(True).settings.channels()["current"]
+
+        def leaking(number, times, trigger):
+            leak = 0.3e-3 * channel.resistance * (times > trigger)
+            return inner(number, times, trigger) + (leak if number == channel.input else 0.0)
+
+        twin.plant.input_voltage = leaking
+
+    error, twin, _, _ = stopped("", "", spoil=spoil)
+    assert (
+        "stopped in the step 'low-voltage burst': in the low-voltage burst the current read back reached 300"
+        in str(error)
+    )
+    assert twin.generator.received.count("*TRG") == 1
+    assert at_zero(twin)
+
+
+def test_an_oscilloscope_that_never_finishes_stops_the_run(stopped):
+    def spoil(twin, injector):
+        inner = twin.oscilloscope._queries["ACQuire:STATE"]
+        twin.oscilloscope._queries["ACQuire:STATE"] = lambda text: (
+            "1" if injector.step == "low-voltage burst" else inner(text)
+        )
+
+    error, twin, _, _ = stopped("", "", spoil=spoil)
+    assert "the oscilloscope has not recorded the burst after" in str(error)
+    assert not twin.plant.is_on
+    assert at_zero(twin)
+
+
 def test_an_enable_line_that_opens_during_the_burst_stops_the_run(stopped):
     def spoil(twin, injector):
         inner = twin.generator.on_trigger.copy()
@@ -296,6 +343,59 @@ def test_a_root_mean_square_above_its_limit_stops_the_run(name):
     ):
         refuse_beyond(limited(0.7), record, name, 0.0)
     refuse_beyond(limited(0.7), record, name, 0.01)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("name", ["voltage", "current"])
+def test_a_peak_of_either_sign_above_its_limit_stops_the_run(name, sign):
+    time = np.linspace(0, 1, 1001)
+    record = RunRecord(
+        burst="full burst", time=time, channels={name: sign * (1.2 * np.sin(2 * np.pi * time) ** 2 - 0.1)}
+    )
+    for limit in (1.11, 1.09):
+        plan = SimpleNamespace(limits=Limits(**{name: limit}), duration=1.0)
+        if limit > 1.1:
+            refuse_beyond(plan, record, name, 0.0)
+            continue
+        with pytest.raises(
+            BenchError, match=rf"the {name} read back reached 1\.1 [VA], above its limit of 1\.09"
+        ):
+            refuse_beyond(plan, record, name, 0.0)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_plate_that_is_charged_before_the_burst_stops_the_run(sign):
+    """A residual voltage of 8 % before the trigger alone: scale and shape are within the tolerance of 5 %."""
+    time = np.linspace(-0.1, 0.9, 10_001)
+    wanted = np.where(time >= 0, 100 * np.sin(np.pi * np.clip(time / 0.9, 0, 1)) ** 2, 0.0)
+    plan = SimpleNamespace(
+        voltage=lambda _: wanted, peak=100.0, settings=SimpleNamespace(burst=SimpleNamespace(tolerance=0.05))
+    )
+    for residual, stops in ((4.0, False), (8.0, True)):
+        found = wanted + np.where(time < 0, sign * residual, 0.0)
+        record = RunRecord(burst="full burst", time=time, channels={"voltage": found})
+        if not stops:
+            compare(plan, record, fraction=1.0, step=0.0)
+            continue
+        with pytest.raises(
+            BenchError, match=rf"the plate is at {'-' if sign < 0 else ''}8 V, where 0 V was expected"
+        ):
+            compare(plan, record, fraction=1.0, step=0.0)
+
+
+def test_another_shape_of_the_same_size_stops_the_run():
+    """A third harmonic of 10 %, orthogonal to the plan: the scale is right, the rms difference 7.1 % of the peak."""
+    time = np.linspace(0, 1, 10_001)
+    wanted = 100 * np.sin(2 * np.pi * time)
+    plan = SimpleNamespace(
+        voltage=lambda _: wanted, peak=100.0, settings=SimpleNamespace(burst=SimpleNamespace(tolerance=0.05))
+    )
+    found = wanted + 10 * np.sin(6 * np.pi * time)
+    record = RunRecord(burst="full burst", time=time, channels={"voltage": found})
+    with pytest.raises(
+        BenchError, match=r"another shape: 1 times the plan, rms difference 7\.1 % of the peak"
+    ):
+        compare(plan, record, fraction=1.0, step=0.0)
 
 
 def test_the_amplitude_is_changed_only_while_the_high_voltage_is_disabled(stopped):
@@ -357,4 +457,15 @@ def test_a_setting_that_does_not_read_back_stops_the_run_before_anything_is_enab
 
     error, twin, _, _ = stopped("", "", spoil=spoil)
     assert "stopped in the step 'read back': a setting does not read back: '" in str(error)
+    assert [on for _, on in twin.plant._switched if on] == []
+
+
+def test_a_waveform_that_lost_its_last_points_is_not_played(stopped):
+    """The last points lead back to 0 V; one in a thousand is within the tolerance of a number that is not a count."""
+
+    def spoil(twin, injector):
+        twin.generator._queries["DATA:ATTRibute:POINts"] = lambda _: f"+{len(twin.generator._memory) - 1}"
+
+    error, twin, _, _ = stopped("", "", spoil=spoil)
+    assert "stopped in the step 'read back': a setting does not read back: 'DATA:ATTR:POIN?" in str(error)
     assert [on for _, on in twin.plant._switched if on] == []

@@ -11,7 +11,7 @@ import electrovib as ev
 from electrovib.bench import drivers
 from electrovib.bench.clock import SimulatedClock
 from electrovib.bench.connections import connect
-from electrovib.bench.drivers.hp_33120a import Hp33120a
+from electrovib.bench.drivers.hp_33120a import Hp33120a, mismatches
 from electrovib.bench.drivers.tektronix_tds3014b import TektronixTds3014b, time_scale, volt_scale
 from electrovib.bench.faults import BenchError
 from electrovib.bench.link import Link
@@ -394,3 +394,26 @@ def test_one_process_holds_a_bench():
             pass
     with one_process({"generator": "nobody"}) as left:
         assert left == ""
+
+
+def test_each_setting_is_compared_in_its_own_size():
+    """1 ms more than 4 ms/div, or 1 mV more than 1 mV, is a quarter or all of it, and no rounding."""
+    ranges = {1: (-1e-3, 3e-3), 2: (-4.0, 4.0)}
+    expected = Hp33120a.expected(16000, 0.03, 0.05) | TektronixTds3014b.expected(0.03, ranges)
+    assert expected["HOR:MAI:SCA?"] == 4e-3
+    numbers = {query: value for query, value in expected.items() if not isinstance(value, str)}
+    texts = {query: value for query, value in expected.items() if isinstance(value, str)}
+    exact = texts | {query: f"{value:+.9E}" for query, value in numbers.items()}
+    assert mismatches(exact, expected) == []
+    for query, value in numbers.items():
+        size = abs(value) or 1.0
+        rounded = [] if isinstance(value, int) else [value + 0.9e-3 * size, value - 0.9e-3 * size]
+        beyond = [value + 1.1e-3 * size, value - 1.1e-3 * size]
+        for number in rounded:
+            assert mismatches(exact | {query: f"{number:.9E}"}, expected) == []
+        for number in [*beyond, *([value - 1] if isinstance(value, int) else [])]:
+            (said,) = mismatches(exact | {query: f"{number:.9E}"}, expected)
+            assert said.startswith(f"'{query}' answers ")
+    for query in expected:
+        for reply in ("", "banana"):
+            assert len(mismatches(exact | {query: reply}, expected)) == 1

@@ -56,7 +56,7 @@ REFUSED = {
     "strictest voltage": ({"limits__voltage": "900 V"}, "reaches 1 kV, above 900 V"),
     "strictest current": (
         {"limits__current": "0.5 uA", "current_limiter__current": "0.5 uA"},
-        "reaches 915.* nA, above 500 nA",
+        "reaches 1.6.* uA, above 500 nA",
     ),
     "the limiter alone": ({"current_limiter__current": "0.5 uA"}, "above 500 nA: .*the current limiter"),
 }  # fmt: skip
@@ -72,6 +72,7 @@ def test_what_is_not_safe_is_refused_before_anything_is_sent(name):
 SINE = {"model": "Sine", "amplitude": "1 V", "frequency": "100 Hz"}
 DRIVES = {
     "a step": ({"model": "Step", "level": "100 V"}, "begins at 100 V"),
+    "a negative step": ({"model": "Step", "level": "-100 V"}, "begins at -100 V"),
     "cut off": ({"model": "Trapezium", "high": "100 V", "rise": "10 ms", "hold": "1 s", "fall": 0}, "ends at 100 V"),
     "nothing": ({"model": "Trapezium", "high": "0 V", "rise": "10 ms", "hold": "10 ms", "fall": "1 ms"}, "0 V throughout"),
     "a current": (
@@ -112,12 +113,16 @@ def test_root_mean_squares_and_slew_rate_of_a_bench_file_count():
     for name, value, words in (
         ("rms_voltage", 675.0, "the root-mean-square voltage of the plate reaches 675.1"),
         ("rms_current", 1e-7, "the root-mean-square current into the contact"),
-        ("slew_rate", 27e3, "reaches 27.7778 kV/s, above 27 kV/s"),
+        (
+            "slew_rate",
+            48e3,
+            "reaches 48.85.* kV/s, above 48 kV/s",
+        ),  # one code, 1 kV/2047, in an edge of 10 us
     ):
         with pytest.raises(InputError, match=words):
             ev.plan_bench(SCENARIO, bench=tables(**{f"limits__{name}": value}))
-    plan = ev.plan_bench(SCENARIO, bench=tables(limits__slew_rate=28e3))
-    assert "slew rate 28 kV/s" in "\n".join(plan.lines())
+    plan = ev.plan_bench(SCENARIO, bench=tables(limits__slew_rate=49e3))
+    assert "slew rate 49 kV/s" in "\n".join(plan.lines())
 
 
 def test_the_plan_plays_the_drive_in_the_sign_of_the_amplifier():
@@ -142,13 +147,40 @@ def test_a_drive_that_is_steep_at_its_end_ends_at_code_0():
     assert abs(plan.codes[[1, -2]]).min() > 0
 
 
-def test_the_gain_of_the_scenarios_own_amplifier_counts():
-    amplifier = {"gain": 100.0}
+@pytest.mark.parametrize("gain", [100.0, -100.0])
+def test_the_gain_of_the_scenarios_own_amplifier_counts(gain):
+    amplifier = {"gain": gain}
     plan = ev.plan_bench(SCENARIO, set={"drive.high": "10 V", "circuit.amplifier": amplifier})
     assert plan.peak == pytest.approx(1000)
-    assert plan.voltage(0.1) == pytest.approx(1000)
+    assert plan.voltage(0.1) == pytest.approx(10 * gain)
+    assert plan.codes[np.argmax(np.abs(plan.codes))] == 2047 * np.sign(gain)
     trace = ev.run_bench(SCENARIO, simulate=True, set={"drive.high": "10 V", "circuit.amplifier": amplifier})
-    assert float(trace.plate_voltage.max()) == pytest.approx(1000, rel=0.01)
+    assert np.sign(gain) * float((np.sign(gain) * trace.plate_voltage).max()) == pytest.approx(
+        10 * gain, rel=0.01
+    )
+
+
+@pytest.mark.parametrize("high", ["1 kV", "-1 kV"])
+def test_a_voltage_of_the_wrong_sign_is_within_the_range(high):
+    """The record of a drive of one sign holds twice the plan, and 40 % of the peak on the other side of 0 V."""
+    plan = ev.plan_bench(SCENARIO, set={"drive.high": high})
+    channel = plan.settings.channels()["voltage"]
+    sign = 1 if plan.codes.max() > -plan.codes.min() else -1
+    ends = channel.quantity(np.array(plan.ranges()[channel.input])) * sign
+    assert sorted(ends) == pytest.approx([-400.0, 2000.0])
+
+
+def test_the_range_of_an_input_is_that_of_its_force():
+    """What the ends of the range on the oscilloscope stand for, with the zero of the sensor and in either sign."""
+    for sensitivity in (2.0, -2.0):
+        changes = {"forces__lateral__zero": "0.7 V", "forces__lateral__sensitivity": sensitivity}
+        plan = ev.plan_bench(SCENARIO, bench=tables(**changes))
+        lateral = plan.settings.channels()["lateral"]
+        low, high = plan.ranges()[lateral.input]
+        assert low < high
+        ends = lateral.quantity(np.array([low, high]))
+        assert sorted(ends) == pytest.approx([lateral.low, lateral.high], abs=1e-12)
+        assert lateral.quantity(np.array([0.7])) == pytest.approx(0, abs=1e-12)
 
 
 def test_without_simulate_and_arm_nothing_is_played():

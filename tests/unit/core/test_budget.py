@@ -38,7 +38,7 @@ def test_what_is_allowed_holds_within_the_block_and_the_thread():
     [
         ("2 h, 16 GB", {"time": 7200.0, "memory": 16e9}),
         ("500 MB,30 min", {"time": 1800.0, "memory": 5e8}),
-        ("90", {"time": 90.0}),
+        ("90 s", {"time": 90.0}),
         ("1.5 TB", {"memory": 1.5e12}),
     ],
 )
@@ -49,6 +49,13 @@ def test_a_text_names_time_and_memory_in_any_order(text, expected):
 @pytest.mark.parametrize("text", ["", "soon", "-1 s", "0 GB", "1 h, 2 h", "1e400 s", "nan s", "4 m"])
 def test_anything_else_is_refused(text):
     with pytest.raises(InputError, match=r"expected a time above 0|twice"):
+        read_budget(text)
+
+
+@pytest.mark.parametrize("text", ["1", "2 h, 16", "1e3", "0.5"])
+def test_a_budget_without_a_unit_is_asked_for_it(text):
+    number = text.rpartition(" ")[2]
+    with pytest.raises(InputError, match=f"Give its unit: '{number} min' or '{number} GB'"):
         read_budget(text)
 
 

@@ -147,7 +147,10 @@ def test_all_mistakes_are_told_at_once():
             "thickness = inf: must be a finite number; expected a length, for instance '90 um'",
         ),
         ({"thickness": True}, "thickness = True: expected a length, for instance '90 um'"),
-        ({"thickness": -1}, "thickness = -1: must lie between 1 nm and 1 m"),
+        (
+            {"thickness": -1},
+            "thickness = -1: a number without a unit is in SI, so this is -1 m; must lie between 1 nm and 1 m",
+        ),
         ({"thickness": "9**9**9"}, "thickness = '9**9**9': expected a length, for instance '90 um'"),
         (
             {"thickness": "x" * 500},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import time
 import zlib
 
 import numpy as np
@@ -95,3 +96,13 @@ class Many(Model):
 def test_a_whole_number_of_thousands_of_digits_is_told():
     with pytest.raises(InputError, match=r"one = .*whole number"):
         read_model(Many, {"one": [10**5000]})
+
+
+@pytest.mark.parametrize(
+    "text", ["a" * 124_000, "a b" + "1." * 62_000, "x = " + "1." * 62_000, "a-b_" * 31_000]
+)
+def test_advice_on_a_long_line_takes_no_time(text):
+    begun = time.process_time()
+    with pytest.raises(ValueError, match=r"line 1"):
+        read_toml(f"{text}\n")
+    assert time.process_time() - begun < 1.0

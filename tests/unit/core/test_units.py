@@ -15,6 +15,7 @@ from electrovib.core.units import (
     KINDS,
     PREFIXES,
     SHOWN_PREFIXES,
+    digits_of_interval,
     exact_text,
     expected,
     format_quantity,
@@ -169,7 +170,8 @@ REFUSED = [
 def test_what_is_no_quantity_is_refused(text, unit):
     with pytest.raises(ValueError) as caught:
         parse_quantity(text, unit)
-    assert str(caught.value) == expected(unit)
+    comma = "; the decimal sign is a point: '1.5 mm'" if text == "1,5 mm" else ""
+    assert str(caught.value) == expected(unit) + comma
 
 
 @given(text=st.text(max_size=80) | st.from_regex(r"[0-9 .*^/a-zA-Zµ()+-]{0,70}", fullmatch=True))
@@ -254,3 +256,12 @@ def test_a_number_that_rounds_up_takes_the_next_prefix(value, unit, shown):
 def test_zero_has_no_sign():
     assert format_quantity(-0.0, "V") == "0 V"
     assert format_quantity(-0.0, "1") == "0"
+
+
+@pytest.mark.parametrize("width", [1.0, 1e-2, 1e-5, 1e-9])
+def test_the_ends_of_an_interval_are_shown_apart(width):
+    value, lower, upper = 600.08, 600.08 - 0.3 * width, 600.08 + 0.7 * width
+    digits = digits_of_interval(value, lower, upper)
+    shown = [parse_quantity(format_quantity(each, "Hz", digits=digits), "Hz") for each in (lower, upper)]
+    assert shown == pytest.approx([lower, upper], abs=0.05 * width, rel=0)
+    assert digits_of_interval(value, value, value) == 4

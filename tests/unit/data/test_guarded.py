@@ -323,6 +323,7 @@ TEXTS = "columns.csv,wide.tsv,blanks.txt,trace.csv,columns.npy,fields.npy,packed
 NATIVE = "trace.nc,columns.nc,classic.nc,new.mat"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "kinds"), [(40, TEXTS), (10, "scenario.toml,plain.toml"), (2, NATIVE)])
 def test_damaged_files(count, kinds):
     said = damage(count, kinds)
@@ -335,6 +336,7 @@ def test_many_damaged_files(count, kinds):
     damage(count, kinds, seed=2)
 
 
+@pytest.mark.slow
 def test_the_damaging_script_notices_a_crash_and_a_wrong_exception(tmp_path):
     """A reader that raises something else makes it fail."""
     broken = tmp_path / "sitecustomize.py"

@@ -41,6 +41,7 @@ def test_dispersive_memory(name, holds):
         assert outcome(named(name), hold=hold).ratio == pytest.approx(ratio, abs=0.006)
 
 
+@pytest.mark.slow
 def test_sliding():
     for speed, ratio in ((10, 0.95), (30, 0.85), (100, 0.58)):
         assert outcomes()[f"sliding at {speed} mm/s"].ratio == pytest.approx(ratio, abs=0.006)
@@ -60,6 +61,7 @@ KNOWS_THE_SIGN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("candidate", candidates(), ids=lambda candidate: candidate.name)
 def test_inverting_the_drive_turns_over_what_knows_its_sign(candidate):
     """Polarity, charged film and the amplifier; the page says so, and that nothing else does."""

@@ -26,12 +26,14 @@ def found():
 
 def test_nothing_is_called_reproduced_that_the_abstract_does_not_print(found):
     rows = {row.id: row for row in found.rows}
-    assert {row.verdict for row in found.rows} == {"consistent", "open"}
+    assert {row.verdict for row in found.rows} == {"consistent", "open", "ours"}
     assert rows["direction"].verdict == "consistent"
     assert rows["direction"].ours[0] > 1.0
     assert rows["crossover_tau"].paper == 60.0
     assert rows["crossover_tau"].verdict == "open"
-    assert found.count() == "0 reproduced, 2 consistent, 5 open"
+    assert found.count() == (
+        "2 numbers of the paper: 2 open; 3 statements in words: 2 consistent, 1 open; beside them 2 quantities of ours"
+    )
     assert len(found.findings) == 3
     assert "from 48 to 630 Hz" in found.findings[1]
 

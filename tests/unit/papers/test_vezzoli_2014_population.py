@@ -90,13 +90,17 @@ def test_the_range_of_eight_is_that_of_the_quantiles_of_its_ends():
         assert each.central[0] < each.of_subjects[0] < each.of_subjects[1] < each.central[1]
 
 
-def test_rows_are_open_and_name_the_population():
+def test_law_1_disagrees_the_gap_is_open_and_both_name_the_population():
     found = {row.id: row for row in rows()}
     assert set(found) == {"population_law_1", "population_gap"}
     for row in found.values():
-        assert row.verdict == "open"
         assert row.paper == (2.0, 5.0)
         assert "population 'fingers'" in row.note
+    assert found["population_law_1"].ours[1] < 2.0 < found["population_gap"].ours[1]
+    assert found["population_gap"].ours[0] < 5.0
+    assert {name: row.verdict for name, row in found.items()} == {
+        "population_law_1": "disagrees", "population_gap": "open",
+    }  # fmt: skip
     assert "thickness 1 %" in found["population_law_1"].brief
     assert "thickness 0 %" in found["population_gap"].brief
 

@@ -48,3 +48,16 @@ def test_names_all_problems_at_once():
     with pytest.raises(InputError) as caught:
         DebyeSum(-1.0, (-1.0,), (-1.0,))
     assert len(caught.value.problems) == 3
+
+
+def test_terms_that_are_columns_give_the_permittivity_of_each_finger():
+    columns = np.array([[2.0], [3.0]]), np.array([[9.0], [5.0]]), np.array([[1e-4], [2e-3]])
+    frequency = np.geomspace(1.0, 1e6, 7)
+    found = DebyeSum(columns[0], (columns[1],), (columns[2],)).permittivity(frequency)
+    for row, high, strength, time in zip(found, *(each[:, 0] for each in columns), strict=True):
+        np.testing.assert_allclose(row, high + strength / (1 + 2j * np.pi * frequency * time), rtol=1e-14)
+    for wrong in (np.array([[1e-4], [0.0]]), np.array([[1e-4], [np.nan]])):
+        with pytest.raises(InputError, match="relaxation_times"):
+            DebyeSum(columns[0], (columns[1],), (wrong,))
+    with pytest.raises(InputError, match="strengths"):
+        DebyeSum(columns[0], (-columns[1],), (columns[2],))

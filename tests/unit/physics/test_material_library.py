@@ -11,6 +11,7 @@ from electrovib.core.model import read_model
 from electrovib.core.quantity import quantity_of
 from electrovib.physics.material import Constant, Material
 from electrovib.physics.material.library import (
+    UNVERIFIED,
     BreakdownStrength,
     SourcedValue,
     find_substance,
@@ -145,8 +146,8 @@ def test_a_material_of_ones_own_names_its_substance():
         ("polyimide", 254e-6, 118e6, 127e-6, "same"),
         ("polyimide", 255e-6, 118e6, 127e-6, "thicker"),
         ("silica", 30e-9, 1e9, 50e-9, "same"),
-        ("silica", 1e-6, 393.7e6, 1e-6, "same"),
-        ("silica", 3e-6, 393.7e6, 1e-6, "thicker"),
+        ("silica", 100e-9, 700e6, 100e-9, "same"),
+        ("silica", 1e-6, 660e6, None, "unknown"),
         ("pvdf", 20e-6, 80e6, 9e-6, "same"),
         ("su8", 20e-6, 440e6, None, "unknown"),
     ],
@@ -158,6 +159,15 @@ def test_the_strength_of_a_layer_was_measured_on_the_next_thicker_one(
     assert found.value == pytest.approx(strength, rel=1e-3)
     assert (found.thickness or (None,))[0] == (measured and pytest.approx(measured, rel=1e-9))
     assert found.compared_with(thickness) == layer_is
+
+
+@pytest.mark.parametrize("substance", materials(), ids=lambda each: each.name)
+def test_no_layer_is_judged_by_an_unverified_strength_where_a_source_was_read(substance):
+    """Whatever its thickness; a strength cited from memory counts only where nothing else is known."""
+    read = [each for each in substance.strengths if each.status != UNVERIFIED]
+    judged = [substance.strength_of(thickness) for thickness in np.geomspace(1e-9, 1e-3, 61)]
+    assert all((each is None) == (not substance.strengths) for each in judged)
+    assert {each.status == UNVERIFIED for each in judged if each} <= {not read}
 
 
 def test_origins_have_source_status_and_conditions():

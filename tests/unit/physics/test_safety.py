@@ -9,10 +9,11 @@ from electrovib.physics import safety
 from electrovib.physics.limits import Limits, broken, limit_diagnostics
 from electrovib.physics.material import Constant
 from electrovib.physics.safety import (
-    air_diagnostics,
     breakdown_share,
     electrowetting_voltage,
+    emission_diagnostic,
     film_diagnostic,
+    paschen_diagnostic,
     paschen_voltage,
     skin_diagnostic,
     sweat_diagnostic,
@@ -118,10 +119,10 @@ def test_a_strength_from_a_thinner_film_shows_nothing_of_a_thicker_one():
 
 
 def test_an_unverified_strength_is_marked_and_never_enough():
-    within = film(100e6, substance="silica", thickness=1e-6)
-    assert (within.state, within.limit) == ("unknown", pytest.approx(393.7e6, rel=1e-4))
-    assert "measured at 1 um (unverified: " in within.text
-    assert film(400e6, substance="silica", thickness=1e-6).state == "warning"
+    within = film(100e6, substance="parylene_c", thickness=25.4e-6)
+    assert (within.state, within.limit) == ("unknown", pytest.approx(220.5e6, rel=1e-3))
+    assert "measured at 25.4 um (unverified: " in within.text
+    assert film(230e6, substance="parylene_c", thickness=25.4e-6).state == "warning"
     unstated = film(100e6, substance="su8", thickness=10e-6)
     assert unstated.state == "unknown"
     assert "measured at a thickness that its source does not state" in unstated.text
@@ -133,15 +134,14 @@ def test_skin():
 
 
 def test_air():
-    paschen, emission = air_diagnostics(field=31e6, gap=10e-6)  # 310 V, 307 V allowed
-    assert (paschen.state, emission.state) == ("warning", "ok")
-    assert air_diagnostics(field=30e6, gap=10e-6)[0].state == "ok"
-    assert air_diagnostics(field=70e6, gap=4.9e-6)[0].state == "unknown"
-    assert air_diagnostics(field=76e6, gap=4.9e-6)[1].state == "warning"
-    (only,) = air_diagnostics(field=76e6, gap=0.0)
-    assert only.state == "warning"
-    assert "vanishing" in only.text
-    assert air_diagnostics(field=float("nan"), gap=0.0)[0].state == "unknown"
+    assert paschen_diagnostic(field=31e6, gap=10e-6).state == "warning"  # 310 V, 307 V allowed
+    assert paschen_diagnostic(field=30e6, gap=10e-6).state == "ok"
+    assert paschen_diagnostic(field=70e6, gap=4.9e-6).state == "unknown"
+    assert emission_diagnostic(field=74e6).state == "ok"
+    vanishing = emission_diagnostic(field=76e6, vanishing=True)
+    assert vanishing.state == "warning"
+    assert "vanishing" in vanishing.text
+    assert emission_diagnostic(field=float("nan")).state == "unknown"
 
 
 REACHED = {"voltage": 100.0, "current": 2e-3, "charge": 3e-9, "stored_energy": 4e-6, "body_current": 5e-4}

@@ -44,6 +44,7 @@ def test_what_the_samples_do_not_determine_is_infinitely_uncertain():
     assert np.all(np.isinf(covariance(jacobian=np.zeros((10, 1)), autocovariance=np.ones(1))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("recursion", [[1.0], [1, -0.7], [1, -1.7, 0.81]])
 def test_a_standard_error_holds_the_mean_and_the_slope_as_often_as_it_says(recursion):
     time, beyond = np.arange(128) * 1e-3, np.zeros(2)

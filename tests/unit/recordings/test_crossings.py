@@ -8,8 +8,9 @@ from scipy.signal import lfilter
 from scipy.stats import t
 
 from electrovib.recordings.correlated import autocovariance
+from electrovib.recordings.transitions import crossings
 from electrovib.recordings.transitions.edges import edge_record, reference_times
-from electrovib.recordings.transitions.levels import levels_of
+from electrovib.recordings.transitions.levels import EdgeLevels, levels_of
 
 TAU, AT, RATE = 6e-3, 0.12, 5000.0
 BETWEEN = TAU * math.log(9)
@@ -80,3 +81,56 @@ def test_a_reversal_of_polarity_is_no_edge_of_the_drive():
         drive[turns + offset] = 10.0  # two samples fall within the reversal
     found = reference_times(time, np.zeros_like(time), drive)
     assert found == pytest.approx([0.02, 0.08], abs=2e-4)
+
+
+EDGES = {
+    # signal over time, and the derivatives of the time between 10 and 90 % by both levels over the change
+    "exponential": (
+        lambda time: 1 - np.exp(-np.maximum(time - AT, 0) / TAU),
+        0.0,
+        TAU * (0.9 / 0.1 - 0.1 / 0.9),
+    ),
+    "straight": (lambda time: np.clip((time - AT) / TAU, 0, 1), -0.8 * TAU, 0.8 * TAU),
+}
+
+
+@pytest.mark.parametrize("name", EDGES)
+@pytest.mark.parametrize("height", [3.0, -2.0])
+def test_an_error_of_a_level_counts_as_the_closed_form_of_the_edge_says(name, height):
+    """Where an exponential begins does not change its time constant; both levels stretch a straight edge alike."""
+    shape, of_before, of_after = EDGES[name]
+    time = np.arange(0, 0.3, 2e-5)
+
+    def found(*, before=0.0, after=0.0):
+        levels = EdgeLevels(
+            before=1.0, after=1.0 + height, before_error=before, after_error=after, noise=0.0,
+            alike=np.zeros(20), freedom=100.0, drift=0.0,
+        )  # fmt: skip
+        return crossings.passages(
+            time, 1 + height * shape(time), levels, fractions=(0.1, 0.9), edge=AT - 0.01
+        )
+
+    error, scale = 0.01 * abs(height), 0.02 * TAU
+    assert found().standard_error == 0
+    assert found(before=error).standard_error == pytest.approx(0.01 * abs(of_before), abs=0.01 * scale)
+    assert found(after=error).standard_error == pytest.approx(0.01 * of_after, rel=0.02)
+
+
+def test_the_weights_of_a_passage_reproduce_every_parabola(monkeypatch):
+    """The value of a fitted parabola at the passage is exact for any parabola: moments of the weights of 1, 0 and 0."""
+    kept, original = [], crossings._passage
+
+    def keep(time, *arguments, **named):
+        kept.append((time, original(time, *arguments, **named)))
+        return kept[-1][1]
+
+    monkeypatch.setattr(crossings, "_passage", keep)
+    for seed in range(3):
+        passages_of(seed, noise=0.03, correlated=0.0)
+    assert kept
+    for time, passage in kept:
+        offsets, weights = (time - passage.time) * RATE, passage.weights
+        sections = np.lib.stride_tricks.sliding_window_view(offsets, len(weights))
+        first = sections @ weights
+        moments = [weights.sum() - 1, np.abs(first).min(), sections[np.abs(first).argmin()] ** 2 @ weights]
+        np.testing.assert_allclose(moments, 0, atol=1e-9)

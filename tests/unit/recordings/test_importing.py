@@ -424,3 +424,41 @@ def test_a_column_for_the_time_is_answered_with_its_option(tmp_path):
         InputError, match=r"columns.time: 'time' is not a signal over time. .* chosen with --time"
     ):
         ev.import_file(path, columns={"time": "t", "lateral_force_measured": "f"})
+
+
+@pytest.mark.parametrize(("noise", "state"), [(1.0, "warning"), (0.3, "unknown"), (0.0, "unknown")])
+def test_a_rail_beside_a_long_zero_is_noticed(tmp_path, noise, state):
+    """The zero before and after the contact is read more often than the rail, which was not noticed then."""
+    time, rng = np.linspace(0, 1, 841), np.random.default_rng(3)
+    pressed = 900 * np.clip(np.sin(np.pi * (time - 0.2) / 0.6), 0, None) * (time < 0.8)
+    force = np.minimum(np.round(pressed + noise * rng.normal(size=841)), 749.0)
+    np.savetxt(
+        tmp_path / "a.csv", np.column_stack([time, force]), delimiter=",", header="t (s),Fz (N)", comments=""
+    )
+    found = ev.import_file(tmp_path / "a.csv", {"normal_force": "Fz"})
+    (said,) = [
+        each for each in json.loads(found.attrs["validity"]) if each["name"].startswith("sensor range")
+    ]
+    assert said["state"] == state
+    ends = (force == 749) | (
+        (force == 0) & (noise == 0)
+    )  # without noise the zero is an extreme that repeats too
+    assert f"{np.mean(ends):.2%} of the samples" in said["text"]
+
+
+def test_what_is_constant_or_has_two_levels_is_no_rail():
+    from electrovib.recordings.rail import at_extreme, at_rail
+
+    rng, time = np.random.default_rng(0), np.linspace(0, 1, 4000)
+    sine = np.round(100 * np.sin(20 * time))
+    for values in (
+        sine,
+        np.round(sine + rng.normal(size=4000)),
+        np.sign(sine),
+        np.zeros(50),
+        rng.normal(size=4000),
+    ):
+        assert not at_extreme(values).any()
+        assert not at_rail(values).any()
+    clipped = np.minimum(np.round(sine + rng.normal(size=4000)), 70)
+    np.testing.assert_array_equal(at_rail(clipped), clipped == 70)

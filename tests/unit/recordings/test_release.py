@@ -46,6 +46,7 @@ def made(
     return time, force + noise * random.standard_normal(len(time)), voltage
 
 
+@pytest.mark.slow
 @given(
     frequency=st.floats(200, 1200),
     quality=st.floats(1.5, 12),

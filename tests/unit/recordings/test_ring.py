@@ -77,6 +77,7 @@ def test_a_higher_mode_that_decays_sooner_is_separated():
     assert abs(last - 310) < abs(first - 310)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("level", "form", "words"),
     [

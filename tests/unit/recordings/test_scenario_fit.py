@@ -47,12 +47,14 @@ def test_without_noise_the_parameters_are_exact_and_in_the_scenario():
 
 def test_signals_without_noise_or_that_are_zero_are_fitted_together():
     trace = exact(PLATE, "step", times=np.linspace(0, 30e-3, 900))
-    trace = trace.assign(current=(("time",), np.zeros(900)), normal_force=(("time",), np.full(900, 0.5)))
+    stack = ev.prepare(PLATE, free=[GAP]).signals([3e-6], names=["stack_voltage"], time=trace["time"].values)
+    voltage = (("time",), stack["stack_voltage"])
+    trace = trace.assign(current=(("time",), np.zeros(900)), stack_voltage=voltage)
     found = fit_scenario(
-        PLATE, trace, free=[GAP], start={GAP: 4e-6}, signals=["electrostatic_force", "normal_force"]
+        PLATE, trace, free=[GAP], start={GAP: 4e-6}, signals=["electrostatic_force", "stack_voltage"]
     )
     assert found.estimate.values[GAP] == pytest.approx(3e-6, rel=1e-6)
-    assert [each.noise for each in found.residuals] == pytest.approx([0.38e-9, 0.5e-9], rel=0.05)
+    assert [each.noise for each in found.residuals] == pytest.approx([0.38e-9, 1e-7], rel=0.05)
     silent = fit_scenario(PLATE, trace, free=[GAP], signals=["electrostatic_force", "current"])
     assert silent.estimate.values[GAP] == pytest.approx(3e-6, rel=1e-2)
 
@@ -213,7 +215,8 @@ def test_a_parameter_on_its_bound_has_no_interval():
     sweep = EXACT["sweep"].copy(deep=True)
     sweep["mean_force"].values[:] *= 1e-9  # a force that small needs the widest gap
     found = fit_scenario(PLATE, sweep, free=[GAP])
-    assert found.states[GAP] == "bound"
+    assert found.determined[GAP] == "bound"
+    assert found.states[GAP] == "misfit"  # the widest gap still attracts too much
     assert "bound" in found.why_no_interval(GAP)
     assert np.isnan(found.interval(GAP)).all()
 
@@ -226,6 +229,7 @@ def test_the_profile_agrees_with_the_symmetric_interval_where_that_holds():
     assert not profiled.open_above
 
 
+@pytest.mark.slow
 def test_the_profile_of_what_is_not_determined_is_open_and_may_still_give_a_limit():
     thick = plate(**{FILM: "100 um", "drive.high": "3 kV"})
     found = fit_scenario(thick, noisy(exact(thick, "step"), np.random.default_rng(3)), free=[LEAK, SKIN])
@@ -239,6 +243,7 @@ def test_the_profile_of_what_is_not_determined_is_open_and_may_still_give_a_limi
     assert profiled.upper > 1.8e-6
 
 
+@pytest.mark.slow
 def test_criteria_choose_the_leak_where_there_is_one():
     without = plate(**{LEAK: 0.0})
     for scenario, recording in ((PLATE, EXACT["step"]), (without, exact(without, "step"))):

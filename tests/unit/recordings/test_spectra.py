@@ -52,7 +52,7 @@ def test_a_row_beside_its_neighbours_is_named_and_left_out():
 @pytest.mark.parametrize(
     ("frequency", "permittivity", "words"),
     [
-        (GRID, np.full(31, 3.0 + 0j), "declare the material lossless"),
+        (GRID, np.full(31, 3.0 + 0j), "the data hold no loss"),
         (GRID, np.full(30, 3.0 - 1j), "same length"),
         (-GRID, np.full(31, 3.0 - 1j), "above 0"),
         (GRID, np.full(31, np.nan - 1j), "finite"),
@@ -89,6 +89,7 @@ def of_rows(material, grid, *, noise, seed=1):
     return real + 1j * imaginary
 
 
+@pytest.mark.slow
 def test_four_cole_cole_terms_come_back():
     times, strengths = (2e-9, 5e-7, 5e-5, 4e-3), (40.0, 500.0, 5e3, 2e5)
     terms = [

@@ -1,6 +1,7 @@
 """Swipes of known friction through offsets, drifts, wraps and rates; and recordings that are none."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from electrovib.physics.rig_channels import TribometerChannels
 from electrovib.recordings.rail import at_rail
 from electrovib.recordings.recording import calibrated, read_recording
 from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
+from electrovib.recordings.swipe.baseline import Estimate, block_means, standard_error
 
 STEP = 0.5e-6
 
@@ -66,6 +68,7 @@ def made(
     }
 
 
+@pytest.mark.slow
 @given(
     rate=st.sampled_from([500.0, 1000.0, 3210.0, 10_000.0]),
     load=st.floats(0.1, 3.0),
@@ -109,6 +112,7 @@ def test_the_interval_is_not_wide_for_nothing():
     assert high - low < 2e-3
 
 
+@pytest.mark.slow
 def test_two_standard_errors_hold_the_friction_as_often_as_they_say():
     inside = 0
     for seed in range(100):
@@ -116,6 +120,18 @@ def test_two_standard_errors_hold_the_friction_as_often_as_they_say():
         inside += low <= 0.4 <= high
     # stated are 95 %, which the choices of the baseline widen; three standard deviations of the count are 7
     assert inside >= 88
+
+
+def test_the_interval_of_a_mean_of_ten_parts_holds_it_in_95_of_100():
+    """White noise in one window and no choice of the baseline, which would widen the interval."""
+    noise, inside = np.random.default_rng(1).standard_normal((2000, 20)), 0
+    for values in noise:
+        error = standard_error(block_means(values, (0, 20)))
+        low, high = Estimate(float(values.mean()), {"mean": float(values.mean())}, error).interval
+        inside += low <= 0 <= high
+    assert inside / 2000 == pytest.approx(0.95, abs=0.0146)  # three standard deviations of the count
+    # the deviation from a mean that is itself estimated, by hand: sqrt(sum of squares/(9 times 10))
+    assert standard_error(np.arange(10.0)) == pytest.approx(math.sqrt(82.5 / 90))
 
 
 def test_a_drift_that_is_not_in_proportion_to_time_is_inside_the_interval():
@@ -420,6 +436,19 @@ def test_a_zero_that_a_rail_hides_is_said():
         assert any(f"for 100.0% of the unloaded part {side} the contact" in word for word in found.words[:2])
 
 
+def test_a_rail_that_may_be_a_constant_force_is_said():
+    """A load cell of coarse resolution at its rail: friction of 0.004 was told of 749 N without a word."""
+    columns = made(load=3.0, normal=1.0, zeros=(0.0, -0.3))
+    rise = np.arange(len(columns["normal"]))
+    slow = np.clip((rise - 3000) / 3000, 0, 1) * 3.0  # a slow approach, which no noise of the cell shows
+    columns["normal"] = np.minimum(steps(slow, 0.02), 2.0)
+    found = reduce_swipe(calibrated(columns, channels(normal=1.0)))
+    assert any(
+        "normal force is exactly its highest or lowest reading for 100.0% of the window" in word
+        for word in found.words
+    )
+
+
 def test_what_is_no_rail():
     """Readings without noise, with less noise than a step, and slow ones stand still without being at a rail."""
     columns = made(noise=0.0)
@@ -470,5 +499,5 @@ def test_what_is_no_swipe_is_refused(columns, options, words):
 
 
 def test_trim_has_bounds():
-    with pytest.raises(InputError, match=r"trim = 0\.5: expected a fraction"):
+    with pytest.raises(InputError, match=r"trim = 50 %: expected 0 to 40 %"):
         reduce_swipe(calibrated(made(), channels()), trim=0.5)

@@ -301,6 +301,7 @@ def coverage(count, **options):
     return inside / count
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_true_time():
     assert (coverage(20) >= 0.85).all()
 

@@ -62,3 +62,38 @@ def noisy(trace, rng, *, noise=0.01):
 
 def truth(scenario):
     return {path: float(value) for path, value, _ in scenario.parameters() if path in FREE}
+
+
+COEFFICIENT = "friction.coefficient"
+LAGGING = {
+    "motion.speed": "50 mm/s",
+    "friction": {
+        "model": "FirstOrderLag",
+        "steady": {"model": "Coulomb", "coefficient": 0.5},
+        "cut_off": "100 Hz",
+    },
+}
+COULOMB = {"motion.speed": "50 mm/s", "friction": {"model": "Coulomb", "coefficient": 0.5}}
+PAIRS = {
+    "other law": ({}, {"force": {"model": "MaxwellStressInInsulator"}}, (GAP, LEAK)),
+    "leak left out": ({}, {LEAK: 0.0}, (GAP, FILM)),
+    "memory of friction": (LAGGING, COULOMB, (COEFFICIENT, GAP)),
+    "other drive": ({}, {"drive.hold": "18 ms"}, (GAP, LEAK)),
+}
+"""What makes a recording, and a wrong model of it: changes of the plate, and the parameters that are fitted."""
+
+
+def pair(name, *, wrong):
+    """An exact recording, a right or a wrong model of it, and the parameters that are fitted."""
+    truth_of, model, free = PAIRS[name]
+    base = plate(**truth_of)
+    free = tuple(
+        "friction.steady.coefficient" if not wrong and each == COEFFICIENT else each for each in free
+    )
+    fitted = plate(**model) if wrong else base
+    if truth_of:  # of friction
+        values = ev.prepare(base, free=[GAP]).signals([3e-6], names=["lateral_force"], time=TIMES)[
+            "lateral_force"
+        ]
+        return make_trace({"lateral_force": (("time",), values)}, {"time": TIMES}, {}), fitted, free
+    return exact(base, "step"), fitted, free

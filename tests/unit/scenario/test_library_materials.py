@@ -54,8 +54,8 @@ def test_a_file_names_a_material(file, name):
     assert told.startswith(f"{name}: Brigham Young University cleanroom")
     assert told.endswith("(full text; thermal oxide)")
     strengths = read.sources[f"{FILM}.substance"]
-    assert "breakdown strength 394 MV/m measured at 1 um, hearsay in a mailing list" in strengths
-    assert "(unverified; sputtered, order of magnitude)" in strengths
+    assert "breakdown strength 700 MV/m measured at 100 nm, Henein, Topolancik and Siebein" in strengths
+    assert "(abstract; at least; ion-beam sputtered)" in strengths
 
 
 def test_a_mapping_and_a_change_name_it_alike(file):

@@ -140,6 +140,21 @@ def test_what_moisture_sets_is_omitted_where_it_is_optional():
     found = read_space(scenario, {"space": TABLE | own})
     assert found.paths == (FILM, SKIN)
     assert "is set by moisture" in found.omitted[MU]
+    # what refers to it goes with it: a correlation, a relation, and groups that set nothing else
+    linked = {
+        "correlation": {f"{FILM} ~ {MU}": 0.5, f"{FILM} ~ {SKIN}": 0.3},
+        "relations": [f"{FILM} < {MU}"],
+    }
+    found = read_space(scenario, {"space": TABLE | own} | linked)
+    assert (found.correlations, found.relations) == ({(FILM, SKIN): 0.3}, ())
+    assert set(found.draw(1, 0, 10)) == {FILM, SKIN}
+    members = {
+        label: {"share": group["share"], "space": {MU: group["space"][MU] | {"optional": True}}}
+        for label, group in GROUPS["moisture"].items()
+    }
+    found = read_space(scenario, {"space": TABLE, "groups": {"moisture": members}})
+    assert (found.groupings, set(found.draw_groups(1, 0, 10))) == ({}, set())
+    assert set(found.draw(1, 0, 10)) == {FILM, SKIN}
     own[MU] = own[MU] | {"optional": False}
     with pytest.raises(InputError, match="is set by moisture"):
         read_space(scenario, {"space": TABLE | own})

@@ -9,6 +9,7 @@ import electrovib as ev
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.scenario.grids import FORMULA_SAMPLES, TimeGrid
+from electrovib.solve.diagnostics.sampling import sampling
 
 STAMPS = np.array([0.0, 1e-3, 3e-3, 7e-3, 10e-3])
 RECORD = {"model": "Sampled", "time_samples": STAMPS, "voltage_samples": [0, 1, -1, 2, 0]}
@@ -30,13 +31,19 @@ def drive(content):
     return read_model(Drive, content)
 
 
+def assert_resolved(grid, stamps, end):
+    """All stamps up to the end are among the times, and none of these are farther apart than 2001 even ones."""
+    assert set(stamps[stamps <= end]) <= set(grid)
+    steps = np.diff(grid)
+    assert (grid[0], grid[-1]) == (0.0, end)
+    assert 0 < steps.min() <= steps.max() <= end / (FORMULA_SAMPLES - 1) * (1 + 1e-9)
+
+
 @pytest.mark.parametrize("name", WRAPPED)
 def test_a_measured_drive_keeps_its_stamps_inside_other_drives(name):
     wrapped = drive(WRAPPED[name])
     np.testing.assert_array_equal(wrapped.time_stamps, STAMPS)
-    grid = TimeGrid().times(wrapped)
-    np.testing.assert_array_equal(grid[: len(STAMPS)], STAMPS)
-    assert grid[-1] == wrapped.duration
+    assert_resolved(TimeGrid().times(wrapped), STAMPS, wrapped.duration)
 
 
 def test_two_records_give_the_stamps_of_both():
@@ -46,14 +53,14 @@ def test_two_records_give_the_stamps_of_both():
         "voltage_samples": [0] * 4,
     }
     both = drive({"model": "Sum", "drives": [RECORD, other]})
-    np.testing.assert_array_equal(TimeGrid().times(both), np.array([0, 1, 2, 3, 4, 7, 10]) * 1e-3)
+    assert_resolved(TimeGrid().times(both), np.array([0, 1, 2, 3, 4, 7, 10]) * 1e-3, 10e-3)
 
 
 def test_stamps_that_only_rounding_tells_apart_are_one():
     late = STAMPS * (1 + 4e-16)
     both = drive({"model": "Sum", "drives": [RECORD, RECORD | {"time_samples": late}]})
     assert len(both.time_stamps) > len(STAMPS)
-    assert len(TimeGrid().times(both)) == len(STAMPS)
+    np.testing.assert_array_equal(TimeGrid().times(both), TimeGrid().times(drive(RECORD)))
 
 
 def test_formulas_have_no_stamps():
@@ -63,17 +70,12 @@ def test_formulas_have_no_stamps():
     np.testing.assert_array_equal(TimeGrid().times(both), np.linspace(0, both.duration, FORMULA_SAMPLES))
 
 
-def test_a_shorter_duration_takes_the_stamps_up_to_it():
-    np.testing.assert_array_equal(TimeGrid(duration=3e-3).times(drive(RECORD)), STAMPS[:3])
-    np.testing.assert_allclose(
-        TimeGrid(duration=5e-3).times(drive(RECORD)), [0, 1e-3, 3e-3, 5e-3], rtol=1e-12
-    )
+@pytest.mark.parametrize("end", [3e-3, 5e-3, 30e-3])
+def test_another_duration_keeps_the_stamps_up_to_it(end):
+    assert_resolved(TimeGrid(duration=end).times(drive(RECORD)), STAMPS, end)
 
 
-def test_a_longer_duration_goes_on_after_the_record():
-    grid = TimeGrid(duration=30e-3).times(drive(RECORD))
-    np.testing.assert_array_equal(grid[:5], STAMPS)
-    np.testing.assert_allclose(grid[4:], np.linspace(10e-3, 30e-3, FORMULA_SAMPLES), rtol=1e-12)
+def test_after_a_record_that_is_longer_than_the_rest_times_go_on_as_closely():
     longer = drive(
         {
             "model": "Sum",
@@ -81,6 +83,42 @@ def test_a_longer_duration_goes_on_after_the_record():
         }
     )
     assert TimeGrid().times(longer)[-1] == pytest.approx(0.1)
+
+
+def test_a_short_pulse_in_a_long_record_is_resolved_within_itself():
+    stamps = np.array([0.0, 1e-6, 2e-6, 3e-6, 1.0])
+    grid = TimeGrid().times(drive(RECORD | {"time_samples": stamps}))
+    assert_resolved(grid, stamps, 1.0)
+    assert np.count_nonzero((grid > 0) & (grid < 1e-6)) == (FORMULA_SAMPLES - 1) // 4 - 1
+
+
+def test_many_stamps_are_the_times_themselves_and_gaps_between_them_are_filled():
+    stamps = np.linspace(0, 1, 5000)
+    record = {"model": "Sampled", "time_samples": stamps, "voltage_samples": np.sin(stamps)}
+    np.testing.assert_array_equal(TimeGrid().times(drive(record)), stamps)
+    kept = stamps[(stamps < 0.2) | (stamps > 0.7)]
+    grid = TimeGrid().times(drive(record | {"time_samples": kept, "voltage_samples": np.sin(kept)}))
+    assert_resolved(grid, kept, 1.0)
+    assert len(grid) == len(kept) + 1000
+
+
+@pytest.mark.parametrize(
+    ("content", "end", "count"),
+    [
+        (SINE | {"frequency": 1e3}, 1.0, 8001),
+        (SINE | {"frequency": 2.5e3}, 1.0, 20_001),
+        (
+            SINE | {"frequency": 2.6e3},
+            1.0,
+            FORMULA_SAMPLES,
+        ),  # more than are taken unasked; a diagnostic says so
+        ({"model": "PulseTrain", "high": 1, "width": 1e-4, "frequency": 10}, 0.5, 8001),
+    ],
+)
+def test_a_formula_gets_as_many_times_as_show_it(content, end, count):
+    grid = TimeGrid(duration=end)
+    assert len(grid.times(drive(content))) == grid.count(drive(content)) == count
+    assert bool(sampling(drive(content), grid.times(drive(content)))) == (count == FORMULA_SAMPLES)
 
 
 def test_samples_say_otherwise():

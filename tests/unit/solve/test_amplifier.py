@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import electrovib as ev
-from electrovib.core.errors import InputError
+from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import read_model
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.circuit import SeriesElement
@@ -102,6 +103,7 @@ def worst(expected, found):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ELEMENTS)
 @pytest.mark.parametrize("limits", LIMITED)
 @pytest.mark.parametrize("name", DRIVES)
@@ -202,6 +204,7 @@ def test_a_gain_alone_is_the_exact_path():
         np.testing.assert_allclose(answer.found["plate_voltage"], 7 * drive.voltage(times))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ELEMENTS)
 @pytest.mark.parametrize("table", [*DRIVES.values(), SINE], ids=[*DRIVES, "sine"])
 def test_a_pole_alone(table, element):
@@ -479,3 +482,50 @@ def test_a_charge_that_fades_as_fast_as_a_mode_is_the_limit_of_one_that_nearly_d
         found = course(mode)
         for share in (1 + 1e-5, 1 - 1e-5):
             assert found == pytest.approx(course(mode * share), abs=2e-5 * np.max(np.abs(found)))
+
+
+CORNERS = {
+    "model": "Sampled",
+    "time_samples": [0, 5e-3, 10e-3, 12e-3, 20e-3, 30e-3],
+    "voltage_samples": [0, 50, 100, 50, -50, 0],
+}
+"""At a gain of 2 three of its corners lie at 100 V: on the way up, down, and at a turn."""
+
+
+@pytest.mark.parametrize("gain", [2.0, -2.0])
+def test_a_corner_exactly_at_the_saturation(gain):
+    """A capacitor behind an amplifier without other limits: its voltage is cut off, its current C times the slope."""
+    wanted, _ = transfers(film_alone(), SeriesElement())
+    drive, times = read_model(Drive, CORNERS), np.linspace(0, END, 301)
+    answer = amplified_response(wanted, drive, times, amplifier=Amplifier(gain=gain, saturation=100.0))
+    np.testing.assert_allclose(
+        answer.found["plate_voltage"], np.clip(gain * drive.voltage(times), -100, 100), rtol=0, atol=1e-9
+    )
+    between = times + 1e-9
+    slope = np.where(np.abs(gain * drive.voltage(between)) < 100, gain * drive.slope(between), 0.0)
+    inside = np.abs(times[:, None] - np.array(CORNERS["time_samples"])).min(axis=1) > 1e-6
+    np.testing.assert_allclose(
+        answer.found["current"][inside], FILM * slope[inside], rtol=1e-9, atol=1e-9 * FILM * 1e4
+    )
+
+
+@pytest.mark.parametrize("limits", ["saturation", "everything"])
+def test_regimes_that_contradict_each_other_end_with_an_error(monkeypatch, limits):
+    """A fault: the target is taken to be held at the largest voltage of the wrong sign, which no regime outlasts."""
+    held = limited.LimitedPlate.held
+    monkeypatch.setattr(limited.LimitedPlate, "held", lambda self, when: -held(self, when))
+    changed, calls = LimitedMarch._changed, []
+
+    def turned(self, span, when, kind):
+        calls.append(when)
+        following = changed(self, span, when, kind)
+        return replace(following, held=-following.held)
+
+    monkeypatch.setattr(LimitedMarch, "_changed", turned)
+    wanted, _ = transfers(finger(), ELEMENTS["body"])
+    amplifier = Amplifier(**LIMITED[limits])
+    with pytest.raises(ElectrovibError, match="the amplifier changed more than 16 times at"):
+        amplified_response(
+            wanted, read_model(Drive, DRIVES["trapezium"]), np.linspace(0, END, 31), amplifier=amplifier
+        )
+    assert len(calls) < 100

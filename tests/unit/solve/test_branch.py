@@ -49,10 +49,12 @@ def answers(conductivity=0.0, element=SeriesElement()):  # noqa: B008
     known=st.floats(-1e9, 1e9, allow_subnormal=False).filter(lambda field: field == 0 or abs(field) > 1e-200),
     weight=st.floats(-3, 20).map(lambda power: 10.0**power),
     name=st.sampled_from(sorted(LEAKS)),
+    share=st.one_of(st.none(), st.floats(-1, 2)),
 )
-def test_the_scalar_equation_is_solved(known, weight, name):
+def test_the_scalar_equation_is_solved(known, weight, name, share):
     leak = LEAKS[name]
-    field = field_under_leak(leak, known=known, weight=weight)
+    guess = None if share is None else share * known
+    field = field_under_leak(leak, known=known, weight=weight, guess=guess)
     drop = weight * float(leak.current_density(field))
     assert min(0.0, known) <= field <= max(0.0, known)
     slope = 1 + weight * float(leak.slope(field))

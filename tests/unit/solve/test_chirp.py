@@ -59,6 +59,7 @@ def test_the_march(first, last, length, even):
     assert np.max(np.abs(each(part, rates, time, lag=True) - (marched - part.value(time)))) < MARCHED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "last"), [(1.0, 60.0), (60.0, 0.5), (0.0, 40.0)])
 def test_long_arithmetic(first, last):
     part = Chirped.between(1.0, first, last, 0.5)

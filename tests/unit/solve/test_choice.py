@@ -32,7 +32,7 @@ SCENARIOS = {
     ),
     "nonlinear": (
         "kaczmarek_2006/gap_positive",
-        {"circuit.amplifier": {"gain": 1.0, "bandwidth": "20 kHz"}, "time.samples": 50},
+        {"circuit.amplifier": {"bandwidth": "20 kHz", "saturation": "100 kV"}, "time.samples": 50},
     ),
     "renewal": (
         "bau_2010/sine",

@@ -14,9 +14,10 @@ from electrovib.solve.nonlinear.collocation import Piece, march
 from electrovib.solve.nonlinear.events import land
 from electrovib.solve.nonlinear.integrate import integrate
 from electrovib.solve.nonlinear.radau import NODES, ORDER
+from electrovib.solve.nonlinear.system import System
 
 
-class Plain:
+class Plain(System):
     """No breaks, no switches."""
 
     scale = np.ones(2)
@@ -271,7 +272,7 @@ def test_a_landing_within_the_rounding_of_a_time_is_a_landing():
             return np.array([state[0] if not mode else 0.0])
 
     landed = land(
-        lambda *_: -np.ones(1),
+        lambda _, states: -np.ones_like(states),
         Falling(),
         np.zeros(1),
         (),

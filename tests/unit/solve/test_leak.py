@@ -10,7 +10,7 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.material import Constant, Debye, DebyeTerm, Prony
 from electrovib.physics.stack import Layer
-from electrovib.solve.electrics.leaks.answer import leaking_layer
+from electrovib.solve.electrics.leaks.answer import leaking_slab, leaking_slabs
 from electrovib.solve.electrics.leaks.leak import leak_alone, leak_section
 from electrovib.solve.stack.current import current_section
 from electrovib.solve.stack.expand import linearised
@@ -104,19 +104,28 @@ def test_under_a_current_the_leak_takes_from_its_own_layer():
 
 def test_a_leak_is_found():
     plain, leaky = Layer(thickness=1e-6), Layer(thickness=1e-6, leak=LEAK)
-    assert leaking_layer({"gap": plain}, second=0.5) is None
-    assert leaking_layer({"insulator": plain, "gap": leaky}, second=0.0) == "gap"
+    assert leaking_slab({"gap": plain}, second=0.5) == ()
+    assert leaking_slab({"insulator": plain, "gap": leaky}, second=0.0) == ("gap",)
+
+
+def test_pieces_of_one_slab_are_one_leak():
+    leaky, plain = Layer(thickness=1e-6, leak=LEAK), Layer(thickness=1e-6)
+    charged = leaky.model_copy(update={"initial_charge": 1e-6})
+    assert leaking_slab({"a": leaky, "b": leaky, "c": plain}, second=0.0) == ("a", "b")
+    assert leaking_slabs({"a": leaky, "b": plain, "c": leaky}) == [("a",), ("c",)]
+    assert leaking_slabs({"a": charged, "b": leaky}) == [("a",), ("b",)]
 
 
 def test_two_leaks_are_refused():
-    leaky = Layer(thickness=1e-6, leak=LEAK)
+    leaky, skin = Layer(thickness=1e-6, leak=LEAK), Constant(permittivity=9.0)
+    other = leaky.model_copy(update={"material": skin})
     with pytest.raises(InputError, match=r"stack\.gap\.leak and stack\.stratum_corneum\.leak"):
-        leaking_layer({"gap": leaky, "stratum_corneum": leaky}, second=0.0)
+        leaking_slab({"gap": leaky, "stratum_corneum": other}, second=0.0)
 
 
 def test_a_leak_below_two_electrodes_is_refused():
     with pytest.raises(InputError, match="second electrode"):
-        leaking_layer({"gap": Layer(thickness=1e-6, leak=LEAK)}, second=0.5)
+        leaking_slab({"gap": Layer(thickness=1e-6, leak=LEAK)}, second=0.5)
 
 
 def test_a_vanishing_sine_sees_a_conductivity():

@@ -71,6 +71,7 @@ def worst(expected, found):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ELEMENTS)
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("name", DRIVES)

@@ -145,6 +145,20 @@ def test_of_several_states_the_one_from_the_load_alone_is_taken_and_all_are_told
     assert "contact states" not in diagnostics(simulate(coating.replace({"drive.level": 1.0}), time=TIME))
 
 
+def test_where_the_pressure_falls_with_the_force_no_state_is_passed_over(monkeypatch):
+    """W = L + c W^1.5 has the roots 1 and 1.3 N for c = 0.3/(1.3^1.5 - 1) and L = 1 - c; the first one lasts."""
+    area = 1e-4
+    monkeypatch.setattr(
+        GrowingArea, "mean_pressure", lambda _, force: 1 / (area * np.sqrt(np.asarray(force, dtype=float)))
+    )
+    share, contact = 0.3 / (1.3**1.5 - 1), GrowingArea(**GROWING)
+    states = pressed_states(contact, load=1 - share, pull=share / area)
+    assert [stable for _, stable in states] == [True, False]
+    assert [force for force, _ in states] == pytest.approx([1.0, 1.3], rel=1e-9)
+    whole = pressed(contact, np.array([1 - share]), np.array([share / area]))
+    assert whole[0] == pytest.approx(1.0, rel=1e-9)
+
+
 def test_one_sine_over_frequency_is_its_mean_over_time(coating):
     """The mean over the time of the force on the area of each moment."""
     sine = {"drive": {"model": "Sine", "amplitude": 60.0, "frequency": 1e3}, "load.normal_force": 0.2}

@@ -104,6 +104,7 @@ def records(draw):
     return poles, gains, rng.normal(size=outputs), starts, ends, steps if many else step, state
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=120)
 @given(records(), st.one_of(st.integers(1, 130), st.just(5000)))
 def test_fast_way_equals_the_loop_and_keeps_every_kth(record, keep):

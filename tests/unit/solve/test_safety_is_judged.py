@@ -47,6 +47,24 @@ def test_fifty_kilovolts_on_the_film_of_vezzoli(vezzoli):
     assert "vanishing" in emission.text
 
 
+def test_a_film_in_two_is_as_strong_as_in_one(vezzoli):
+    """Strength falls with thickness, and that of the slab counts: 27 and 63 um were compared with 157.5 and 115 MV/m."""
+    layers = vezzoli.to_dict()["stack"]
+    pieces = {}
+    for name, layer in layers.items():
+        role = vezzoli.stack.roles[name]
+        pieces[f"{name}_outside"] = layer | {"thickness": 0.3 * layer["thickness"], "role": role}
+        pieces[name] = layer | {"thickness": 0.7 * layer["thickness"]}
+    for drive in ({"drive.high": "1 kV"}, {"drive.high": "50 kV"}):
+        whole = diagnostics(ev.simulate(vezzoli.replace(drive)))
+        cut = diagnostics(ev.simulate(vezzoli.replace(drive | {"stack": pieces})))
+        for kind, name in (("film strength", "insulator"), ("linear skin", "stratum_corneum")):
+            for piece in (name, f"{name}_outside"):
+                one, two = whole[f"{kind}, {name}"], cut[f"{kind}, {piece}"]
+                assert (two.state, two.limit) == (one.state, one.limit)
+                assert two.value == pytest.approx(one.value, rel=1e-9)
+
+
 def test_every_layer_of_the_plate_and_of_the_finger_is_judged(vezzoli):
     """Two films and two layers of finger, of other names; the declared strength of one comes before its kind's."""
     film = {"model": "Constant", "permittivity": 3.35}
@@ -229,6 +247,68 @@ def test_the_energy_of_two_contacts_is_that_of_both(vezzoli):
     series = 1 / (1 / first + 2 / first)
     assert found["charge"].value == pytest.approx(series * 100, rel=1e-6)
     assert found["stored energy"].value == pytest.approx(series * 100**2 / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("which", ["first", "second"])
+def test_the_smaller_of_two_contacts_is_judged(with_gap, which):
+    """Two capacitors in series: that of half the area takes 2/3 of the voltage, on whichever electrode it is."""
+    areas = ("0.5 cm2", "1 cm2") if which == "first" else ("1 cm2", "0.5 cm2")
+    changes = {
+        "drive": {"model": "Trapezium", "high": 3000.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3},
+        "contact.area": areas[0],
+        "circuit.return_path": {"model": "SecondElectrode", "area": areas[1], "resistance": 0.0},
+    }
+    scenario = with_gap.replace(changes)
+    found = diagnostics(ev.simulate(scenario))
+    field = 2000 / (FILM + SKIN + 5e-6)
+    expected = {
+        "film strength, insulator": field / 3.35,
+        "Paschen": field * 5e-6,
+        "field emission": field,
+        "linear skin, stratum_corneum": field * SKIN,
+        "electrowetting": 2000,
+    }
+    rows = {row.quantity: row for row in ev.check(scenario).rows}
+    swept = diagnostics(ev.sweep(scenario, {"limits.charge": [1e-3, 2e-3]}))
+    for name, value in expected.items():
+        assert found[name].value == pytest.approx(value, rel=1e-6)
+        assert found[name].text.endswith(f"; judged at the {which} contact, the smaller of the two")
+        assert swept[name].value == pytest.approx(value, rel=1e-6)
+        if name in rows:
+            assert rows[name].value == pytest.approx(value, rel=1e-6)
+            assert f"at the {which} contact" in rows[name].source  # which the table of the command shows
+    assert {"film strength, insulator", "Paschen", "field emission"} <= set(rows)
+
+
+def test_two_contacts_of_one_area_are_judged_as_one(with_gap):
+    """Each takes half of the voltage, and neither is named."""
+    two = {"circuit.return_path": {"model": "SecondElectrode", "area": with_gap.contact_area}}
+    single = diagnostics(
+        ev.simulate(with_gap.replace({"drive.high": 500.0, "circuit.return_path.resistance": 0.0}))
+    )
+    both = diagnostics(
+        ev.simulate(with_gap.replace({"drive.high": 1000.0} | two | {"circuit.return_path.resistance": 0.0}))
+    )
+    for name in ("film strength, insulator", "Paschen", "field emission", "electrowetting"):
+        assert both[name].text == single[name].text
+
+
+def test_the_stray_capacitance_holds_the_voltage_of_the_plate(vezzoli):
+    """A floating body of 20 pF takes part of the voltage from the layers, and none from plate and cable."""
+    body = 20e-12
+    changes = {
+        "drive": {"model": "Trapezium", "high": 100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3},
+        "circuit": {
+            "amplifier": {"gain": 2.0, "stray_capacitance": "50 pF"},
+            "return_path": {"model": "Floating", "capacitance": body},
+        },
+        "limits": {"stored_energy": 1e-12},
+    }
+    found = diagnostics(ev.simulate(vezzoli.replace(changes)))
+    layers = eps0 * AREA / (FILM + SKIN)
+    across = 200 * body / (body + layers)
+    expected = (layers * across**2 + 50e-12 * 200**2) / 2
+    assert found["stored energy"].value == pytest.approx(expected, rel=1e-6)
 
 
 def test_nothing_is_said_of_what_is_not_declared(vezzoli):

@@ -47,12 +47,13 @@ def test_a_measured_drive_at_its_own_stamps_says_nothing():
     assert sampling(drive, drive.time_stamps) == []
 
 
-def test_a_sine_met_at_its_zeros_is_not_shown_in_silence():
-    """One second of 1 kHz at the usual 2001 times: every one of them is a zero of the drive."""
-    fine = load("vezzoli_2014/fig7")
-    names = {diagnostic["name"] for diagnostic in json.loads(simulate(fine).attrs["validity"])}
-    assert "sampling" not in names
-    trace = simulate(fine.replace({"time.duration": 1.0}))
+def test_a_sine_met_at_its_zeros_is_shown_by_default_and_not_in_silence_otherwise():
+    """One second of 1 kHz at 2001 times: every one of them is a zero of the drive."""
+    fine = load("vezzoli_2014/fig7").replace({"time.duration": 1.0})
+    trace = simulate(fine)
+    assert "sampling" not in {diagnostic["name"] for diagnostic in json.loads(trace.attrs["validity"])}
+    assert np.max(np.abs(trace.drive_voltage)) == pytest.approx(100)
+    trace = simulate(fine.replace({"time.samples": 2001}))
     assert np.max(np.abs(trace.drive_voltage)) < 1e-9 * 100
     told = {diagnostic["name"]: diagnostic["text"] for diagnostic in json.loads(trace.attrs["validity"])}
     assert "time.samples = 8001 would show it" in told["sampling"]

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import functools
+import itertools
+
 import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
-from electrovib.solve.electrics import places
+from electrovib.solve.electrics import methods, places
 from electrovib.solve.electrics.amplifier import limited
+from electrovib.solve.electrics.solution import Question
+from electrovib.solve.electrics.wanted import linear_quantities
+from electrovib.solve.electrics.without_modes import follow_all
+from electrovib.solve.expanded import Expanded
 from electrovib.solve.simulate import simulate
+from electrovib.solve.stack.keys import FieldOf
 
 RELIEF = {"contact.surface": {"model": "LinearSpring", "stiffness": 1e9, "free_gap": "10 um"}}
 CLOSES = RELIEF | {
@@ -108,10 +116,73 @@ def test_an_amplifier_before_a_single_leak_counts(founding, amplifier):
     time = np.linspace(0, 10e-3, 21)
     amplified = simulate(founding.replace(leaking | {"circuit.amplifier": amplifier}), time=time)
     doubled = simulate(founding.replace(leaking | {"drive.amplitude": 100.0}), time=time)
-    assert "an amplifier before a leak" in amplified.attrs["solver_reason"]
+    limited = "an amplifier with limits before a leak" in amplified.attrs["solver_reason"]
+    assert limited == ("saturation" in amplifier)
     for name in ("stack_voltage", "current", "electrostatic_force"):
         size = float(np.abs(doubled[name]).max())
         np.testing.assert_allclose(amplified[name].values, doubled[name].values, rtol=0, atol=5e-5 * size)
+
+
+LEAKS = {
+    "rectifying": {
+        "model": "PolarityConduction",
+        "conductivity_positive": 4e-9,
+        "conductivity_negative": 1e-9,
+    },
+    "growing": {"model": "FieldConduction", "conductivity": 1e-9, "onset_field": 2e6},
+}
+DRIVES = {
+    "sine": {"model": "Sine", "amplitude": 50.0, "frequency": 100.0},
+    "square": {"model": "Square", "high": 60.0, "low": -20.0, "frequency": 100.0},
+    "pulse": {"model": "Trapezium", "high": 80.0, "rise": 2e-3, "hold": 5e-3, "fall": 1e-3},
+}
+
+
+BEFORE_LEAKS = list(itertools.product(["gap", "insulator"], LEAKS, DRIVES, [0.0, 1e6]))
+
+
+@pytest.mark.parametrize(
+    ("layer", "leak", "drive", "resistance"),
+    [
+        case if place % 7 == 1 else pytest.param(*case, marks=pytest.mark.slow)
+        for place, case in enumerate(BEFORE_LEAKS)
+    ],
+)
+def test_gain_and_pole_before_a_leak_are_those_of_the_general_solver(
+    founding, layer, leak, drive, resistance
+):
+    changes = {
+        f"stack.{layer}.leak": LEAKS[leak],
+        "drive": DRIVES[drive],
+        "circuit.amplifier": {"gain": -1.5, "bandwidth": 1e3, "stray_capacitance": 1e-10},
+        "circuit.return_path.resistance": resistance,
+    }
+    scenario, time = founding.replace(changes), np.linspace(0, 12e-3, 41)
+    prepared = Expanded(scenario, time)
+    solution = prepared.at(time).solution
+    wanted = functools.partial(linear_quantities, scenario)
+    question = Question(scenario=scenario, section=prepared.section, times=time, wanted=wanted)
+    general = follow_all(question).found
+    assert solution.method is methods.LEAK
+    keys = [
+        "plate_voltage",
+        "current",
+        "amplifier_current",
+        "stack_voltage",
+        *map(FieldOf, ("gap", "insulator")),
+    ]
+    for key in keys:
+        size = float(np.abs(general[key]).max())
+        np.testing.assert_allclose(
+            solution.found[key], general[key], rtol=0, atol=5e-5 * size, err_msg=str(key)
+        )
+
+
+def test_a_current_drive_before_an_amplifier_and_a_leak_is_refused(founding):
+    current = {"model": "CurrentSine", "amplitude": 1e-6, "frequency": 100.0}
+    changes = {"drive": current, "stack.gap.leak": LEAKS["growing"], "circuit.amplifier": {"gain": 2.0}}
+    with pytest.raises(InputError, match="prescribes the current itself"):
+        simulate(founding.replace(changes))
 
 
 def test_charge_on_fresh_film_counts_once(founding):

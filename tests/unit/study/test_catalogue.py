@@ -147,8 +147,17 @@ def test_a_material_of_the_library_is_found_by_each_of_its_names(query):
     found = models(query)
     assert found[0].name == "silica"
     assert 'stack.LAYER.material = "silica"' in str(found)
-    for words in ("permittivity    3.9", "breakdown", "unverified, cited from memory", "measured at"):
+    for words in ("permittivity    3.9", "breakdown       1 GV/m", "abstract only", "measured at 50 nm"):
         assert words in str(found)
+    assert "cited from memory" not in str(found)
+
+
+def test_exactly_the_values_that_were_not_read_are_marked_as_unverified():
+    found = " ".join(str(models("polyimide")).split())
+    for each in ("permittivity 3.4, 1 kHz, 25 um, 23 C", "conductivity 0.6667 fS/m, 23 C, 25 um"):
+        assert f"{each} (unverified, cited from memory; " in found
+    assert found.count("unverified, cited from memory") == 2
+    assert "minimum of the data sheet, 60 Hz (full text; " in found
 
 
 def test_a_material_finds_the_scenarios_that_are_made_of_it():

@@ -15,7 +15,7 @@ from electrovib.core.errors import InputError
 from electrovib.scenario.distributions import Normal, Uniform
 from electrovib.scenario.space import Group, Grouping, Space
 from electrovib.solve.population import quantity
-from electrovib.study.sensitivity.indices import _bootstrap, sobol
+from electrovib.study.sensitivity.indices import _bootstrap, _estimates, _terms, sobol
 
 STATIC = "vezzoli_2014/fig6_static"
 AREA, VOLTAGE = "contact.area", "drive.high"
@@ -139,10 +139,24 @@ def test_the_bootstrap_resamples_the_estimators_of_scipy():
     mixed = np.stack([a + 0.1 * b, b])
     found = sobol_indices(func={"f_A": a[None], "f_B": b[None], "f_AB": mixed[:, None]}, n=512)
     expected = found.bootstrap(confidence_level=0.95, n_resamples=999)
-    low, high = _bootstrap(a, b, mixed, generator)
+    terms = _terms(a, b, mixed)
+    ours = _estimates(np.full((1, 512), 1 / 512), terms)[0]
+    np.testing.assert_allclose(ours, [found.first_order, found.total_order], rtol=1e-12)
+    low, high = _bootstrap(terms, generator)
     for ours, theirs in ((0, expected.first_order), (1, expected.total_order)):
         np.testing.assert_allclose(low[ours], np.ravel(theirs.confidence_interval.low), atol=0.03)
         np.testing.assert_allclose(high[ours], np.ravel(theirs.confidence_interval.high), atol=0.03)
+
+
+def test_one_parameter_has_all_of_the_influence():
+    """Indices of 1 by definition, within the error of the estimate; the answer names the parameter."""
+    found = ev.sensitivity(
+        STATIC, {AREA: LOG_NORMAL[AREA]}, quantity="peak electrostatic_force", n=256, seed=1
+    )
+    (index,) = found.indices
+    assert (index.first, index.total) == (pytest.approx(1, abs=0.05), pytest.approx(1, abs=0.05))
+    assert index.first_interval[0] < index.first_interval[1]
+    assert AREA in found.answer
 
 
 def test_chunks_change_nothing_and_the_seed_something(monkeypatch):

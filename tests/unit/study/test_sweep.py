@@ -93,13 +93,23 @@ def test_force_goes_as_the_square_of_the_voltage():
 def test_records_have_their_own_times_and_nothing_after_their_end():
     measured = {"model": "Sampled", "time_samples": [0, 1e-3, 3e-3], "voltage_samples": [0, 9, 0]}
     scenario = SCENARIO.replace({"drive": measured, "time.duration": 3e-3})
-    trace = sweep(scenario, {"time.duration": [2e-3, 3e-3]}, records=True)
+    durations = [1e-3, 2e-3, 3e-3]
+    trace = sweep(scenario, {"time.duration": durations}, records=True)
     assert trace.electrostatic_force.dims == ("time.duration", "sample")
-    np.testing.assert_array_equal(trace.time.values, [[0, 1e-3, 2e-3], [0, 1e-3, 3e-3]])
-    trace = sweep(scenario, {"time.duration": [1e-3, 3e-3]}, records=True)
-    np.testing.assert_array_equal(trace.time.values, [[0, 1e-3, np.nan], [0, 1e-3, 3e-3]])
-    assert np.isnan(trace.field.values[0, :, 2]).all()
-    assert np.isfinite(trace.field.values[1]).all()
+    for place, duration in enumerate(durations):
+        alone, swept = (
+            simulate(scenario.replace({"time.duration": duration})),
+            trace.isel({"time.duration": place}),
+        )
+        times, count = swept.time.values, alone.sizes["time"]
+        np.testing.assert_array_equal(times[:count], alone.time.values)
+        assert {0, 1e-3, duration} <= set(times)
+        assert np.nanmax(times) == duration
+        np.testing.assert_allclose(swept.field.values[:, :count], alone.field.values, rtol=1e-12)
+        assert np.isnan(times[count:]).all()
+        assert np.isnan(swept.field.values[:, count:]).all()
+    assert np.isnan(trace.time.values[0, -1])
+    assert not np.isnan(trace.time.values[-1, -1])
     assert trace.mean_force.dims == ("time.duration", "frequency")
 
 
@@ -290,8 +300,9 @@ def test_what_is_felt_can_be_asked_of_every_case():
         scenario, {"drive.high": [100.0, 200.0]}, quantities=["detection level", "relative level", MEAN]
     )
     assert list(trace.data_vars) == ["detection level", "relative level", MEAN]
-    assert np.isnan(trace["detection level"]).all()
-    assert "not calibrated" in checks(trace)["detection level"]["text"]
+    assert np.isfinite(trace["detection level"]).all()
+    assert checks(trace)["detection level"]["state"] == "unknown"
+    assert "assumed from publications: a detection threshold" in checks(trace)["detection level"]["text"]
     assert trace["relative level"].attrs["units"] == "dB"
     assert np.isfinite(trace["relative level"]).all()
 

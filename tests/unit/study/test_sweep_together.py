@@ -49,6 +49,10 @@ def assert_same_diagnostics(found, alone):
         )
 
 
+INEXACT = ("transfer_error", "attraction_error")
+"""Least squares, of which the last digits depend on how many cases share one matrix."""
+
+
 @pytest.mark.parametrize("preset", ["vezzoli_2014/fig6", "vezzoli_2014/fig6_gap", "bau_2010/sine"])
 def test_cases_of_one_stack_answer_as_each_alone(preset, monkeypatch):
     plain = preset == "bau_2010/sine"
@@ -67,8 +71,10 @@ def test_cases_of_one_stack_answer_as_each_alone(preset, monkeypatch):
         assert list(found.values) == list(alone.values)
         np.testing.assert_allclose(list(found.values.values()), list(alone.values.values()), rtol=1e-12)
         np.testing.assert_allclose(list(found.errors.values()), list(alone.errors.values()), atol=1e-15)
-        assert {**found.how, "transfer_error": 0} == {**alone.how, "transfer_error": 0}
-        assert found.how["transfer_error"] == pytest.approx(alone.how["transfer_error"], rel=1e-8)
+        exact = {**found.how} | dict.fromkeys(INEXACT, 0)
+        assert exact == {**alone.how} | dict.fromkeys(INEXACT, 0)
+        for name in INEXACT:
+            assert found.how.get(name, 0) == pytest.approx(alone.how.get(name, 0), rel=1e-8)
         assert_same_diagnostics(found.diagnostics, alone.diagnostics)
     assert len(asked_alone) <= 4  # those whose materials need another band
 

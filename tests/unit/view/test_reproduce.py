@@ -29,8 +29,10 @@ def found():
         citation="N. Nobody, On <nothing>, 2099",
         rows=(
             Row("C", "capacitance", 32, 32.96, "pF", "reproduced", "cut off"),
-            Row("tau", "time constant", None, (0.05, 6.6), "ms", "open", "no resistivity is printed, 5 um"),
-            Row("ramp", "ramp", None, 36.0, "ms", "open", "a long note", brief="a short one"),
+            Row("ramp", "ramp", None, 36.0, "ms", "ours", "a long note", brief="a short one"),
+            Row("past", "force in the past", 100.0, 56.0, "mN", "open", "on another film, 5 um"),
+            Row("tau", "time constant", 7.7, (0.05, 6.6), "ms", "disagrees", "no resistivity is printed"),
+            Row("own", "its own reading", 2.5, 2.54, "mN", "open", "no ramp is printed", leads=True),
             Row("rise", "rise", (1.0, 2.0), 1.5, "1", "consistent", ""),
             Row("hold", "hold", None, 1.0, "1", "consistent", "", "roughly constant"),
             Row("sum", "sum of charges", None, 1e-16, "1", "check", "0 is exact"),
@@ -99,9 +101,10 @@ def test_all_files_are_written_into_a_new_folder(tmp_path, paper, found):
 def test_numbers_are_those_of_the_rows(tmp_path, found):
     _write(found, tmp_path)
     numbers = json.loads((tmp_path / "numbers.json").read_text(encoding="utf-8"))
-    assert numbers == [row.to_dict() for row in found.rows]
+    assert numbers == [row.to_dict() for row in found.ordered]
+    assert [each["id"] for each in numbers] == ["own", "tau", "C", "rise", "hold", "past", "ramp", "sum"]
     assert numbers[1]["ours"] == [0.05, 6.6]
-    assert numbers[1]["paper"] is None
+    assert numbers[6]["paper"] is None
 
 
 def test_curves_are_written_as_tables(tmp_path, found):
@@ -123,25 +126,36 @@ def test_curves_are_written_as_tables(tmp_path, found):
 
 
 def test_the_page_opens_with_count_and_findings_then_tables_then_explanations(tmp_path, found):
-    assert found.count() == "1 reproduced, 2 consistent, 2 open; 1 check of ours"
+    counted = (
+        "5 numbers of the paper: 1 disagree, 1 reproduced, 1 consistent, 2 open; 1 statement in words: 1 consistent; beside"
+        " them 1 quantity and 1 check of ours"
+    )
+    assert found.count() == counted
     _write(found, tmp_path)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     order = [
-        "5 numbers and statements of the paper: 1 reproduced, 2 consistent, 2 open",
+        counted,
         "One thing to know.",
         "Another: 5 µm.",
         "The paper's numbers",
+        "its own reading",
+        "time constant",
+        "capacitance",
         "roughly constant",
+        "force in the past",
         "fig1.csv",
         "<td>wet</td>",
         "What this paper leaves open",
+        "Quantities of which the paper states nothing",
+        "a short one",
         "Checks of this software",
         "sum of charges",
     ]
     places = [text.index(words) for words in order]
     assert places == sorted(places)
-    between = text[text.index("The paper's numbers") : text.index("Checks of this software")]
+    between = text[text.index("The paper's numbers") : text.index("Quantities of which")]
     assert "sum of charges" not in between
+    assert "a short one" not in between
 
 
 def test_what_the_page_shortens_is_whole_in_a_file_that_it_names(tmp_path, found):
@@ -182,9 +196,9 @@ def test_the_page_has_everything_and_fetches_nothing(tmp_path, found):
         "On &lt;nothing&gt;",
         '<span class="word reproduced">reproduced</span>',
         '<span class="word open">open</span>',
+        '<span class="word disagrees">disagrees</span>',
         "32.96 pF",
         "0.05 … 6.6 ms",
-        "not printed",
         "5 µm",
         "One &amp; only.",
         "Second one.",

@@ -7,9 +7,13 @@ import csv
 import numpy as np
 import pytest
 from stand_in_population import PATH, SPACE, stand_in
+from typer.testing import CliRunner
 
 import electrovib as ev
+from electrovib.apps.cli import app
 from electrovib.core.errors import InputError
+from electrovib.core.trace import make_trace
+from electrovib.study.population.words import nominal_words
 
 SPACE_WITH_SOURCES = {
     PATH: SPACE[PATH] | {"source": "A. Author 2099", "status": "unverified", "confidence": "low"},
@@ -122,3 +126,54 @@ def test_the_bands_as_csv(found, tmp_path):
         ev.save(found, path)
     with pytest.raises(InputError, match=r"bands of a study are a \.csv file"):
         ev.save(found, tmp_path / "bands.nc")
+
+
+def recording(found):
+    """A recording of the signal of a study, without a scenario."""
+    time = np.asarray(found["time"].values)
+    return make_trace({"electrostatic_force": (("time",), np.full(time.size, 1e-3))}, {"time": time}, {})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
+def test_a_recording_and_a_run_are_drawn_over_the_bands_in_any_order(tmp_path, monkeypatch, order):
+    monkeypatch.setattr("electrovib.solve.population.population", stand_in)
+    study = ev.study("vezzoli_2014/fig6", SPACE, n=50, seed=1, output=tmp_path / "a.zarr")
+    recording(study).to_netcdf(tmp_path / "rec.nc")
+    ev.save(ev.simulate("vezzoli_2014/fig6"), tmp_path / "run.nc")
+    files = [str(tmp_path / name) for name in ("a.zarr", "rec.nc", "run.nc")]
+    out = tmp_path / "page.html"
+    result = CliRunner().invoke(app, ["report", *(files[at] for at in order), "-o", str(out)])
+    assert result.exit_code == 0, result.output
+    page = out.read_text(encoding="utf-8")
+    assert "Electrostatic force over the fingers" in page
+    assert "5 to 95 % of the fingers" in page
+    axes = ev.plot.bands(study, beside={"rec": recording(study), "run": ev.simulate("vezzoli_2014/fig6")})
+    drawn = {line.get_label(): line for line in axes.get_lines()}
+    assert drawn["rec"].get_marker() == "."
+    assert drawn["rec"].get_zorder() < drawn["run"].get_zorder()
+    assert drawn["run"].get_linestyle() == "-"
+
+
+def test_a_scenario_at_the_edge_of_its_population_is_named(found):
+    """The skin of the scenario has 200 um; nine of ten fingers of one space are thicker, half of the other."""
+
+    def of(low):
+        space = f'[space."{PATH}"]\nmodel = "Uniform"\nlow = "{low} um"\nhigh = "300 um"\n'
+        return nominal_words(found.assign_attrs(space_toml=f"schema = 1\n{space}"))
+
+    (line,) = of(190)
+    assert f"{PATH} = 200 um (below 9" in line
+    assert of(100) == []
+
+
+@pytest.mark.parametrize(("lowest", "scale"), [(1e-6, "log"), (5e-4, "linear")])
+def test_bands_that_would_touch_zero_have_a_logarithmic_axis(found, lowest, scale):
+    rows = np.array(found["electrostatic_force_percentile"].values)
+    rows[:] = np.geomspace(lowest, 1e-3, len(rows))[:, None]
+    spread = found.assign(electrostatic_force_percentile=(found["electrostatic_force_percentile"].dims, rows))
+    spread = spread.assign_coords(percentile=found["percentile"])
+    axes = ev.plot.bands(spread)
+    assert axes.get_yscale() == scale
+    if scale == "log":
+        assert lowest / 10 < axes.get_ylim()[0] < lowest

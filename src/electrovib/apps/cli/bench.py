@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import json
 from typing import Annotated, Final
 
 import typer
@@ -10,7 +10,7 @@ import typer
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import complain, say, show
-from electrovib.apps.exit_codes import INTERRUPTED
+from electrovib.apps.exit_codes import INTERRUPTED, Told
 
 _TERMINATED: Final = 143
 """Exit code after SIGTERM, as a shell reports it."""
@@ -77,17 +77,12 @@ def run(
             scenario, bench=bench, simulate=simulate, arm=arm, finger=finger, seed=seed, set=changed,
             output=output, force=force, confirm=_confirm, report=lambda step: say(f"step: {step}"),
         )  # fmt: skip
-    except KeyboardInterrupt as stop:
-        complain(str(stop) or "interrupted")
-        sys.exit(INTERRUPTED)
-    except BenchStopped as stop:
-        complain(str(stop))
-        sys.exit(_TERMINATED)
-    import json
-
-    by_hand = arm and plan.settings.amplifier.enable is None
-    say(*json.loads(trace.attrs["comparisons"]))
-    say("the generator is at 0 V" + ("; switch the high voltage off" if by_hand else ""))
+    except (KeyboardInterrupt, BenchStopped) as stop:
+        try:
+            complain(str(stop) or "interrupted")
+        finally:  # also where a second interrupt keeps the line from being printed
+            raise Told(_TERMINATED if isinstance(stop, BenchStopped) else INTERRUPTED)
+    say(*json.loads(trace.attrs["comparisons"]), trace.attrs["left"])
     if output:
         say(f"written: {output}")
 

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli.options import Changes, Everything, Models
 from electrovib.apps.cli.terminal import say, show
+
+if TYPE_CHECKING:
+    from electrovib.study.check import CheckResult
+    from electrovib.study.check.series import SeriesResistor
+
+EXAMPLE: Final = "electrovib check vezzoli_2014/fig6 --set limits.voltage='1 kV'"
 
 
 def register(app: typer.Typer) -> None:
@@ -44,6 +50,7 @@ def command(
     output: Annotated[
         str | None, typer.Option("--output", "-o", help="Write the result: .csv, .json or .html.")
     ] = None,
+    everything: Everything = False,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
@@ -54,13 +61,15 @@ def command(
     """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
-    from electrovib.apps.cli.table import as_text
     from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.study.check import check
     from electrovib.study.check.series import series_resistor as resistor_of
-    from electrovib.view.checked import check_outcome_file, resistor_table, tables_of, verdict, write_check
+    from electrovib.view.checked import (
+        check_outcome_file,
+        write_check,
+    )
 
     drive, scenario = (first, second) if second else (None, first)
     wanted, declared = read_changes(changes or []), list(limits or [])
@@ -71,12 +80,24 @@ def command(
             result = check(drive, scenario, limits=declared, set=wanted)
         if output:
             check_outcome_file(output, inputs=inputs, force=force)
-    for table in tables_of(result):
-        show(as_text(table))
-    if series_resistor:
-        show(as_text(resistor_table(resistor_of(scenario, limits=declared, set=wanted))))
-    say(*result.notes, "", verdict(result))
+    resistor = resistor_of(scenario, limits=declared, set=wanted) if series_resistor else None
+    _show_verdict(result, resistor, everything=everything)
     if output:
         say(f"written: {write_check(result, output, force=force)}")
     if result.failed:
         raise typer.Exit(FAILED)
+
+
+def _show_verdict(result: CheckResult, resistor: SeriesResistor | None, *, everything: bool) -> None:
+    """Print the verdict in a few lines, after the tables that were asked for."""
+    from electrovib.apps.cli.table import as_text
+    from electrovib.view.checked import check_lines, resistor_table, tables_of
+
+    if everything:
+        for table in tables_of(result):
+            show(as_text(table))
+        say(*result.notes, "")
+    if resistor is not None:
+        show(as_text(resistor_table(resistor)))
+    more = "" if everything else "(--all lists every limit, its source, and published currents)"
+    say(*check_lines(result, more=more))

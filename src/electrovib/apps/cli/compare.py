@@ -8,7 +8,7 @@ import typer
 
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Everything
-from electrovib.apps.cli.terminal import say, show
+from electrovib.apps.cli.terminal import say, show, warned
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -117,6 +117,7 @@ def _print_laws(
     say(found.answer, "")
     for table in found.tables:
         show(as_text(table))
+    say(*warned(found))
     if everything:
         for page in found.pages:
             show(f"{page.title}\n")
@@ -140,6 +141,7 @@ def _print_materials(scenario: str, changes: Mapping[str, Any], materials: str, 
         )
     for table in found.tables:
         show(as_text(table))
+    say(*warned(found))
 
 
 def _refuse_with_materials(options: dict[str, object]) -> None:

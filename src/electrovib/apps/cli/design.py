@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -23,9 +23,14 @@ from electrovib.apps.cli.design_options import (
     Target,
     Want,
 )
+from electrovib.apps.cli.export_options import AmplifierPresent, Edge
 from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli.options import Changes, Everything, Models
 from electrovib.apps.cli.terminal import say
+
+EXAMPLE: Final = (
+    "electrovib design vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high"
+)
 
 
 def register(app: typer.Typer) -> None:
@@ -59,6 +64,9 @@ def command(
             help="Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...).",
         ),
     ] = None,
+    edge: Edge = "",
+    amplifier_present: AmplifierPresent = False,
+    everything: Everything = False,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
@@ -68,16 +76,34 @@ def command(
     Any quantity of a sweep can be wanted; exit code 1 if none gives it within the limits.
     """
     del models  # imported by now
+    from electrovib.apps.cli.export import edge_of
+
     given = {
         "want": want, "free": free, "between": between, "space": space, "n": n, "seed": seed, "linear": linear or None,
         "target": target, "method": method, "carrier": carrier, "rate": rate,
         "share": share, "band": band, "limits": limits or None,
     }  # fmt: skip
-    _design(scenario, given, changes=changes or [], output=output, force=force)
+    played = {"edge": edge_of(edge), "amplifier_present": amplifier_present}
+    _design(
+        scenario,
+        given,
+        changes=changes or [],
+        output=output,
+        played=played,
+        force=force,
+        everything=everything,
+    )
 
 
 def _design(
-    scenario: str, given: dict[str, Any], *, changes: list[str], output: str | None, force: bool
+    scenario: str,
+    given: dict[str, Any],
+    *,
+    changes: list[str],
+    output: str | None,
+    played: dict[str, Any],
+    force: bool,
+    everything: bool,
 ) -> None:
     """Print the result of a design, and write it."""
     from electrovib.apps.changes import read_changes
@@ -90,13 +116,15 @@ def _design(
     wanted = read_changes(changes)
     with inputs_noted() as inputs:
         if output:
-            check_design_file(output, force=force)
+            check_design_file(output, edge=played["edge"], force=force)
         with tracked("solving") as progress:
             found = design(scenario, **given, set=wanted, progress=progress)
         if output:
-            check_design_file(output, inputs=inputs, force=force)
-    say(*found.lines)
+            check_design_file(output, edge=played["edge"], inputs=inputs, force=force)
+    say(*(found.lines if everything else found.verdict))
+    if not everything and (left := len(found.lines) - len(found.verdict)):
+        say(f"--all prints {left} more lines: what it depends on and how it was computed.")
     if output:
-        say(*write_design(found, output, force=force))
+        say(*write_design(found, output, force=force, **played))
     if not found.is_achieved:
         raise typer.Exit(FAILED)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
@@ -19,7 +19,9 @@ from electrovib.apps.cli.design_plate_options import (
 )
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
-from electrovib.apps.cli.terminal import say, show
+from electrovib.apps.cli.terminal import say, show, warned
+
+EXAMPLE: Final = "electrovib design-plate bau_2010/sine --over drive.amplitude=20V:200V:5"
 
 
 def register(app: typer.Typer) -> None:
@@ -72,6 +74,6 @@ def command(
     say(found.answer, "")
     for table in found.tables:
         show(as_text(table))
-    say(*found.notes)
+    say(*warned(found), *found.notes)
     if output:
         say(f"written: {output}")

@@ -56,7 +56,7 @@ def command(
 
 def summary(found: Balance) -> list[str]:
     """Describe the states in a few lines."""
-    from electrovib.apps.cli.run import validity_lines
+    from electrovib.core.diagnostics import warning_lines
     from electrovib.core.units import format_quantity
 
     def shown(value: float, unit: str) -> str:
@@ -80,7 +80,7 @@ def summary(found: Balance) -> list[str]:
         lines.append(
             "a flatter state, with more than half of the area in contact, is not described by this surface topography"
         )
-    return lines + validity_lines(found.diagnostics)
+    return lines + warning_lines(found.diagnostics)
 
 
 def _kind(state: Equilibrium) -> str:

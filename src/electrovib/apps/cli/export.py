@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import shlex
+from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from electrovib.apps.cli.export_options import (
+    AmplifierPresent,
+    Edge,
     FullScale,
     FurtherLimits,
     Gain,
@@ -20,7 +23,7 @@ from electrovib.apps.cli.export_options import (
 )
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
-from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli.terminal import say, warned
 
 if TYPE_CHECKING:
     from electrovib.export.waveform import WrittenWaveform
@@ -44,6 +47,8 @@ def command(
     largest_error: LargestError = 0.01,
     full_scale: FullScale = "",
     gain: Gain = 1.0,
+    edge: Edge = "",
+    amplifier_present: AmplifierPresent = False,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
@@ -56,43 +61,33 @@ def command(
     from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked
     from electrovib.core.errors import InputError
-    from electrovib.export.scenario import WRITERS, export
+    from electrovib.export.scenario import WRITERS, export_netlist
     from electrovib.export.waveform import FORMATS, export_waveform
 
     if bool(place) == bool(output):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
     target, wanted = place or output, read_changes(changes or [])
     given = {
-        "--limits": limits,
-        "--as": instrument,
-        "--rate": rate,
-        "--ramp": ramp,
-        "--full-scale": full_scale,
-    }
+        "--limits": limits, "--as": instrument, "--rate": rate, "--ramp": ramp, "--full-scale": full_scale,
+        "--edge": edge, "--amplifier-present": amplifier_present,
+    }  # fmt: skip
     used = [name for name, value in given.items() if value]
     if not instrument and not target.lower().endswith(tuple(FORMATS)):
         if used and target.lower().endswith(tuple(WRITERS)):
             raise InputError(f"{name}: belongs to a waveform; omit it for a netlist" for name in used)
         with tracked("solving and writing"):
-            written = export(scenario, target, set=wanted, force=force)
-        say(f"written: {written}")
-        say(f"run it:  ngspice -b {shlex.quote(str(written))}")
+            written = export_netlist(scenario, FilePath(target), changes=wanted, force=force)
+        say(*warned(written), f"written: {written.path}")
+        say(f"run it:  ngspice -b {shlex.quote(str(written.path))}")
         return
     with tracked("sampling and checking"):
         found = export_waveform(
-            scenario,
-            target,
-            set=wanted,
-            limits=list(limits or []),
-            instrument=instrument,
-            rate=_number(rate, "Hz", "--rate"),
-            ramp=_number(ramp, "s", "--ramp"),
-            largest_error=largest_error,
-            full_scale=_number(full_scale, "V", "--full-scale"),
-            gain=gain,
-            force=force,
-        )
-    say(*lines_of(found))
+            scenario, target, set=wanted, limits=list(limits or []), instrument=instrument,
+            rate=_number(rate, "Hz", "--rate"), ramp=_number(ramp, "s", "--ramp"), largest_error=largest_error,
+            full_scale=_number(full_scale, "V", "--full-scale"), gain=gain, edge=edge_of(edge),
+            amplifier_present=amplifier_present, force=force,
+        )  # fmt: skip
+    say(*warned(found), *lines_of(found))
 
 
 def lines_of(found: WrittenWaveform) -> list[str]:
@@ -105,6 +100,11 @@ def lines_of(found: WrittenWaveform) -> list[str]:
         if row.limit is not None
     ]
     return [*found.notes, *held, f"written: {found.path}"]
+
+
+def edge_of(text: str) -> float | str | None:
+    """Read an optional edge: a time [s], or the word that stands for straight lines."""
+    return text if text == "line" else _number(text, "s", "--edge")
 
 
 def _number(text: str, unit: str, option: str) -> float | None:

@@ -51,3 +51,19 @@ FullScale = Annotated[
 Gain = Annotated[
     float, typer.Option(metavar="NUMBER", help="Voltage of the drive over that of the instrument.")
 ]
+Edge = Annotated[
+    str,
+    typer.Option(
+        metavar="TIME|line",
+        help="How samples follow each other where a waveform is played: held, with an edge that takes this time, or joined by"
+        " straight lines (line).",
+        show_default=False,
+    ),
+]
+AmplifierPresent = Annotated[
+    bool,
+    typer.Option(
+        "--amplifier-present",
+        help="The amplifier of the scenario stands before the plate: its bandwidth and limits count.",
+    ),
+]

@@ -47,7 +47,14 @@ Reference = Annotated[
     str | None,
     typer.Option(
         metavar="FILE=VALUE",
-        help="Spectrum of a known resistor, r.csv='51 kohm': gives systematic error and fixture; a bad calibration is refused.",
+        help="Spectrum of a known resistor, r.csv='51 kohm +- 1 %': gives systematic error and fixture; a bad one is refused.",
+    ),
+]
+Loss = Annotated[
+    str,
+    typer.Option(
+        metavar="measured|none|unknown",
+        help="Of a table of permittivity without loss: a material without any, or the permittivity alone is fitted.",
     ),
 ]
 FixtureCapacitance = Annotated[
@@ -77,6 +84,7 @@ def command(
     noise: Noises = None,
     systematic: Systematic = None,
     reference: Reference = None,
+    loss: Loss = "measured",
     band: Band = None,
     area: Area = None,
     thickness: Thickness = None,
@@ -109,6 +117,7 @@ def command(
         noise={name: share_of(value, "--noise") for name, value in noises.items()},
         systematic=None if systematic is None else share_of(systematic, "--systematic"),
         reference=None if reference is None else pair_of(reference, "--reference", "FILE=VALUE"),
+        loss=loss,
         band=None if band is None else _band(band),
         area=area,
         thickness=thickness,

@@ -11,6 +11,13 @@ if TYPE_CHECKING:
 
     from electrovib.recordings.calibration_error import CalibrationError
 
+Recordings: TypeAlias = Annotated[
+    list[str], typer.Argument(metavar="RECORD...", help="Trace files with signals over time or frequency.")
+]
+Free: TypeAlias = Annotated[
+    list[str],
+    typer.Option(metavar="PATH,PATH,...", help="Parameters to estimate, as dotted paths; repeatable."),
+]
 Vary: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(metavar="PATH,...", help="Those of them that differ between sessions; repeatable."),
@@ -51,6 +58,13 @@ CompareWith: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
         metavar="SCENARIO", help="Another model of the same experiment, compared by AICc and BIC; repeatable."
+    ),
+]
+Keep: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PART",
+        help="Take the drive, load or motion of the scenario although the recordings hold their own; repeatable.",
     ),
 ]
 Folder: TypeAlias = Annotated[
@@ -122,6 +136,11 @@ def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, Cal
             raise InputError(f"--gain-error {text}: no signal has this name.{nearest(name, SIGNALS)}")
         found[name] = share_of(value, "--gain-error")
     at_zero = dict(_of_signal(text, "--zero-error") for text in zeros)
+    for name, error in (*found.items(), *at_zero.items()):
+        if not 0 <= error < float("inf"):
+            raise InputError(
+                f"error of {name} = {error:g}: expected a finite standard uncertainty of 0 or more"
+            )
     names = dict.fromkeys([*found, *at_zero])
     return {name: CalibrationError(gain=found.get(name, 0.0), zero=at_zero.get(name, 0.0)) for name in names}
 

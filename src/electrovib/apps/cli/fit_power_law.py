@@ -69,16 +69,12 @@ def command(
 
 def summary(law: PowerLawFit) -> list[str]:
     """Report the exponent with its interval, and that of each session."""
-    lines = [
-        f"exponent {law.exponent:.4g}, 95 % interval {law.lower:.4g} to {law.upper:.4g}"
-        f" (Student's t with {law.degrees_of_freedom} degrees of freedom)"
-    ]
-    lines += [
-        f"  {name}: exponent {exponent:.4g}, y at x = 1 in SI {law.factors[name]:.4g}"
-        for name, exponent in law.exponents.items()
-    ]
     return [
-        *lines,
+        f"exponent {law.exponent:.4g}, 95 % interval {law.lower:.4g} to {law.upper:.4g}",
+        *(
+            f"  {name}: exponent {each.exponent:.4g}, standard error {each.standard_error:.2g}"
+            f" (ln y scatters by {each.scatter:.2g}), y at x = 1 in SI {each.factor:.4g}"
+            for name, each in law.sessions.items()
+        ),
         law.sentence,
-        f"standard deviation of ln y about the law of each session: {law.scatter:.2g}",
     ]

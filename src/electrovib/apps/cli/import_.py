@@ -40,7 +40,7 @@ from electrovib.apps.cli.import_options import (
     Trigger,
     With,
 )
-from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli.terminal import say, warned
 
 
 def register(app: typer.Typer) -> None:
@@ -173,8 +173,6 @@ def _as_trace(
     """Import a Trace, write it, and print its history and diagnostics."""
     from pathlib import Path
 
-    from electrovib.apps.cli.run import validity_lines
-    from electrovib.core.diagnostics import read_diagnostics
     from electrovib.data.traces.opened import open_trace
     from electrovib.export.save import check_output, save
     from electrovib.recordings.importing import import_file, merge_traces
@@ -188,7 +186,7 @@ def _as_trace(
         trace = merge_traces(first, trace, edges=clocks["edges"] or "", shift=clocks["shift"])
     sizes = ", ".join(f"{size} values of {name}" for name, size in trace.sizes.items())
     say(f"{', '.join(map(str, trace.data_vars))}: {sizes}", *trace.attrs["history"].split("\n"))
-    say(*validity_lines(read_diagnostics(trace.attrs["validity"])))
+    say(*warned(trace))
     if output is not None:
         say(*(f"written: {path}" for path in save(trace, output, force=force)))
 

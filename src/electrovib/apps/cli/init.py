@@ -9,7 +9,7 @@ import typer
 
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes
-from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli.terminal import put, say
 
 
 def register(app: typer.Typer) -> None:
@@ -29,7 +29,7 @@ def command(
 
     text = init(scenario, set=read_changes(changes or []), output=output, force=force)
     if output is None:
-        print(as_toml(text, sys.stdout.encoding), end="")
+        put(as_toml(text, sys.stdout.encoding))
     else:
         say(f"written: {output}")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,7 +11,12 @@ from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.import_ import pairs
 from electrovib.apps.cli.import_options import Columns, Scales, TimeColumn
 from electrovib.apps.cli.options import Models
-from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli.terminal import say, warned
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import xarray
 
 
 def register(app: typer.Typer) -> None:
@@ -34,12 +39,30 @@ def command(
     """
     del models  # imported by now
     from electrovib.apps.progress import tracked
-    from electrovib.view.report import report
+    from electrovib.view.report import reported
 
     found = _imported(traces, pairs("column", column), time=time, scale=pairs("scale", scale))
     with tracked("drawing the report"):
-        written = report(found or traces, output, force=force)
-    say(f"written: {written}", *_without_parameters(traces))
+        shown = reported(found or traces, output, force=force)
+    say(*_answers(shown, output), *_without_parameters(traces), f"written: {output}")
+
+
+def _answers(shown: Mapping[str, xarray.Dataset], output: str) -> list[str]:
+    """Return a line with the answer of each result that the report shows, then the warnings of all, each once."""
+    from electrovib.apps.cli.map_lines import is_map, judged
+    from electrovib.core.trace import is_study_result
+    from electrovib.study.population.words import signal_words
+    from electrovib.view.summary import opening
+
+    lines, warnings = [], []
+    for label, found in shown.items():
+        if is_study_result(found):
+            answer = "; ".join(line for name in found.attrs["signals"] for line in signal_words(found, name))
+        else:
+            answer = opening(found).replace("µ", "u")  # as every other number on the terminal
+        lines += [f"{label}: {answer}"] if answer else []
+        warnings += judged(found, None, output) if is_map(found) else warned(found)
+    return [*lines, *dict.fromkeys(warnings)]
 
 
 def _imported(

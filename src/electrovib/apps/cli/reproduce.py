@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli.terminal import say, warned
 
 
 def register(app: typer.Typer) -> None:
@@ -29,6 +29,7 @@ def command(
     Write report.html, numbers.json and figures with their curves; this takes about a minute.
     """
     from electrovib.apps.progress import items_shown
+    from electrovib.study.reproduction import COMPARED
     from electrovib.view.reproduce import reproduce
 
     with items_shown(f"reproducing {paper}"):
@@ -36,11 +37,12 @@ def command(
     say(f"{paper}: {found.count()}")
     for number, finding in enumerate(found.findings, 1):
         say(f"{number}. {finding}")
-    for row in sorted(found.rows, key=lambda row: row.verdict == "check"):
+    for row in found.ordered:
         unit = "" if row.unit == "1" else f" {row.unit}"
         printed = row.stated if row.stated and row.paper is None else shown(row.paper)
-        held = "" if row.verdict == "check" else f" (paper: {printed})"
+        held = f" (paper: {printed})" if row.verdict in COMPARED else ""
         say(f"{row.verdict:<11} {row.what}: {shown(row.ours)}{unit}{held}")
+    say(*warned(found))
     say(f"written: {output}/report.html")
 
 

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Final
+import math
+from typing import Annotated, Any, Final
 
 import typer
 
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from electrovib.core.diagnostics import Diagnostic
 
 _ROUNDING: Final = 1e-12
 """Share of the largest force below which the smallest one is printed as 0."""
@@ -79,7 +75,7 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     """Summarise the result in a few lines, with the values of a paper's scenario that are not found in the paper."""
     from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.cli.map_lines import is_map, judged
-    from electrovib.core.diagnostics import read_diagnostics
+    from electrovib.core.diagnostics import diagnostics_of, warning_lines
     from electrovib.scenario import scenario_of
 
     lines = [trace.attrs["title"]] if trace.attrs["title"] else []
@@ -88,12 +84,15 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
     else:
         lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
     if trace.attrs.get("reduction_error") and "transfer_error" in trace.attrs:
-        error = 100 * float(trace.attrs["transfer_error"])
-        lines.append(f"error of the response through materials reduced to relaxations: at most {error:.2g} %")
+        name, of = "transfer_error", ""
+        if "attraction_error" in trace.attrs:
+            name, of = "attraction_error", " of the peak attraction"
+        error = 100 * float(trace.attrs[name])
+        lines.append(f"error through materials reduced to relaxations: at most {error:.2g} %{of}")
     if is_map(trace):
         lines += judged(trace, output, report)
     else:
-        lines += validity_lines(read_diagnostics(trace.attrs["validity"]))
+        lines += warning_lines(diagnostics_of(trace))
     lines += chosen(scenario_of(trace), source, without=trace.dims) if source else []
     lines.append(f"solver: {trace.attrs['solver']}")
     if "friction_solver" in trace.attrs:
@@ -105,16 +104,20 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
 
 
 def _range(trace: Any, name: str) -> str:
-    """Return the range of a force, and the number of times at which it is unknown."""
+    """Return the range of a force over the whole run, and the number of times at which it is unknown."""
     from electrovib.core.units import format_quantity
-    from electrovib.view.summary import not_known
+    from electrovib.view.summary import not_known, quantities_of_run
 
-    values = trace[name]
     if missing := not_known(trace, name):
-        if not bool(values.notnull().any()):
+        if not bool(trace[name].notnull().any()):
             return missing
         missing = f", {missing}"
-    least, most = float(values.min()), float(values.max())
+    ends = quantities_of_run(trace, [f"{end} {each}" for each in FORCES for end in ("minimum", "maximum")])
+    found = [ends.get(f"{end} {name}", math.nan) for end in ("minimum", "maximum")]
+    if not all(map(math.isfinite, found)):
+        found = [float(trace[name].min()), float(trace[name].max())]
+        missing = missing or " at the output times"
+    least, most = found
     if abs(least) < _ROUNDING * abs(most):
         least = 0.0
     low, high = (format_quantity(edge, "N", digits=4) for edge in (least, most))
@@ -126,7 +129,7 @@ def _range(trace: Any, name: str) -> str:
 def _numbers(trace: Any) -> list[str]:
     """Return the range of each quantity of a sweep, and where its ends are."""
     from electrovib.apps.cli.map_lines import is_map
-    from electrovib.view.summary import quantity_ranges
+    from electrovib.view.swept import quantity_ranges
 
     over = ", ".join(
         f"{path} ({trace.sizes[path]} values)" for path in trace.sizes if path in trace.attrs["over"]
@@ -134,13 +137,6 @@ def _numbers(trace: Any) -> list[str]:
     ranges = quantity_ranges(trace, plain=True, named=not is_map(trace))
     lines = [f"over {over}; numbers of {trace.attrs['taken_over']}"] if over else []
     return lines + [f"{name}: {text}" for name, text in ranges.items()]
-
-
-def validity_lines(diagnostics: Sequence[Diagnostic]) -> list[str]:
-    """Return one line for each exceeded limit, and one for all that could not be judged."""
-    lines = [f"warning: {diagnostic.text}" for diagnostic in diagnostics if diagnostic.state == "warning"]
-    unknown = [diagnostic.text for diagnostic in diagnostics if diagnostic.state == "unknown"]
-    return [*lines, f"not judged: {'; '.join(unknown)}"] if unknown else lines
 
 
 def _files(trace: Any, output: str | None) -> list[str]:

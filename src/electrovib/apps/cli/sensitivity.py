@@ -9,7 +9,7 @@ import typer
 from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
-from electrovib.apps.cli.terminal import say, show
+from electrovib.apps.cli.terminal import say, show, warned
 
 
 def register(app: typer.Typer) -> None:
@@ -61,6 +61,6 @@ def command(
     say(found.answer, "")
     for table in found.tables:
         show(as_text(table))
-    say(*found.space.remarks)
+    say(*warned(found), *found.space.remarks)
     if output:
         say(f"written: {output}")

@@ -193,14 +193,11 @@ def _interrupted(done: int, total: int) -> NoReturn:
 
 def summary(found: xarray.Dataset) -> list[str]:
     """Report each signal where its median is largest, how it was computed, and what of the space is unverified."""
-    from electrovib.apps.cli.run import validity_lines
-    from electrovib.study.population.words import method_words, nominal_validity, signal_words
+    from electrovib.core.diagnostics import diagnostics_of, warning_lines
+    from electrovib.study.population.words import NOT_JUDGED, method_words, nominal_words, signal_words
 
     lines = [found.attrs["title"]] if found.attrs["title"] else []
     lines += [line for name in found.attrs["signals"] for line in signal_words(found, name)]
-    lines += method_words(found)
-    diagnostics = nominal_validity(found)
-    if diagnostics:
-        lines.append("validity of the scenario with its own values, not of every finger:")
-        lines += validity_lines(diagnostics)
+    lines += nominal_words(found) + method_words(found)
+    lines += [NOT_JUDGED, *warning_lines(diagnostics_of(found))]
     return lines + [f"note: {remark}" for remark in found.attrs["space_remarks"]]

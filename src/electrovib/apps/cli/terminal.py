@@ -6,9 +6,15 @@ import codecs
 import os
 import sys
 import unicodedata
-from typing import Final
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
 
+from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.errors import printable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from typing import TextIO
 
 _PLAIN: Final = {
     "µ": "u", "μ": "u", "Ω": "ohm", "·": " ", "–": "-", "—": "-", "−": "-", "×": "x", "°": " deg",
@@ -16,12 +22,48 @@ _PLAIN: Final = {
     "τ": "tau", "ε": "epsilon", "σ": "sigma", "ω": "omega",
 }  # fmt: skip
 _HANDLER: Final = "electrovib.plain"
+_UNPRINTED: Final[list[str]] = []
+"""Why the output could not be printed completely."""
 
 
 def say(*lines: str) -> None:
     """Print each text as one line; a control character is shown as its code."""
-    for line in lines:
-        print(printable(line))
+    put("".join(f"{printable(line)}\n" for line in lines))
+
+
+def put(text: str) -> None:
+    """Print a text as it is; a full disk or a closed pipe ends no command, because its files are still to be written."""
+    with _held(sys.stdout):
+        print(text, end="")
+
+
+def unprinted() -> bool:
+    """Return whether the output was not printed completely, after saying so on the error output."""
+    with _held(sys.stdout):
+        print(end="", flush=True)
+    if _UNPRINTED:
+        complain(f"the output could not be printed completely: {_UNPRINTED[0]}")
+    found = bool(_UNPRINTED)
+    _UNPRINTED.clear()
+    return found
+
+
+@contextmanager
+def _held(stream: TextIO) -> Iterator[None]:
+    """Note that a stream takes no more text, and let the rest of it go nowhere."""
+    try:
+        yield
+    except OSError as error:
+        if stream is sys.stdout:
+            _UNPRINTED.append(error.strerror or str(error))
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+
+
+def warned(result: object) -> list[str]:
+    """Return the warnings of what a result was computed from, each sentence once."""
+    return warning_lines(diagnostics_of(result), brief=True)
 
 
 def show(text: str) -> None:
@@ -31,8 +73,9 @@ def show(text: str) -> None:
 
 def complain(*lines: str) -> None:
     """Print lines on the error output, each after the name of the program."""
-    for line in lines:
-        print(f"electrovib: {printable(line)}", file=sys.stderr)
+    with _held(sys.stderr):
+        for line in lines:
+            print(f"electrovib: {printable(line)}", file=sys.stderr)
 
 
 def prepare() -> None:

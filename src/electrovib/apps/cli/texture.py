@@ -6,10 +6,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from electrovib.apps.cli.export_options import FullScale, FurtherLimits, Gain, Instrument, LargestError, Rate
+from electrovib.apps.cli.export_options import (
+    AmplifierPresent,
+    Edge,
+    FullScale,
+    FurtherLimits,
+    Gain,
+    Instrument,
+    LargestError,
+    Rate,
+)
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.options import Changes, Models
-from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli.terminal import say, warned
 from electrovib.apps.cli.texture_options import Carrier, Frequency, Output, Path, Ramp, TextureTable
 
 if TYPE_CHECKING:
@@ -39,6 +48,8 @@ def command(
     largest_error: LargestError = 0.01,
     full_scale: FullScale = "",
     gain: Gain = 1.0,
+    edge: Edge = "",
+    amplifier_present: AmplifierPresent = False,
     changes: Changes = None,
     models: Models = None,
     force: Force = False,
@@ -49,17 +60,17 @@ def command(
     """
     del models  # imported by now
     from electrovib.apps.changes import read_changes
-    from electrovib.apps.cli.export import lines_of
+    from electrovib.apps.cli.export import edge_of, lines_of
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.export.waveform import check_waveform_file, export_waveform
     from electrovib.study.texture import texture_drive
 
     if not output:
-        _refuse({"--as": instrument, "--full-scale": full_scale})
+        _refuse({"--as": instrument, "--full-scale": full_scale, "--edge": edge})
     declared = list(limits or [])
     if output:
-        check_waveform_file(output, instrument=instrument, force=force)
+        check_waveform_file(output, instrument=instrument, edge=edge_of(edge), force=force)
     with inputs_noted() as inputs, tracked("rendering and simulating"):
         found = texture_drive(
             scenario,
@@ -72,20 +83,15 @@ def command(
             limits=declared,
             set=read_changes(changes or []),
         )
-    say(*summary(found))
+    say(*summary(found), *warned(found))
     if output:
-        check_waveform_file(output, instrument=instrument, inputs=inputs, force=force)
+        check_waveform_file(output, instrument=instrument, edge=edge_of(edge), inputs=inputs, force=force)
         written = export_waveform(
-            found.scenario,
-            output,
-            limits=declared,
-            instrument=instrument,
+            found.scenario, output, limits=declared, instrument=instrument,
             rate=None if instrument or output.lower().endswith(".wav") else found.rate,
-            largest_error=largest_error,
-            full_scale=_voltage(full_scale),
-            gain=gain,
-            force=force,
-        )
+            largest_error=largest_error, full_scale=_voltage(full_scale), gain=gain, edge=edge_of(edge),
+            amplifier_present=amplifier_present, force=force,
+        )  # fmt: skip
         say(*lines_of(written))
 
 

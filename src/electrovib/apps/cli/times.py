@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
 from electrovib.apps.cli.force import Force
 from electrovib.apps.cli.terminal import say
+
+if TYPE_CHECKING:
+    from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
 
 Record: TypeAlias = Annotated[
     str, typer.Argument(help="Trace file with signals over time, as electrovib import writes it.")
@@ -46,7 +49,10 @@ Before: TypeAlias = Annotated[
     str | None, typer.Option(metavar="TIME", help="Length of the section before an edge.")
 ]
 Ring: TypeAlias = Annotated[
-    bool, typer.Option("--ring", help="Measure also the oscillation after the last edge.")
+    bool,
+    typer.Option(
+        "--ring", help="Measure also the oscillation after each impact, or after the last switching of --by."
+    ),
 ]
 Folder: TypeAlias = Annotated[
     str | None, typer.Option("--output", "-o", metavar="DIR", help="Folder for report.html and times.csv.")
@@ -81,9 +87,9 @@ def command(
 
     from electrovib.core.files import inputs_noted
     from electrovib.data.traces import open_trace
-    from electrovib.recordings.transitions import measure_ring, measure_times
     from electrovib.recordings.transitions.table import time_rows, with_interval
-    from electrovib.view.times import check_times_folder, write_times
+    from electrovib.view.measured import check_measured_folder, write_measured
+    from electrovib.view.times import FILES, times_files
 
     chosen = _chosen(signal, by, antiphase=antiphase)
     spans: dict[str, Any] = {"window": _seconds("--window", window), "before": _seconds("--before", before)}
@@ -91,17 +97,45 @@ def command(
     with inputs_noted() as inputs:
         trace = open_trace(record)
     if output is not None:
-        check_times_folder(Path(output), inputs, force=force)
+        check_measured_folder(Path(output), FILES, inputs, force=force)
     wanted: Any = edges  # checked there
-    found = measure_times(
-        trace, levels=fractions, sensor=sensor, exponentials=exponentials, edges=wanted, **chosen, **spans
+    rings = _rings(trace, chosen, spans["window"]) if ring else None
+    found, why = _times(
+        trace,
+        rings,
+        levels=fractions,
+        sensor=sensor,
+        exponentials=exponentials,
+        edges=wanted,
+        **chosen,
+        **spans,
     )
-    oscillation = measure_ring(trace, **chosen, window=spans["window"]) if ring else None
-    say(*(f"{row.group}, {with_interval(row)}" for row in time_rows(found, oscillation)))
-    say(*found.words, *(oscillation.words if oscillation is not None else ()))
+    say(*(f"{row.group}, {with_interval(row)}" for row in time_rows(found, rings)))
+    say(*(text for each in (found, rings) if each is not None for text in each.words), *why)
     if output is not None:
-        paths = write_times(Path(output), found, oscillation, source=Path(record).name, force=force)
-        say(*(f"written: {path}" for path in paths))
+        texts = times_files(found, rings, source=Path(record).name)
+        say(*(f"written: {path}" for path in write_measured(Path(output), texts, FILES, force=force)))
+
+
+def _rings(trace: Any, chosen: dict[str, Any], window: float | None) -> MeasuredRings:
+    from electrovib.recordings.transitions import MeasuredRings, measure_ring, measure_rings
+
+    if chosen["by"] is None:
+        return measure_rings(trace, signal=chosen["signal"], window=window)
+    return MeasuredRings(rings=(measure_ring(trace, **chosen, window=window),))
+
+
+def _times(trace: Any, rings: MeasuredRings | None, **options: Any) -> tuple[MeasuredTimes | None, list[str]]:
+    """Measure the times; a record that rings needs no edges, and why there are none is stated."""
+    from electrovib.core.errors import InputError
+    from electrovib.recordings.transitions import measure_times
+
+    try:
+        return measure_times(trace, **options), []
+    except InputError as error:
+        if rings is None:
+            raise
+        return None, [f"No time between levels: {error.problems[0]}."]
 
 
 def _chosen(signal: str | None, by: str | None, *, antiphase: bool) -> dict[str, Any]:

@@ -187,10 +187,15 @@ def _with_headers(send: Send) -> Send:
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, sentence: str) -> None:
     if scope["type"] == "websocket":
-        await receive()
-        await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": sentence[:100]})
+        await refuse_connection(receive, send, sentence)
         return
     await answer(send, 403, sentence)
+
+
+async def refuse_connection(receive: Receive, send: Send, sentence: str) -> None:
+    """Refuse a websocket."""
+    await receive()
+    await send({"type": "websocket.close", "code": _POLICY_VIOLATION, "reason": sentence[:100]})
 
 
 async def answer(send: Send, status: int, sentence: str) -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from electrovib.view.plots.layers import drawn_heights
 from electrovib.view.style import layer_colours
 from electrovib.view.units import pretty_quantity
@@ -97,8 +95,8 @@ def _words(name: str, thickness: float, shown: Computed, middle: float) -> list[
     lines = [
         f'<text x="{_TEXT:g}" y="{middle - 2:.1f}" font-size="11" font-weight="bold">{escape(first)}</text>'
     ]
-    if shown.has("field"):
-        field = float(np.nanmax(np.abs(shown.values("field", layer=name))))
+    field = shown.found.largest_fields.get(name)
+    if field is not None:
         strength, voltage = (
             pretty_quantity(each, unit, digits=3) for each, unit in ((field, "V/m"), (field * thickness, "V"))
         )

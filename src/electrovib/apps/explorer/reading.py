@@ -42,7 +42,7 @@ _DIMENSIONS: Final = ("time", "frequency", "layer", "sample")
 
 
 def read_apart(
-    path: Path, columns: Mapping[str, str] | None = None, *, step: str = "", title: str = ""
+    path: Path, columns: Mapping[str, str] | None = None, **options: Any
 ) -> xarray.Dataset | Recorded:
     """Read a recording in a process of its own.
 
@@ -52,10 +52,8 @@ def read_apart(
         The file.
     columns : mapping of str to str, optional
         Signal to the heading of its column, with which the recording is imported.
-    step : str
-        Time between samples where the file has no time stamps.
-    title : str
-        Of the imported recording.
+    **options
+        ``step``, ``scale`` and ``title`` of `electrovib.import_file`; an empty one is not stated.
 
     Returns
     -------
@@ -67,7 +65,7 @@ def read_apart(
     ElectrovibError
         If no reader takes the file, if it is damaged or too large, or if reading it takes too much time or memory.
     """
-    arguments = {"columns": dict(columns) if columns else None, "step": step, "title": title}
+    arguments = {"columns": dict(columns) if columns else None, "options": options}
     with (
         GuardedReading(_READER, path, limits=LIMITS, **arguments) as reading,
         closed_at_end(reading.stop),
@@ -76,11 +74,11 @@ def read_apart(
 
 
 def contents(
-    path: Path, *, columns: Mapping[str, str] | None, step: str, title: str
+    path: Path, *, columns: Mapping[str, str] | None, options: Mapping[str, Any]
 ) -> Iterator[tuple[str, Any]]:
     """Yield the parts of a recording; called in the process of its own."""
     _limit_children_and_files(path.parent)
-    found = read_here(path, columns, step=step, title=title)
+    found = read_here(path, columns, **options)
     yield from _packed_trace(found) if hasattr(found, "data_vars") else _packed_columns(found)
 
 
@@ -111,16 +109,15 @@ def read_tables_here(path: Path) -> Any:
         raise InputError(f"not valid TOML: {error}") from None
 
 
-def read_here(
-    path: Path, columns: Mapping[str, str] | None = None, *, step: str = "", title: str = ""
-) -> Any:
+def read_here(path: Path, columns: Mapping[str, str] | None = None, **options: Any) -> Any:
     """Read a recording in this process; as `read_apart`."""
     from electrovib.data.readers.registry import read_recorded
     from electrovib.data.traces import open_trace
     from electrovib.recordings.importing import import_file
 
     if columns is not None:
-        return _checked_trace(import_file(path, dict(columns), step=step or None, title=title))
+        given = {name: value for name, value in options.items() if value}
+        return _checked_trace(import_file(path, dict(columns), **given))
     try:
         trace = open_trace(path).load()
     except ElectrovibError:

@@ -13,6 +13,8 @@ from typing import Final, Generic, TypeVar
 from electrovib.core.budget import listening
 
 W = TypeVar("W")
+NOTICED: Final = 0.3
+"""Time after which a visitor is told that something is being computed [s]; for less the page would flicker."""
 SERVER_ENDS: Final = threading.Event()
 """Set when the server is stopped; work in threads then ends as soon as it can."""
 
@@ -132,6 +134,8 @@ class LatestOnly(Generic[W]):
         Called with the latest value. A value that arrives while it runs replaces any other that waits.
     failed : callable
         Called with an exception that the task did not handle; the next value is then worked on as usual.
+    busy : callable
+        Called with True when a task has run for `NOTICED`, and then with False when nothing runs any more.
 
     Notes
     -----
@@ -139,9 +143,15 @@ class LatestOnly(Generic[W]):
     between two slices of its work when a newer value waits.
     """
 
-    def __init__(self, task: Callable[[W], Awaitable[None]], failed: Callable[[Exception], None]) -> None:
-        self._task, self._failed = task, failed
+    def __init__(
+        self,
+        task: Callable[[W], Awaitable[None]],
+        failed: Callable[[Exception], None],
+        busy: Callable[[bool], object] = bool,
+    ) -> None:
+        self._task, self._failed, self._busy = task, failed, busy
         self._waiting: list[W] = []
+        self._is_noticed = False
         self._running: asyncio.Task[None] | None = None
 
     def ask(self, value: W) -> None:
@@ -168,10 +178,20 @@ class LatestOnly(Generic[W]):
 
     async def _work(self) -> None:
         while self._waiting:
+            notice = asyncio.get_running_loop().call_later(NOTICED, self._tell, True)
             try:
                 await self._task(self._waiting.pop())
             except Exception as error:  # noqa: BLE001 - a mistake of ours must not end the page
                 self._failed(error)
+            finally:
+                notice.cancel()
+        self._tell(False)
+
+    def _tell(self, is_busy: bool) -> None:
+        """Tell whether a task takes long, where that has changed."""
+        if is_busy != self._is_noticed:
+            self._is_noticed = is_busy
+            self._busy(is_busy)
 
 
 @dataclass(frozen=True)

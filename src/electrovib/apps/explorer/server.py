@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from electrovib.apps.explorer.access import LOOPBACK, TOKEN, AccessControl, is_loopback, new_token
 from electrovib.apps.explorer.capacity import RequestLimits
-from electrovib.apps.explorer.limits import MOST_PAGES
+from electrovib.apps.explorer.limits import LARGEST_MESSAGE
 from electrovib.apps.explorer.ports import listening, served_on
 from electrovib.apps.explorer.runner import SERVER_ENDS
 from electrovib.core.errors import InputError
@@ -25,7 +25,8 @@ HISTORY: Final = 20
 EVERYWHERE: Final = ("0.0.0.0", "::")  # noqa: S104 - compared with
 """Addresses of a server on all interfaces."""
 UNCONNECTED: Final = 15.0
-"""Seconds after which a page that no browser has connected with is given up, where many are open."""
+"""Seconds for which a page is kept that no browser is connected with, as long as the server is not full: a busy machine or
+network may interrupt for some."""
 YOURS: Final = "yours"
 """Name of a scenario that is no paper's."""
 
@@ -95,9 +96,11 @@ def explore(
             show=path if browser else False,
             show_welcome_message=False,
             message_history_length=HISTORY,
+            reconnect_timeout=UNCONNECTED,
             dark=None,
             favicon="〰",
             proxy_headers=False,
+            ws_max_size=LARGEST_MESSAGE,
             ws_per_message_deflate=False,  # takes longer than to draw the plots, and saves nothing on this machine
         )
 
@@ -121,27 +124,29 @@ def _orderly_end() -> Iterator[None]:
 
 def _guard(app: Any, host: str, port: int, token: str) -> None:
     """Put the checks in front of everything else that the framework puts in front of its pages."""
-    from nicegui import Client
+    from nicegui import Client, core
 
-    def open_pages() -> int:
-        if len(Client.instances) >= MOST_PAGES:
-            Client.prune_instances(client_age_threshold=UNCONNECTED)
-        return len(Client.instances)
+    from electrovib.apps.explorer.frames import Frames, check_events, is_kept
 
+    def put_last(client: Client) -> None:
+        if client.id in Client.instances:
+            Client.instances[client.id] = Client.instances.pop(client.id)
+
+    app.on_disconnect(put_last)
+    handlers = core.sio.handlers["/"]
+    check_events(handlers)
+    core.sio.eio.transports = [
+        "websocket"
+    ]  # by requests of HTTP, sessions would be opened that no connection limits
     inner = app.build_middleware_stack
     names = LOOPBACK if is_loopback(host) else (*LOOPBACK, *_names(host))
 
     def stack() -> AccessControl:
-        limited = RequestLimits(inner(), open_pages=open_pages)
+        limited = RequestLimits(Frames(inner(), events=handlers), pages=Client.instances)
         return AccessControl(limited, hosts=names, port=port, token=token, any_address=host in EVERYWHERE)
 
     app.build_middleware_stack = stack
-    logging.getLogger("nicegui").addFilter(_is_no_silent_browser)
-
-
-def _is_no_silent_browser(record: logging.LogRecord) -> bool:
-    """Return False for the report that a browser has not answered, which every visitor causes who leaves early."""
-    return not isinstance(record.msg, TimeoutError)
+    logging.getLogger("nicegui").addFilter(is_kept)
 
 
 def _first(scenario: Source, changes: Mapping[str, Any] | None) -> tuple[dict[str, Scenario], str]:

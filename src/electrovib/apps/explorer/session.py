@@ -62,6 +62,8 @@ class Session:
         Called with every new result, and again when more is known beside it.
     complain : callable
         Called with a sentence when a scenario cannot be computed; empty when it can again.
+    busy : callable
+        Called with True when a computation takes longer than a moment, and with False when it has ended.
     """
 
     own: Mapping[str, Scenario]
@@ -69,6 +71,7 @@ class Session:
     workers: Workers
     show: Callable[[Computed, Further], None]
     complain: Callable[[str], None]
+    busy: Callable[[bool], object] = bool
     tab: str = TABS[0]
     computed: Computed | None = None
     further: Further = field(default_factory=Further)
@@ -77,11 +80,10 @@ class Session:
 
     def __post_init__(self) -> None:
         """Prepare the queue of one."""
-        self._updates: LatestOnly[PageState] = LatestOnly(self._update, self._failed)
-        self._shown: PageState | None = None
-        self._reported = False
+        self._updates: LatestOnly[PageState] = LatestOnly(self._update, self._failed, self.busy)
+        self.shown: PageState | None = None
         self._presence = Presence()
-        self._is_reading = False
+        self._reported = self._is_reading = False
 
     @property
     def is_idle(self) -> bool:
@@ -178,7 +180,7 @@ class Session:
         self._reported = bool(sentence)
 
     async def _update(self, state: PageState) -> None:
-        if state != self._shown or self.computed is None:
+        if state != self.shown or self.computed is None:
             try:
                 await self._simulate(state)
             except InterruptedWorkError:
@@ -216,7 +218,7 @@ class Session:
             self._display(state, await without_turn())
 
     def _display(self, state: PageState, found: Computed) -> None:
-        self.computed, self._shown = found, state
+        self.computed, self.shown = found, state
         self.further = Further(band=self.further.band, drawn=self.further.drawn)
         self._report("")
         self.show(found, self.further)

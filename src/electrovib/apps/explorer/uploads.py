@@ -81,7 +81,7 @@ def read_upload(name: str, content: bytes) -> Uploaded:
     return Uploaded(name, trace=found)
 
 
-def named(name: str, content: bytes, columns: Mapping[str, str], *, step: str = "") -> Uploaded:
+def named(name: str, content: bytes, columns: Mapping[str, str], **options: Any) -> Uploaded:
     """Import a recording with the signals that a visitor has chosen for its columns.
 
     Parameters
@@ -90,8 +90,9 @@ def named(name: str, content: bytes, columns: Mapping[str, str], *, step: str = 
         As for `read_upload`.
     columns : mapping of str to str
         Signal to the heading of its column, with a unit in brackets where the file states none.
-    step : str
-        Time between samples where the file has no time stamps.
+    **options
+        ``step``, the time between samples where the file has no time stamps, and ``scale``, signals to the sensitivities of
+        their sensors, such as ``"1.5 N/V"``.
 
     Returns
     -------
@@ -104,17 +105,20 @@ def named(name: str, content: bytes, columns: Mapping[str, str], *, step: str = 
         If a column or unit does not fit.
     """
     name = shown_name(name)
-    found = _read(name, content, columns, step=step)
+    found = _read(name, content, columns, **options)
     assert not isinstance(found, Recorded)
     return Uploaded(name, trace=found)
 
 
 def _read(
-    name: str, content: bytes, columns: Mapping[str, str] | None = None, *, step: str = ""
+    name: str,
+    content: bytes,
+    columns: Mapping[str, str] | None = None,
+    **options: Any,
 ) -> xarray.Dataset | Recorded:
     """Read a recording through a file in a folder of its own."""
     refuse_large(name, len(content))
-    return _through_a_file(name, content, lambda path: read_apart(path, columns, step=step, title=name))
+    return _through_a_file(name, content, lambda path: read_apart(path, columns, title=name, **options))
 
 
 def _through_a_file(name: str, content: bytes, read: Callable[[Path], R]) -> R:

@@ -193,9 +193,9 @@ class Hp33120a:
             Query to a text, or to a number.
         """
         return {
-            "FUNC:SHAP?": "USER", "FUNC:USER?": "VOLATILE", "DATA:ATTR:POIN? VOLATILE": float(points),
+            "FUNC:SHAP?": "USER", "FUNC:USER?": "VOLATILE", "DATA:ATTR:POIN? VOLATILE": points,
             "FREQ?": 1 / duration, "VOLT?": amplitude, "VOLT:OFFS?": 0.0, "VOLT:UNIT?": "VPP",
-            "OUTP:LOAD?": HIGH_IMPEDANCE, "BM:STAT?": 1.0, "BM:NCYC?": 1.0, "BM:PHAS?": 0.0, "BM:SOUR?": "INT",
+            "OUTP:LOAD?": HIGH_IMPEDANCE, "BM:STAT?": 1, "BM:NCYC?": 1, "BM:PHAS?": 0.0, "BM:SOUR?": "INT",
             "TRIG:SOUR?": "BUS",
         }  # fmt: skip
 
@@ -223,9 +223,9 @@ def mismatches(found: Mapping[str, str], expected: Mapping[str, Any], tolerance:
     found : mapping of str to str
         Reply by query.
     expected : mapping of str to text or number
-        What has to be reported.
+        What has to be reported; a count, of type int, exactly.
     tolerance : float
-        Allowed difference of a number, relative, and absolute for 0; dimensionless.
+        Allowed difference of another number, relative, and absolute for 0; dimensionless.
 
     Returns
     -------
@@ -243,6 +243,7 @@ def mismatches(found: Mapping[str, str], expected: Mapping[str, Any], tolerance:
             number = float(reply)
         except ValueError:
             number = float("nan")
-        if not abs(number - wanted) <= tolerance * max(abs(wanted), 1.0 if wanted == 0 else 0.0):
+        allowed = 0 if isinstance(wanted, int) else tolerance * (abs(wanted) or 1.0)
+        if not abs(number - wanted) <= allowed:
             wrong.append(f"'{query}' answers '{reply[:40]}', where {wanted:g} was set")
     return wrong

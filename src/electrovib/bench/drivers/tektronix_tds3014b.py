@@ -151,7 +151,7 @@ class TektronixTds3014b:
             Query to a text, or to a number.
         """
         found: dict[str, Any] = {
-            "HOR:RECO?": float(RECORD), "HOR:MAI:SCA?": time_scale(duration), "HOR:TRIG:POS?": BEFORE, "ACQ:MOD?": "SAMPLE",
+            "HOR:RECO?": RECORD, "HOR:MAI:SCA?": time_scale(duration), "HOR:TRIG:POS?": BEFORE, "ACQ:MOD?": "SAMPLE",
             "ACQ:STOPA?": "SEQUENCE", "TRIG:A:MOD?": "NORMAL", "TRIG:A:EDGE:SOU?": "EXT",
         }  # fmt: skip
         for channel, (low, high) in ranges.items():

@@ -6,7 +6,7 @@ import struct
 import tokenize
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.errors import DataFileError, suggestion
+from electrovib.core.errors import DataFileError, closest_file
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,7 +31,7 @@ def check_file(path: Path) -> None:
             raise DataFileError("is a folder; give the name of a file in it.", path=path)
         if not path.exists():
             siblings = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
-            raise DataFileError(f"there is no such file.{suggestion(path.name, siblings)}", path=path)
+            raise DataFileError(f"there is no such file.{closest_file(path.name, siblings)}", path=path)
         if not path.is_file():
             raise DataFileError("is not an ordinary file.", path=path)
         with path.open("rb") as file:

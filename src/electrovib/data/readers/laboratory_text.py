@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import io
 import itertools
-import re
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -14,10 +13,12 @@ from electrovib.core.errors import DataFileError
 from electrovib.data.columns.faults import check_file
 from electrovib.data.readers.column_facts import named_by_preamble
 from electrovib.data.readers.date_times import stamp_columns, with_stamps
-from electrovib.data.readers.layout import INSPECTED, MISSING, Layout, find_layout, is_number, split
+from electrovib.data.readers.layout import INSPECTED, Layout, find_layout, split
+from electrovib.data.readers.number_cells import MISSING, is_number
 from electrovib.data.readers.preamble import settings_of, timing
 from electrovib.data.readers.recorded import DataColumn, Recorded
-from electrovib.data.readers.tables import one_table
+from electrovib.data.readers.tables import one_table, repeated_table
+from electrovib.data.readers.time_column import FREQUENCY, counts, is_index, is_time, keeps_step
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,13 +27,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 DESCRIPTION: Final = "delimited text of any instrument (.csv, .tsv, .txt, .dat, .lvm, .dta, .mpt, .par)"
-_COUNTS: Final = frozenset(
-    {"sequence", "index", "nr", "no", "pt", "point", "points", "point #", "sample", "samples", "#", "n"}
-)
-_TIMES: Final = re.compile(
-    r"(elapsed |trigger )?time\b.*|t|zeit|x-axis|x[_ ]?value|x|seconds?|source", re.IGNORECASE
-)
-_FREQUENCY: Final = re.compile(r"freq|hz|hertz|omega", re.IGNORECASE)
 _UNEVEN: Final = 2
 _LONGEST_LINE: Final = 1_000_000
 
@@ -68,7 +62,9 @@ def read_laboratory_text(
     raw, about = one_table(path, path.read_bytes(), part)
     if about and delimiter is None:
         delimiter = "\t" if b"\t" in raw else ","
-    found = read_laboratory_bytes(path, raw, delimiter=delimiter, decimal_comma=decimal_comma)
+    found = read_laboratory_bytes(
+        path, raw, delimiter=delimiter, decimal_comma=decimal_comma, part="" if about else part
+    )
     return dataclasses.replace(found, attributes={**found.attributes, **about})
 
 
@@ -79,6 +75,7 @@ def read_laboratory_bytes(
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
     origin: str = "",
+    part: str = "",
 ) -> Recorded:
     """Read the text of an instrument that is in memory.
 
@@ -94,6 +91,8 @@ def read_laboratory_bytes(
         As for `read_laboratory_text`.
     origin : str
         Name of the sheet that the text comes from, which becomes the attribute ``sheet``; empty if there is none.
+    part : str
+        Where the row of headings occurs several times: the table behind one of them, such as ``"step 2"``; the longest if empty.
 
     Returns
     -------
@@ -113,11 +112,27 @@ def read_laboratory_bytes(
             "holds no rows of numbers; if it does, state delimiter (--delimiter) and decimal_comma (--decimal-comma).",
             path=path,
         )
+    raw, about = repeated_table(path, raw, layout, part)
+    if about:
+        first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
+        layout = find_layout(first, delimiter=layout.delimiter, decimal_comma=layout.decimal_comma) or layout
+    elif part:
+        raise DataFileError(
+            f"part = {part}: the file does not consist of parts with names; omit it.", path=path
+        )
     numbers, stamps = _numbers(path, raw, encoding, layout, stamp_columns(layout, first))
-    settings = settings_of(layout) | ({"sheet": origin} if origin else {})
+    settings = settings_of(layout) | ({"sheet": origin} if origin else {}) | about | _left_out(layout)
     step, start = timing(layout, settings)
     found = _recorded(layout, numbers, settings, step, start)
     return found if found.time or found.step is not None or not stamps else with_stamps(found, stamps)
+
+
+def _left_out(layout: Layout) -> dict[str, str]:
+    """State the rows at the beginning that hold words in place of numbers."""
+    if not layout.left_out:
+        return {}
+    rows = "the first row" if layout.left_out == 1 else f"the first {layout.left_out} rows"
+    return {"left_out": f"{rows} behind the headings, with words in place of numbers"}
 
 
 def _encoding(path: Path, raw: bytes) -> str:
@@ -194,50 +209,18 @@ def _recorded(
         while any(each.name == name for each in channels):
             name = f"{name}'"
         channels.append(DataColumn(name=name, unit=layout.units[place], values=numbers[:, place]))
-    time, is_count = "", _is_index(layout, channels[0])
-    counts = is_count or _counts(channels[0].values)
-    if step is not None and (counts or layout.names[0].lower() == "x") and not _keeps_step(channels[0], step):
+    time, is_count = "", is_index(layout, channels[0])
+    counting = is_count or counts(channels[0].values)
+    if (
+        step is not None
+        and (counting or layout.names[0].lower() == "x")
+        and not keeps_step(channels[0], step)
+    ):
         channels = channels[1:] or channels
     elif len(channels) > 1:
-        frequency = any(_FREQUENCY.match(each.name) for each in channels)
+        frequency = any(FREQUENCY.match(each.name) for each in channels)
         candidates = channels[is_count:] if not frequency else []
-        found = next((each for at, each in enumerate(candidates) if _is_time(each, step, first=not at)), None)
+        found = next((each for at, each in enumerate(candidates) if is_time(each, step, first=not at)), None)
         if found is not None:
             time, step = found.name, None
     return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=settings)
-
-
-def _counts(values: Real) -> bool:
-    """Return whether a column numbers the samples."""
-    return bool(np.array_equal(values, np.arange(values.size) + values[0]) and values[0] in (0, 1))
-
-
-def _is_index(layout: Layout, first: DataColumn) -> bool:
-    """Return whether the first column numbers the rows: by its heading, or it counts and it alone has no heading."""
-    if {first.name.lower().rstrip("."), first.unit.lower()} & _COUNTS:
-        return True
-    return _counts(first.values) and not layout.names[0] and all(layout.names[1:])
-
-
-def _keeps_step(channel: DataColumn, step: float) -> bool:
-    """Return whether a column increases by the time step that the preamble states, within 1 % of it on average."""
-    values = channel.values
-    even = (values.size - 1) * step
-    return bool(np.isfinite(values).all() and abs(values[-1] - values[0] - even) <= 0.01 * abs(even))
-
-
-def _is_time(channel: DataColumn, step: float | None, *, first: bool) -> bool:
-    """Return whether a column is the time: by name and unit, and the first column also by its rise."""
-    rises = bool(np.isfinite(channel.values).all() and (np.diff(channel.values) >= 0).all())
-    named = bool(_TIMES.fullmatch(channel.name))
-    if channel.unit in ("s", "ms", "us", "ns"):
-        return (rises and (first or named)) or (first and named)
-    if not rises or channel.unit or channel.values[0] == channel.values[-1]:
-        return False
-    if first and step is not None and _keeps_step(channel, step):
-        return True
-    return (
-        named and not (channel.name.lower() == "x" and not first)
-        if not first
-        else (named or channel.name.startswith("column "))
-    )

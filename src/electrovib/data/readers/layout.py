@@ -3,38 +3,22 @@
 from __future__ import annotations
 
 import csv
-import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from electrovib.data.readers.unit_words import UNIT_NAMES, UNITS, as_unit, name_and_unit
+from electrovib.data.readers.number_cells import is_number
+from electrovib.data.readers.rows_of_headings import with_headings
 
 DELIMITERS: Final = ("\t", ";", ",", "|", "")
 """Candidates; the empty text stands for blanks."""
 _ALIKE: Final = 0.75
 """Smallest share of rows of numbers among the lines after the first such row; other lines are then errors."""
+_SHORTEST: Final = 0.1
+"""Smallest share of the rows in which a column of a shorter record holds numbers."""
 INSPECTED: Final = 400
 """Lines of the beginning of a file from which the layout is found."""
-_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", re.ASCII)
-_DECIMAL_COMMA: Final = re.compile(r"[+-]?(\d+,\d*|,\d+|\d+)([eEdD][+-]?\d+)?", re.ASCII)
-_LONGEST_NUMBER: Final = 64
-"""Most characters of a number; the bound keeps the matching fast."""
-_COMMENT: Final = ("#", "%")
-"""Signs that stand alone before headings."""
-MISSING: Final = frozenset({
-    "", "****", "--", "---", "nan", "-nan", "n/a", "#n/a", "na", "null", "inf", "-inf", "+inf", "∞", "-∞", "+∞", "ol", "-ol",
-    "1.#qnan", "-1.#ind", "1.#inf", "-1.#inf", "9.91e37", "clipping", "overflow", "overload",
-})  # fmt: skip
-"""Fields, in small letters, that state no number: empty, out of the range of the instrument, or no reading."""
-_SETTING: Final = re.compile(
-    r"(horizontal|vertical|record|sample|probe|model|serial|firmware|software)[ _]", re.IGNORECASE
-)
-"""Beginning of the name of a setting of an oscilloscope, which is no heading."""
-_WIDE_GAP: Final = re.compile(r"\s{2,}|\t")
-_FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
-"""First field of a row of headings whose other fields may be numbers, such as ``x-axis,1,2``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +41,10 @@ class Layout:
         Of these columns, empty where the file states none.
     preamble : tuple of tuple of str
         Fields of the lines before the numbers, and the fields beside the numbers that hold text.
+    headings : int
+        Line of the first row of headings, 0 first; that of the first row of numbers if there is none.
+    left_out : int
+        Number of rows right above `first` that hold words in place of numbers.
     """
 
     delimiter: str
@@ -67,14 +55,8 @@ class Layout:
     names: tuple[str, ...]
     units: tuple[str, ...]
     preamble: tuple[tuple[str, ...], ...]
-
-
-def is_number(cell: str, *, decimal_comma: bool) -> bool:
-    """Return whether a field is a number."""
-    if len(cell) > _LONGEST_NUMBER:
-        return False
-    form = _DECIMAL_COMMA if decimal_comma else _NUMBER
-    return bool(form.fullmatch(cell)) or (bool(cell) and cell.lower() in MISSING)
+    headings: int = 0
+    left_out: int = 0
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -151,18 +133,21 @@ def _under(lines: Sequence[str], delimiter: str, comma: bool) -> tuple[tuple[flo
     if comma and len(columns) == 1:
         split_decimals = 0.5  # '1,2' is rather two columns than one
     width = Counter(len(rows[at]) for at in body).most_common(1)[0][0]
-    names, units, preamble = _above(rows, first, tuple(sorted(columns)), comma)
-    layout = Layout(
-        delimiter=delimiter,
-        decimal_comma=comma,
-        first=first,
-        width=width,
-        columns=tuple(sorted(columns)),
-        names=names,
-        units=units,
-        preamble=preamble,
+    columns |= _shorter(rows, alike, width, columns, comma=comma)
+    layout = with_headings(
+        rows,
+        Layout(
+            delimiter=delimiter,
+            decimal_comma=comma,
+            first=first,
+            width=width,
+            columns=tuple(sorted(columns)),
+            names=(),
+            units=(),
+            preamble=(),
+        ),
     )
-    settings = sum(bool(delimiter) and len(row) > 1 for row in preamble)
+    settings = sum(bool(delimiter) and len(row) > 1 for row in layout.preamble)
     return (round(kept * share * split_decimals * (count / len(body)), 9), settings), layout
 
 
@@ -203,6 +188,24 @@ def _first(
     return first
 
 
+def _shorter(
+    rows: Sequence[Sequence[str]], alike: Sequence[int], width: int, columns: frozenset[int], *, comma: bool
+) -> frozenset[int]:
+    """Return the further columns of numbers that begin later or end earlier than the others, as two records in one sheet do."""
+    found = []
+    for place in set(range(width)) - columns:
+        cells = [rows[at][place] if place < len(rows[at]) else None for at in alike]
+        filled = [at for at, cell in enumerate(cells) if cell]
+        if None in cells or len(filled) < max(2, _SHORTEST * len(cells)):
+            continue
+        together = filled[-1] - filled[0] + 1 == len(filled) and (
+            filled[0] == 0 or filled[-1] == len(cells) - 1
+        )
+        if together and all(is_number(cells[at] or "", decimal_comma=comma) for at in filled):
+            found.append(place)
+    return frozenset(found)
+
+
 def _is_alike(row: Sequence[str], columns: frozenset[int], *, comma: bool) -> bool:
     """Return whether a line is a row of numbers in these columns, of which some may be missing."""
     cells = [row[at] for at in sorted(columns) if at < len(row)]
@@ -215,75 +218,13 @@ def _is_alike(row: Sequence[str], columns: frozenset[int], *, comma: bool) -> bo
     )
 
 
+def is_row_of_numbers(line: str, layout: Layout) -> bool:
+    """Return whether a line of the text is a row of numbers, of which some may be missing."""
+    return _is_alike(split(line, layout.delimiter), frozenset(layout.columns), comma=layout.decimal_comma)
+
+
 def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimiter: str) -> bool:
     """Return whether a comma taken for a delimiter is rather a decimal sign: '1,5 2,5' or '1,5;2,5'."""
     if delimiter != ",":
         return False
     return any(";" in cell or "\t" in cell for at in body for cell in rows[at])
-
-
-def _above(
-    rows: Sequence[Sequence[str]], first: int, columns: tuple[int, ...], comma: bool
-) -> tuple[tuple[str, ...], tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    """Read headings, units and preamble from the lines above the numbers."""
-    width = len(rows[first])
-    rows = [
-        row[1:] if at < first and row and row[0] in _COMMENT and len(row) > width else row
-        for at, row in enumerate(rows)
-    ]
-    above = [at for at in range(first) if any(rows[at])]
-    for at in above[-3:]:  # ZPlot writes all headings into one field
-        parts = _WIDE_GAP.split(" ".join(rows[at]).strip()) if sum(map(bool, rows[at])) == 1 else []
-        rows[at] = parts if len(parts) == width > 1 else rows[at]
-    headings: list[int] = []
-    lower: list[str] = []
-    for at in reversed(above[-3:]):
-        cells = [rows[at][place] if place < len(rows[at]) else "" for place in columns]
-        words = [cell for cell in cells if cell and not is_number(cell, decimal_comma=comma)]
-        if not headings and sum(map(bool, rows[at])) == 1 and len(columns) > 2:
-            continue  # such as 'End Comments' between headings and numbers
-        if headings and all(map(as_unit, lower)) and _FIRST_CELLS.fullmatch(cells[0]) and all(cells[1:]):
-            headings.insert(0, at)  # such as 'x-axis,1,2' above 'second,Volt,Volt'
-            break
-        if len(words) < max(1, (len(columns) + 1) // 2) or _is_setting(rows[at], columns):
-            break
-        if headings and sum(as_unit(cell) is None for cell in lower if cell) > len(columns) // 4:
-            break
-        headings.insert(0, at)
-        lower = [cell.strip("[]()") for cell in cells]
-    names, units = _named(rows, headings, columns)
-    beside = [tuple(cell for at, cell in enumerate(row) if at not in columns) for row in rows[first:]]
-    preamble = [tuple(rows[at]) for at in above]
-    return tuple(names), tuple(units), (*preamble, *(row for row in beside if any(row)))
-
-
-def _named(
-    rows: Sequence[Sequence[str]], headings: Sequence[int], columns: tuple[int, ...]
-) -> tuple[list[str], list[str]]:
-    """Return the names and units of the columns from the rows of headings."""
-    names = [""] * len(columns)
-    units = [""] * len(columns)
-    for order, at in enumerate(headings):
-        for place, column in enumerate(columns):
-            cell = rows[at][column].lstrip("#").strip() if column < len(rows[at]) else ""
-            name, unit = name_and_unit(cell)
-            if order and names[place] and not unit and as_unit(cell) is not None:
-                units[place] = as_unit(cell) or ""
-            else:
-                names[place] = names[place] or name
-                units[place] = units[place] or unit
-    for place, name in enumerate(names):
-        if name.lower() in UNIT_NAMES and not units[place]:
-            units[place] = UNITS[name.lower()]
-            names[place] = "time" if units[place] == "s" else name
-    return names, units
-
-
-def _is_setting(row: Sequence[str], columns: tuple[int, ...]) -> bool:
-    """Return whether a line such as 'Model Number,SDS1104' is a setting: it has fewer fields than there are columns."""
-    filled = [cell for cell in row if cell]
-    if filled and (filled[0].endswith(("=", ":")) or _SETTING.match(filled[0])):
-        return True
-    if all(as_unit(cell.strip("[]()")) is not None for cell in filled):
-        return False
-    return 2 * len(filled) < len(columns) or (len(filled) == 2 and len(columns) > 2 and bool(row[0]))

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from electrovib.core.arrays import Real
     from electrovib.data.readers.recorded import Recorded
 
 DESCRIPTION: Final = "Tektronix and Rigol .wfm, Keysight, Rigol and Siglent .bin, LeCroy .trc"
@@ -65,8 +66,16 @@ def read_oscilloscope_binary(path: Path) -> Recorded:
         table,
         step=step,
         start=start,
-        attributes={"model": model} | ({"omitted": omitted} if omitted else {}),
+        attributes={"model": model} | ({"omitted": omitted} if omitted else {}) | _unsure(path),
     )
+
+
+def _unsure(path: Path) -> dict[str, str]:
+    """State what is not sure of a Rigol .wfm."""
+    with path.open("rb") as file:
+        known = is_oscilloscope_binary(file.read(64))
+    words = "the vertical offset: the package that reads .wfm of Rigol gives it a wrong sign for some models; compare with .csv"
+    return {} if known else {"unsure": words}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,6 +110,15 @@ def _tektronix(path: Path) -> _Tektronix | None:
     return _Tektronix(unit=unit, frames=1 + int(struct.unpack_from(f"{order}I", head, 72)[0]))
 
 
+def _step(times: Real, stated: object) -> float:
+    """Return the time between samples: as stated, where n stamps spread the time of n samples over n - 1 intervals."""
+    step = float(times[-1] - times[0]) / (times.size - 1)
+    if not isinstance(stated, (int, float)) or not np.isfinite(stated) or stated <= 0:
+        return step
+    spread = stated * times.size / (times.size - 1)
+    return float(stated) if abs(step - spread) <= 1e-9 * spread else step
+
+
 def channels(path: Path) -> Iterator[tuple[str, Any]]:
     """Yield time step, start and model, then name, unit and values of each channel; called in a guarded process."""
     from RigolWFM import wfm
@@ -115,7 +133,7 @@ def channels(path: Path) -> Iterator[tuple[str, Any]]:
         raise ValueError("it holds no channel")
     check_declared(path, sum(len(channel.volts) for channel in recorded))
     times = np.asarray(recorded[0].times, dtype=float)
-    step = float(times[-1] - times[0]) / (times.size - 1)
+    step = _step(times, getattr(recorded[0], "seconds_per_point", None))
     if not np.isfinite(step) or step <= 0 or not np.isfinite(times[0]):
         raise ValueError("it states no time step")
     frames = 1 if tektronix is None else tektronix.frames

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.units import parse_quantity
-from electrovib.data.readers.layout import is_number
+from electrovib.data.readers.number_cells import is_number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

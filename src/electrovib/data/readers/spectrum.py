@@ -13,6 +13,7 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.data.columns.column import kind_and_factor
+from electrovib.data.readers.sweeps import chosen_sweep
 from electrovib.data.readers.unit_words import name_and_unit
 
 if TYPE_CHECKING:
@@ -67,6 +68,10 @@ class MeasuredSpectrum:
         Whether the table gives a permittivity without loss, which is then taken for 0.
     read_as : str
         Meaning of each column that was used.
+    among : str
+        Which of several spectra of the table it is, and which others there are; empty where there is one.
+    phase_unit : str
+        Unit in which the phase was read; empty where there is none.
     """
 
     frequency: Real
@@ -74,9 +79,13 @@ class MeasuredSpectrum:
     permittivity: Complex | None
     lossless: bool
     read_as: str
+    among: str = ""
+    phase_unit: str = ""
 
 
-def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None) -> MeasuredSpectrum:
+def spectrum_of(
+    recorded: Recorded, *, columns: Mapping[str, str] | None = None, spectrum: int = 0, phase_unit: str = ""
+) -> MeasuredSpectrum:
     """Find frequency and impedance, or permittivity, among the columns of a table.
 
     Parameters
@@ -88,6 +97,10 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
         ``minus_imaginary``, ``permittivity``, ``loss`` (the loss factor), ``loss_tangent``, ``conductivity``, ``resistivity``, to
         its heading, with a unit behind it where the file states none: ``"Phase [deg]"``; found by the headings if absent, and
         conductivity and resistivity by their units too.
+    spectrum : int
+        Which of several spectra, 1 for the first, where the frequencies turn back; 0 for the first, which is then said.
+    phase_unit : str
+        Unit of a phase whose own is neither stated nor seen from its values; such a phase is refused if empty.
 
     Returns
     -------
@@ -101,8 +114,10 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
 
     Notes
     -----
-    Rows of the frequency 0, which a potentiostat writes for samples over time, are omitted. A phase without a unit is in degrees
-    if any value is beyond 2 pi, and otherwise refused unless its heading or `columns` states the unit. Where several columns
+    Rows of the frequency 0, which a potentiostat writes for samples over time, and of an impedance of 0 are omitted. Of modulus
+    and phase, and real and imaginary part, the pair with more rows other than 0 is taken, of equal ones the first. A phase
+    without a unit is in degrees if any value is beyond 2 pi, and otherwise refused unless its heading or `columns` states the
+    unit. Where several columns
     state the loss, the first of those above is taken, and a difference of more than 2 % between them is refused.
     """
     found = _assigned(recorded, columns or {})
@@ -112,21 +127,20 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
         grid = found["angular_frequency"].values / (2 * math.pi)
     else:
         raise _no_spectrum(recorded, "no column is the frequency")
-    impedance, permittivity, lossless = None, None, False
+    impedance, permittivity, lossless, unit = None, None, False, ""
     if "permittivity" in found:
         permittivity, lossless = _permittivity(found, grid)
-    elif "modulus" in found and "phase" in found:
-        impedance = _in_si(found["modulus"], "ohm") * np.exp(1j * _radians(found["phase"]))
-    elif "real" in found and ("imaginary" in found or "minus_imaginary" in found):
-        sign, name = (1, "imaginary") if "imaginary" in found else (-1, "minus_imaginary")
-        impedance = _in_si(found["real"], "ohm") + sign * 1j * _in_si(found[name], "ohm")
     else:
+        impedance, unit = _impedance(found, phase_unit)
+    if permittivity is None and impedance is None:
         raise _no_spectrum(
             recorded, "neither modulus and phase, nor real and imaginary part, nor a permittivity is there"
         )
     values = impedance if impedance is not None else permittivity
     assert values is not None
-    good = np.isfinite(grid) & np.isfinite(values) & (grid != 0)
+    good = np.isfinite(grid) & np.isfinite(values) & (grid != 0) & (values != 0)
+    rows, words = chosen_sweep(grid, spectrum)
+    good &= np.isin(np.arange(grid.size), rows) | (grid < 0)
     if good.sum() < 2 or (grid[good] <= 0).any():
         raise InputError("frequency: expected two or more numbers above 0")
     order = np.flatnonzero(good)[np.argsort(grid[good], kind="stable")]
@@ -136,7 +150,24 @@ def spectrum_of(recorded: Recorded, *, columns: Mapping[str, str] | None = None)
         permittivity=None if permittivity is None else permittivity[order],
         lossless=lossless,
         read_as=_read_as(recorded, found),
+        among=words,
+        phase_unit=unit,
     )
+
+
+def _impedance(found: Mapping[str, DataColumn], phase_unit: str) -> tuple[Complex | None, str]:
+    """Return the impedance by modulus and phase, or by its parts, whichever is filled more, and the unit of the phase."""
+    pairs: list[tuple[Complex, str]] = []
+    if "modulus" in found and "phase" in found and np.any(found["modulus"].values):
+        unit = _unit_of_phase(found["phase"], phase_unit)
+        turned = np.exp(1j * _in_si_angle(found["phase"], unit))
+        pairs.append((_in_si(found["modulus"], "ohm") * turned, unit))
+    if "real" in found and ("imaginary" in found or "minus_imaginary" in found):
+        sign, name = (1, "imaginary") if "imaginary" in found else (-1, "minus_imaginary")
+        with np.errstate(all="ignore"):  # rows that are not finite are omitted later
+            pairs.append((_in_si(found["real"], "ohm") + sign * 1j * _in_si(found[name], "ohm"), ""))
+    filled = [int(np.count_nonzero(np.isfinite(pair) & (pair != 0))) for pair, _ in pairs]
+    return pairs[filled.index(max(filled))] if pairs else (None, "")
 
 
 def _read_as(recorded: Recorded, found: Mapping[str, DataColumn]) -> str:
@@ -212,17 +243,18 @@ def _in_si(channel: DataColumn, unit: str) -> Real:
     return np.asarray(channel.values * known[1])
 
 
-def _radians(channel: DataColumn) -> Real:
+def _unit_of_phase(channel: DataColumn, otherwise: str) -> str:
+    """Return the unit of a phase: as stated, as its values show, or as it is otherwise known."""
     unit = channel.unit or ("deg" if re.search("deg|°", channel.name.lower()) else "")
     largest = float(np.nanmax(np.abs(channel.values)))
     if not unit and largest > 2 * math.pi:
         unit = "deg"
-    if not unit:
+    if not (unit or otherwise):
         raise InputError(
             f"column '{channel.name}': it may be in degrees or radians; state columns = phase:"
             f" '{channel.name} [deg]' or '{channel.name} [rad]' (--column phase=...)"
         )
-    return _in_si_angle(channel, unit)
+    return unit or otherwise
 
 
 def _in_si_angle(channel: DataColumn, unit: str) -> Real:

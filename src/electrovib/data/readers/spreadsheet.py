@@ -29,6 +29,8 @@ _BASE: Final = 16 * 1024**2
 _MOST_ENTRIES: Final = 2000
 _SECONDS: Final = 20.0
 _MOST_SHEETS: Final = 20
+_MOST_FILLED: Final = 64
+"""Columns up to which shorter rows are filled with empty cells."""
 
 
 def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
@@ -116,6 +118,8 @@ def sheets(path: Path) -> Iterator[tuple[str, Any]]:
             sheet.reset_dimensions()  # the declared size of a sheet may be false
             lines = ["\t".join(map(_cell, row)).rstrip() for row in sheet.iter_rows(values_only=True)]
             if any(lines):
+                width = min(max(line.count("\t") for line in lines), _MOST_FILLED)
+                lines = [line and line + "\t" * (width - line.count("\t")) for line in lines]
                 yield sheet.title, np.frombuffer("\n".join(lines).encode("utf-8", "replace"), np.uint8)
     except MemoryError:
         raise

@@ -1,4 +1,4 @@
-"""Text files that hold several tables, each behind a line with its name, as Gamry and VersaStudio write them."""
+"""Text files that hold several tables: behind a line with the name, as Gamry and VersaStudio write them, or the same headings."""
 
 from __future__ import annotations
 
@@ -7,16 +7,30 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import DataFileError, suggestion
+from electrovib.data.readers.layout import is_row_of_numbers
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
+
+    from electrovib.data.readers.layout import Layout
 
 _BEGIN: Final = re.compile(rb"^([A-Za-z_]\w{0,60})\tTABLE\b[^\n]*\n", re.MULTILINE)
 _HEAD: Final = re.compile(rb"\s*EXPLAIN\b")
 _SEGMENT: Final = re.compile(rb"^<(Segment\d{1,6})>\s*$", re.MULTILINE)
 _SPECTRUM: Final = "ZCURVE"
+_LABEL: Final = re.compile(
+    r"(step|segment|cycle|sweep|block|run|test|measurement)\W{0,3}(?:no|nr|number)?\W{0,3}(\d{1,6})\b",
+    re.IGNORECASE,
+)
+"""Line above a table that numbers it, such as ``Step No. 2``."""
 _MOST: Final = 1000
 _LONGEST: Final = 200_000
+_MOST_ABOVE: Final = 200
+"""Lines above a row of headings among which the end of the table before it is looked for."""
+_LONGEST_LABEL: Final = 4000
+_SHORTEST: Final = 3
+"""Fewest bytes of a row of headings that divides a text."""
 
 
 def one_table(path: Path, raw: bytes, part: str) -> tuple[bytes, dict[str, str]]:
@@ -46,9 +60,42 @@ def one_table(path: Path, raw: bytes, part: str) -> tuple[bytes, dict[str, str]]
     """
     tables, about = _of_gamry(raw) if _HEAD.match(raw) else _of_versastudio(raw)
     if not tables:
-        if part:
-            raise DataFileError(f"part = {part}: the file does not consist of parts with names.", path=path)
         return raw, {}
+    chosen, others = _chosen(path, tables, part)
+    return tables[chosen], about | {"table": chosen} | ({"omitted": others} if others else {})
+
+
+def repeated_table(path: Path, raw: bytes, layout: Layout, part: str) -> tuple[bytes, dict[str, str]]:
+    """Return one of the tables of a text whose row of headings occurs several times, as tribometers write one for each step.
+
+    Parameters
+    ----------
+    path, raw, part
+        As for `one_table`.
+    layout : Layout
+        Of the beginning of the text.
+
+    Returns
+    -------
+    text : bytes
+        The table with the lines above it; the whole text if its headings occur once.
+    attributes : dict of str to str
+        As from `one_table`.
+
+    Raises
+    ------
+    DataFileError
+        If there is no table of that name.
+    """
+    tables = _of_headings(raw, layout)
+    if not tables:
+        return raw, {}
+    chosen, others = _chosen(path, tables, part)
+    return tables[chosen], {"table": chosen, "omitted": others}
+
+
+def _chosen(path: Path, tables: Mapping[str, bytes], part: str) -> tuple[str, str]:
+    """Return the name of the table that was asked for, else that of a spectrum or of the longest one, and those of the others."""
     if part and part not in tables:
         raise DataFileError(
             f"part = {part}: there is no such table.{suggestion(part, tables)} It has {', '.join(list(tables)[:20])}.",
@@ -56,8 +103,39 @@ def one_table(path: Path, raw: bytes, part: str) -> tuple[bytes, dict[str, str]]
         )
     longest = max(tables, key=lambda name: len(tables[name]))
     chosen = part or (_SPECTRUM if _SPECTRUM in tables else longest)
-    others = ", ".join([name for name in tables if name != chosen][:20])
-    return tables[chosen], about | {"table": chosen} | ({"omitted": others} if others else {})
+    return chosen, ", ".join([name for name in tables if name != chosen][:20])
+
+
+def _of_headings(raw: bytes, layout: Layout) -> dict[str, bytes]:
+    """Return the tables that begin with the same row of headings, each with the lines above it; none if there is one."""
+    lines = raw.split(b"\n", layout.first + 1)[: layout.first]
+    if layout.headings >= len(lines) or len(heading := lines[layout.headings].strip(b"\r")) < _SHORTEST:
+        return {}
+    form = re.compile(rb"^" + re.escape(heading) + rb"\r?$", re.MULTILINE)
+    begins = [found.start() for found in itertools.islice(form.finditer(raw), _MOST)]
+    ends = [_end_of_numbers(raw, begin, layout) for begin in begins[1:]]
+    spans = list(zip([0, *ends], [*ends, len(raw)], strict=True))
+    if len(begins) < 2 or any(end <= begin for begin, (_, end) in zip(begins, spans, strict=True)):
+        return {}
+    labels = [
+        _LABEL.findall(raw[start:begin][-_LONGEST_LABEL:].decode("latin-1"))
+        for (start, _), begin in zip(spans, begins, strict=True)
+    ]
+    names = [f"{each[-1][0].lower()} {each[-1][1]}" if each else "" for each in labels]
+    if len(set(names)) < len(names) or "" in names:
+        names = [f"table {number}" for number in range(1, len(begins) + 1)]
+    return {name: raw[start:end] for name, (start, end) in zip(names, spans, strict=True)}
+
+
+def _end_of_numbers(raw: bytes, begin: int, layout: Layout) -> int:
+    """Return where the last row of numbers above a place ends."""
+    end = begin
+    for _ in range(_MOST_ABOVE):
+        start = raw.rfind(b"\n", 0, max(end - 1, 0)) + 1
+        if start >= end or is_row_of_numbers(raw[start:end].decode("latin-1").rstrip("\r\n"), layout):
+            return end
+        end = start
+    return end
 
 
 def _of_gamry(raw: bytes) -> tuple[dict[str, bytes], dict[str, str]]:

@@ -20,9 +20,13 @@ UNITS: Final = {
     "s/m": "S/m", "m": "m", "mm": "mm", "um": "um", "µm": "um", "m/s": "m/s", "mm/s": "mm/s", "pa": "Pa", "w": "W",
     "db": "dB", "%": "%", "unknown": "", "-": "1", "#": "",
     "'": "deg", "v vs. ref.": "V", "bits": "", "deg c": "", "sequence": "",
-    "value": "", "na": "nA", "pf": "pF", "nf": "nF", "uf": "uF", "kohm": "kohm",
+    "value": "", "na": "nA", "pf": "pF", "nf": "nF", "uf": "uF", "kohm": "kohm", "msec": "ms", "usec": "us", "µsec": "us",
+    "cn": "cN", "kn": "kN", "g": "g", "kg": "kg", "gf": "gf", "kgf": "kgf", "lbf": "lbf", "cm": "cm", "kpa": "kPa", "rpm": "rpm",
 }  # fmt: skip
 """Maps words and signs that instruments write for units, in small letters, to the units of electrovib."""
+_PER_TIME: Final = re.compile(r"([a-zµ]{1,2})/(s|sec|second)s?", re.IGNORECASE)
+_FORCE: Final = re.compile(r"f([a-z]|_[a-z]+)?|.*(force|load|friction|kraft|effort).*", re.IGNORECASE)
+"""Names of columns of forces, which some tribometers state in the mass whose weight they are."""
 UNIT_NAMES: Final = {word for word, unit in UNITS.items() if unit and word.isalpha() and len(word) > 3}
 """Words that name a unit and nothing else, so that a heading of one such word states the unit."""
 
@@ -55,7 +59,7 @@ def name_and_unit(heading: str) -> tuple[str, str]:
         return found[1], found[2].replace("µ", "u")
     for sign in (" in ", "/"):
         name, _, last = heading.rpartition(sign)
-        if name and as_unit(last):
+        if name and as_unit(last) and not _PER_TIME.fullmatch(heading):
             return name, as_unit(last) or ""
     return heading, ""
 
@@ -75,4 +79,24 @@ def as_unit(text: str) -> str | None:
     """
     if found := _RESISTIVITY.fullmatch(text.strip()):
         return f"{found[1].replace('µ', 'u')}ohm {found[2]}"
+    if (found := _PER_TIME.fullmatch(text.strip())) and UNITS.get(found[1].lower(), "").endswith("m"):
+        return f"{UNITS[found[1].lower()]}/s"
     return UNITS.get(text.strip().lower(), UNITS.get(text.strip()))
+
+
+def unit_of_force(name: str, unit: str) -> str:
+    """Return the unit of a column; the mass in which a force is stated becomes the force of its weight.
+
+    Parameters
+    ----------
+    name : str
+        Heading of the column, such as ``"Fz"``.
+    unit : str
+        Its unit, such as ``"g"``.
+
+    Returns
+    -------
+    str
+        Such as ``"gf"``; unchanged for a column that is no force.
+    """
+    return f"{unit}f" if unit in ("g", "kg") and _FORCE.fullmatch(name) else unit

@@ -103,6 +103,7 @@ def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
         )
     structure = structure_of(path, stored, inside)
     said = f"# attributes: {_json(stored.attrs)}\n# structure: {_json(structure)}\n"
+    judged = f"# validity: {json.dumps(stored.attrs['validity'])}\n" if "validity" in stored.attrs else ""
     key = hashlib.sha256(said.encode())
     for name in sorted(inside):
         key.update(stored[name].values.tobytes())
@@ -112,7 +113,7 @@ def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
             about = f"# table: {_json({'over': over, 'key': key.hexdigest()[:16]})}\n"
             mark = f"# {WRITTEN_BY}: {json.dumps(unsigned(forms[file]))}\n"
             with temporaries[file].open("w", encoding="utf-8", newline="") as out:
-                out.write(f"# {FORMAT}\n{mark}{said if file == path else ''}{about}")
+                out.write(f"# {FORMAT}\n{mark}{said if file == path else judged}{about}")
                 _write_table(out, stored, structure, over)
     return list(files)
 

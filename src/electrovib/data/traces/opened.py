@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from electrovib.core.errors import DataFileError
 from electrovib.core.files import note_input
+from electrovib.data.columns.faults import check_file
 from electrovib.data.traces.comma_separated import load_csv
 from electrovib.data.traces.matlab import load_mat
 from electrovib.data.traces.netcdf import load_nc
@@ -63,9 +64,11 @@ def open_trace(path: str | Path) -> xarray.Dataset:
     note_input(place)
     reader = FORMATS.get(place.suffix.lower())
     if reader is None:
+        if place.suffix or place.is_dir():
+            check_file(place)
         raise DataFileError(
-            f"a Trace is opened from {', '.join(FORMATS)}, not from '{place.suffix}'; a scenario is read with"
-            " electrovib.load",
+            f"a Trace is opened from {', '.join(FORMATS)}, not from '{place.suffix or place}'; 'electrovib run' makes one of a"
+            " scenario, which electrovib.load reads",
             path=place,
         )
     trace = reader(place)

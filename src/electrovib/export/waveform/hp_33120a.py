@@ -121,8 +121,6 @@ def _settings(waveform: Waveform, output: float, full: float) -> tuple[str, ...]
         f"one burst of one cycle (BM:NCYC 1) at FREQ {frequency!r} Hz: {len(waveform.times)} points at {waveform.rate!r} Hz",
         f"amplitude {format_quantity(2 * output, 'V', digits=8)} peak to peak (VOLT {2 * output!r} VPP), VOLT:OFFS 0, into a high"
         " impedance: OUTP:LOAD INF; with its default of 50 ohm the voltage would be twice as large",
-        "the current was checked with straight lines between the samples: the generator holds each sample, and the bandwidth of"
-        " the amplifier has to smooth these steps",
     )
 
 

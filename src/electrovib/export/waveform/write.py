@@ -10,21 +10,20 @@ from typing import Any
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, writing
 from electrovib.export.waveform.encoded import Encoded, Scaling
 from electrovib.export.waveform.formats import FORMATS, INSTRUMENTS, WaveformFormat
-from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
+from electrovib.export.waveform.played import Playing, refuse_unsuited
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.study.check import (
     CheckResult,
     LimitsSource,
-    cleared_for_output,
     declared_limits,
     refuse_unlimited,
-    sampled,
-    with_drive,
 )
 from electrovib.study.waveform import (
     LARGEST_ERROR,
@@ -59,6 +58,11 @@ class WrittenWaveform:
     notes: tuple[str, ...]
     check: CheckResult
 
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario under these samples, beyond those that the check states; the file states them too."""
+        return self.check.diagnostics
+
 
 def export_waveform(
     scenario: Source,
@@ -72,6 +76,8 @@ def export_waveform(
     largest_error: float = LARGEST_ERROR,
     full_scale: float | None = None,
     gain: float = 1.0,
+    edge: float | str | None = None,
+    amplifier_present: bool = False,
     force: bool = False,
     remarks: Sequence[str] = (),
 ) -> WrittenWaveform:
@@ -100,6 +106,14 @@ def export_waveform(
         Voltage of the drive at full scale, of ``.wav`` and of an instrument [V]; by default its largest voltage.
     gain : float
         Voltage of the drive over that of the instrument [1].
+    edge : float or str, optional
+        How what plays the samples passes from one to the next: ``"line"`` for straight lines, or the height of a step over its
+        steepest slope [s] for an output that holds each sample; one pole at the frequency f has 1/(2 pi f). An instrument
+        holds its samples, by steps unless an edge is declared; those of ``.pwl`` are joined by straight lines; for every other
+        file it has to be given.
+    amplifier_present : bool
+        Whether the amplifier of the scenario stands before the plate, so that its bandwidth and limits count in the current;
+        ``circuit.amplifier.hardware`` declares the same.
     force : bool
         Whether a file that was not written by electrovib may be replaced.
     remarks : sequence of str
@@ -123,32 +137,32 @@ def export_waveform(
         declared = declared_limits(found, limits)
     check_writable({place: form.form}, inputs=inputs, force=force)
     refuse_unlimited(declared, what=f"{form.name} of a drive")
-    wave = sampled_drive(found, form, rate=rate, largest_error=largest_error, ramp=ramp)
+    played = Playing.declared(found, form, edge=edge, amplifier_present=amplifier_present)
+    wave = sampled_drive(found, form, rate=rate, largest_error=largest_error, ramp=ramp, held=played.held)
     encoded = form.encode(wave, Scaling(full_scale=full_scale, gain=gain))
     wave = _rounded(found, wave, encoded, ramp)
     wave.refuse_above(largest_error)
-    if ramp is None:
-        end = float(found.time.times(found.drive)[-1])
-        cleared_for_output(_from_rest(found, end), limits=limits, what=form.name)
-    check = cleared_for_output(
-        with_drive(found, sampled(wave.times, wave.voltages)),
-        limits=limits,
-        what=form.name,
-        name="the samples as written",
-    )
+    if ramp is None and not played.held:
+        played.clear_drive(form.name, limits=limits)
+    check = played.cleared(wave, form.name, limits=limits)
     ramps = (
         ()
         if ramp is None
         else (f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end",)
     )
-    notes = (*about(found, wave, form), *remarks, *ramps, *_relied_on(found), *encoded.notes)
+    notes = (*about(found, wave, form), *remarks, *ramps, *played.notes, *encoded.notes)
     with writing({place: form.form}, force=force) as temporaries:
-        temporaries[place].write_bytes(form.content(encoded, notes))
+        temporaries[place].write_bytes(form.content(encoded, (*notes, *warning_lines(check.diagnostics))))
     return WrittenWaveform(path=place, waveform=wave, full_scale=encoded.full_scale, notes=notes, check=check)
 
 
 def check_waveform_file(
-    path: str | Path, *, instrument: str = "", inputs: Iterable[Path] = (), force: bool = False
+    path: str | Path,
+    *,
+    instrument: str = "",
+    edge: float | str | None = None,
+    inputs: Iterable[Path] = (),
+    force: bool = False,
 ) -> None:
     """Check, before a long computation, whether a waveform can be written to a file.
 
@@ -156,7 +170,7 @@ def check_waveform_file(
     ----------
     path : str or Path
         The output.
-    instrument : str
+    instrument, edge
         As for `export_waveform`.
     inputs : iterable of Path
         Files that are read; none of them is replaced.
@@ -166,10 +180,12 @@ def check_waveform_file(
     Raises
     ------
     InputError
-        If the format is unknown or the file cannot be written.
+        If the format is unknown, the edge does not suit it, or the file cannot be written.
     """
     place = Path(path)
-    check_writable({place: _format(place, instrument).form}, inputs=inputs, force=force)
+    form = _format(place, instrument)
+    refuse_unsuited(form, edge)
+    check_writable({place: form.form}, inputs=inputs, force=force)
 
 
 def sampled_drive(
@@ -179,6 +195,7 @@ def sampled_drive(
     rate: float | None,
     largest_error: float,
     ramp: float | None = None,
+    held: bool = False,
 ) -> Waveform:
     """Sample the drive of a scenario for a format.
 
@@ -194,6 +211,8 @@ def sampled_drive(
         Error over the largest voltage that will be allowed [1].
     ramp : float or None
         Duration of a ramp at either end [s].
+    held : bool
+        Whether each sample is held until the next.
 
     Returns
     -------
@@ -217,7 +236,7 @@ def sampled_drive(
         end=end,
         rate=rate,
         rates=form.rates or None,
-        held=form.held,
+        held=held,
         largest_error=largest_error,
         most_points=form.most_points or MOST_POINTS,
         ramp=ramp,
@@ -257,17 +276,6 @@ def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str
     )
 
 
-def _relied_on(scenario: Scenario) -> tuple[str, ...]:
-    """State what of the amplifier the check of the current relies on."""
-    amplifier = scenario.circuit.amplifier
-    if amplifier is None or (amplifier.source_current is None and amplifier.bandwidth is None):
-        return ()
-    return (
-        "the current was checked with current limit and bandwidth of circuit.amplifier: the amplifier that is used has to have"
-        " them in hardware",
-    )
-
-
 def _rounded(scenario: Scenario, wave: Waveform, encoded: Encoded, ramp: float | None) -> Waveform:
     """Return the waveform with the voltages that the file holds, and their error."""
     if ramp is None:
@@ -276,11 +284,6 @@ def _rounded(scenario: Scenario, wave: Waveform, encoded: Encoded, ramp: float |
         )
     off = float(np.max(np.abs(encoded.voltages - wave.voltages)))
     return replace(wave, voltages=encoded.voltages, error=wave.error + off)
-
-
-def _from_rest(scenario: Scenario, end: float) -> Scenario:
-    """Return the scenario as it is played: from rest, up to the last sample."""
-    return scenario.model_copy(update={"time": TimeGrid(duration=end)})
 
 
 def _format(path: Path, instrument: str) -> WaveformFormat:

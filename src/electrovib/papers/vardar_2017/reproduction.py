@@ -161,7 +161,7 @@ def _equal() -> tuple[Row, ...]:
             None,
             1e3 * time_constant_of(REPORTED),
             "ms",
-            "open",
+            "ours",
             "Computed from the model, not from the paper: 60 Hz is no evidence for it. No skin here is fitted to it.",
         ),
     )
@@ -195,6 +195,7 @@ def _beyond() -> tuple[Row, ...]:
             "open",
             f"The paper reports similar thresholds and no edge. 0, 20 and 200 us: {edges[0]:.1f}, {edges[1]:.1f},"
             f" {edges[2]:.1f} dB.",
+            "similar thresholds",
         ),
         Row(
             "weights_15",
@@ -202,7 +203,7 @@ def _beyond() -> tuple[Row, ...]:
             None,
             (min(low.values()), max(low.values())),
             "1",
-            "open",
+            "ours",
             f"The size in the paper was not read. The non-Pacinian channel detects the sine, and changes this by {both:.1f} dB.",
         ),
     )

@@ -85,6 +85,17 @@ def figure_6() -> tuple[TrapeziumForce, ...]:
     )
 
 
+def cited() -> tuple[TrapeziumForce, ...]:
+    """Return the results of figure 6 under law (1) for the skins of other publications."""
+    own = {compute.POINT_BY_FORCE, values.skins()["point"].name, *compute.LEAKY_GAPS}
+    return tuple(case for case in figure_6() if case.name not in own)
+
+
+def leaky() -> tuple[TrapeziumForce, ...]:
+    """Return the results of figure 6 for the Maxwell stress in leaky gaps."""
+    return tuple(case for case in figure_6() if case.name in compute.LEAKY_GAPS)
+
+
 @functools.cache
 def figure_7() -> dict[str, Shape]:
     """Compute figure 7 for every skin that may predict a force."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.physics.skin import time_constant
-from electrovib.study.reproduction import Row, Table
+from electrovib.study.reproduction import Row, Table, verdict_over
 
 
 @dataclass(frozen=True)
@@ -60,16 +60,18 @@ def rows() -> tuple[Row, ...]:
     simulated = compute.lateral_decay(compute.point(values.TAU_MODEL))
     film = 1 + values.insulator_capacitance() / values.skin_capacitance()
     return (
-        Row("tau_giraud", "time constant of the voltage, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, voltage, "ms", "open",
+        Row("tau_giraud", "time constant of the voltage, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, voltage, "ms",
+            verdict_over(values.TAU_MODEL / 1e-3, voltage),
             "The 7.7 ms calculated for Giraud's conditions, taken as the time constant of the voltage. The cited skins reach from"
             f" {fastest} to {slowest}. The paper prints neither the frequency of its eps 1560 nor a resistivity: 5.57e5 ohm m is"
             " computed from these 7.7 ms and is no independent value.", brief="frequency and resistivity not printed"),
-        Row("tau_giraud_force", "decay of the force, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, force, "ms", "open",
+        Row("tau_giraud_force", "decay of the force, cited skins at 100 Hz", values.TAU_MODEL / 1e-3, force, "ms",
+            verdict_over(values.TAU_MODEL / 1e-3, force),
             "The same 7.7 ms, taken as the decay of the force. A force is proportional to the square of the voltage and decays in"
             f" half its time constant, which is then {BY_FORCE.tau / 1e-3:.3g} ms; the paper does not state which of the two its"
             " 7.7 ms is.", brief="if 7.7 ms is of the force"),
         Row("tau_giraud_measured", "decay of the lateral force, cited skins at 100 Hz",
-            values.DECAY_MEASURED / 1e-3, force, "ms", "open",
+            values.DECAY_MEASURED / 1e-3, force, "ms", verdict_over(values.DECAY_MEASURED / 1e-3, force),
             f"Measured by Giraud. These 6 ms correspond to {MEASURED.tau / 1e-3:.3g} ms of the voltage. A decay of the finger"
             " pulp of 4 ms (Pawluk and Howe 1999) may be part of them.", brief="skin of the subject not printed"),
         Row("tau_giraud_decay", "decay of the lateral force, the paper's model",

@@ -10,8 +10,9 @@ from electrovib.study.reproduction import Page, Row
 _PARAGRAPHS: Final = (
     "Circular numbers. The paper prints 7.7 ms and eps 1560, but neither the resistivity nor the frequency of either value. The"
     " resistivity of 5.57e5 ohm m that follows from them contains no further information. The cited skins give {tau_giraud} ms"
-    " at 100 Hz. Likewise, 2.5 mN determines a ramp only once a skin, or a leaky gap, is chosen: {trapezium_ramp} ms over those"
-    " here. The curve of figure 6 is the electrostatic force, so it contains no coefficient of friction.",
+    " at 100 Hz. Likewise, 2.5 mN determines a ramp only once a skin, or a leaky gap, is chosen: {trapezium_ramp_law_1} ms over"
+    " the cited skins under law (1), {trapezium_ramp_gap} ms in leaky gaps. The curve of figure 6 is the"
+    " electrostatic force, so it contains no coefficient of friction.",
     "No single skin gives both 7.7 ms and figure 7. A rise from 100 Hz to 10 kHz on a thin coating needs a time constant below"
     " about 1.5 ms at 100 Hz. The set that gives 7.7 ms is flat there, and skins of constant phase through the same point fall."
     " Wet and moist skins rise and saturate, but their force decays within a millisecond.",
@@ -46,7 +47,7 @@ _PARAGRAPHS: Final = (
     "The falling edge. The paper reports a difference on the discharging parts and suspects the sensor. Its sentence has two"
     " readings; the table lists each candidate cause alone. If the falling ramp is meant: one relaxation time and a long hold"
     " give two equal pulses, so the paper's own model shows no difference. Made causal with a dispersive skin it gives a smaller"
-    " second pulse, {falling_edge_asymmetry} over the skins here at ramps of 36 ms and a hold of 100 ms, without further"
+    " second pulse, {falling_edge_asymmetry_law_1} over the skins here at ramps of 36 ms and a hold of 100 ms, without further"
     " physics. Sliding over fresh film reduces it, the more the faster the finger; polarity increases or reduces it; an"
     " amplifier that sinks less than it sources reduces it; the relaxing sensor that the paper suspects and a viscoelastic skin"
     " hardly change it. If the decay during the hold is meant: sliding keeps a plateau of the static force, a dispersive skin a"
@@ -136,23 +137,25 @@ def findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
         Three, of one or two sentences each.
     """
     found = {row.id: row for row in rows}
-    force, ramp, attraction = (
-        _interval(found[name]) for name in ("trapezium_force", "trapezium_ramp", "attraction_measured")
+    eight, skins, decay, attraction = (
+        _interval(found[name])
+        for name in ("population_law_1", "tau_giraud", "tau_giraud_measured", "attraction_measured")
     )
-    static, decays = (found[name].ours for name in ("past_force", "tau_giraud_decay"))
+    static, decays = (found[name].ours for name in ("past_force_gap", "tau_giraud_decay"))
     assert isinstance(static, tuple)
     assert isinstance(decays, tuple)
     by_voltage, by_force = decays
     return (
-        "Both capacitances are reproduced. The force and the time constant cannot be checked, because ramp, resistivity and"
-        f" friction are not printed: over the published skins a ramp of {values.RAMP * 1e3:g} ms gives {force} mN, and 2.5 mN"
-        f" needs {ramp} ms.",
+        "Published skins disagree with the paper under its own law (1): eight fingers drawn from them feel"
+        f" {eight} mN of lateral force at a ramp of {values.RAMP * 1e3:g} ms, and 2 to 5 mN were measured; the time constants"
+        f" are {skins} ms, and it calculates 7.7 ms; the force decays in {decay} ms, and 6 ms were measured. Both capacitances"
+        " are reproduced.",
         f"Two comparisons involve different quantities. A force decays twice as fast as its voltage: in {by_voltage:.3g} ms if"
         f" 7.7 ms is of the voltage ({by_force:.2g} ms if of the force), compared with 6 ms measured. And 2.5 mN is an"
         f" attraction, while the measured 2 to 5 mN are lateral force, an attraction of {attraction} mN.",
         "Finger and plate separate in the gap, where the static force is"
-        f" {static[1] / static[0]:.1f} times that of equation (1). On this film a force that fades shows charge crossing the"
-        " interface, not the conduction of the stratum corneum.",
+        f" {static[1] / _number(found['past_force_law_1']):.1f} times that of equation (1). On this film a force that fades"
+        " shows charge crossing the interface, not the conduction of the stratum corneum.",
     )
 
 

@@ -7,6 +7,7 @@ so the Maxwell stress in the gap is the physical one; inside a lossy dielectric 
 
 from electrovib.physics.force.base import ForceLaw, gap_field, layer_of, needed_layer, wanted_layer
 from electrovib.physics.force.maxwell_stress import (
+    SUMS,
     EffectiveMedium,
     MaxwellStressInGap,
     MaxwellStressInInsulator,
@@ -15,6 +16,7 @@ from electrovib.physics.force.maxwell_stress import (
 )
 
 __all__ = [
+    "SUMS",
     "EffectiveMedium",
     "ForceLaw",
     "MaxwellStressInGap",

@@ -9,7 +9,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.physics.interface import IMPLIED, ORDER, Role, beside_interface, roles_of
+from electrovib.physics.interface import IMPLIED, ORDER, Role, beside_interface
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,9 +27,9 @@ class ForceLaw(Model, family=True):
     -----
     A law has two steps: `amplitudes` gives quantities that are linear in the drive, and `pressure` computes the
     attraction from their values at one time, under the same names. With `causal` false the law has no time-domain form
-    and applies to a single sine only. `needs` lists the layers that the law needs, by role, which means the layer
-    nearest to the interface, or by name. A law whose pressure can be negative explains that in `negative`.
-    `of_second_degree` declares that the pressure is a quadratic form of the amplitudes.
+    and applies to a single sine only. `needs` lists the layers without which the law has no meaning, by role or by name;
+    `layer_of` returns the layer of a role that is nearest to the interface. A law whose pressure can be negative
+    explains that in `negative`. `of_second_degree` declares that the pressure is a quadratic form of the amplitudes.
     """
 
     evaluation_surface: ClassVar[str] = "gap"
@@ -74,28 +74,14 @@ class ForceLaw(Model, family=True):
         return None
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
-        """Return what a user should know of this law with these layers: by default which layers it leaves out."""
-        return left_out(self, layers)
+        """Return what a user should know of this law with these layers; by default nothing."""
+        del layers
+        return ()
 
     def diagnostics_over_frequency(self, section: Section) -> tuple[Diagnostic, ...]:
         """Return diagnostics of this law over frequency, for layers without their leaks."""
         del section
         return ()
-
-
-def left_out(law: ForceLaw, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
-    """Warn of layers that a law of the effective medium leaves out, although it takes the voltage of the whole stack."""
-    roles = roles_of(layers)
-    read = [needed_layer(roles, wanted) for wanted in law.needs]
-    others = [name for name, role in roles.items() if role != "gap" and name not in read]
-    if law.evaluation_surface != "effective medium" or not others:
-        return ()
-    text = (
-        f"{type(law).__name__} has one layer of the plate and one of the finger, {' and '.join(map(str, read))}, to which it"
-        f" applies the voltage of the whole stack; it leaves {' and '.join(others)} out, so its force is too large: combine the"
-        " layers of each side into one, or use MaxwellStressInGap"
-    )
-    return (Diagnostic("layers left out", "warning", text),)
 
 
 def layer_of(section: Section, wanted: str) -> LayerState:

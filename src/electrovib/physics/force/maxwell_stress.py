@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from electrovib.core.checks import Check
 from electrovib.core.constants import eps0
 from electrovib.physics.force.base import ForceLaw, layer_of
-from electrovib.physics.interface import Role, beside_interface
+from electrovib.physics.interface import Role
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,6 +20,11 @@ if TYPE_CHECKING:
 
 _PLATE_AND_FINGER: tuple[Role, ...] = ("plate", "finger")
 
+SUMS: Final[Mapping[str, str]] = {
+    "K": "sum(layer.thickness/layer.material.bound_permittivity(frequency) for layer in solids)",
+    "L": "sum(layer.thickness for layer in solids)",
+}
+"""Equations of the electrical and of the geometric thickness of the layers of plate and finger."""
 
 _NEGATIVE = (
     "in a layer that polarises slowly the field reverses before the bound displacement does, and their product is then"
@@ -149,16 +154,18 @@ class EffectiveMedium(ForceLaw):
 
     Notes
     -----
-    p = eps0 V^2/(2 K L), K = T_i/eps_i + T_s/eps_s, L = T_i + T_s, written with the equivalent field
-    E = V/sqrt(K L). It equals virtual work only for one homogeneous dielectric whose thickness changes. Charge does not
-    leak in this law.
+    p = eps0 V^2/(2 K L) with the sums K = sum T/eps and L = sum T over `solids`, the layers of the plate and of the finger;
+    the paper has T_i/eps_i + T_s/eps_s and T_i + T_s. The law takes no account of a gap between them. It is written with
+    the equivalent field E = V/sqrt(K L), whose V is `voltage`, that of all layers. The equation holds at a `frequency`;
+    in time K^(-1/2) is a causal filter. It equals virtual work only for one homogeneous dielectric whose thickness
+    changes. Charge does not leak in this law.
     """
 
     reference: ClassVar[str] = (
         "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 2014, equation (1)"
     )
     status: ClassVar[str] = "full text"
-    equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
+    equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2", "E": "voltage/sqrt(K*L)", **SUMS}
     former_names: ClassVar[tuple[str, ...]] = ("EffectiveMediumPlane",)
     evaluation_surface: ClassVar[str] = "effective medium"
     of_second_degree: ClassVar[bool] = True
@@ -188,8 +195,20 @@ class EffectiveMedium(ForceLaw):
 
 
 def equivalent_field(section: Section, voltage: Linear) -> Linear:
-    """Return the field E = V/sqrt(K L) whose stress in vacuum is the static force of Vezzoli et al. 2014."""
-    found = [beside_interface(section.roles, role) for role in _PLATE_AND_FINGER]
-    names = [name for name in found if name is not None]
-    length = sum(layer_of(section, role).thickness for role in _PLATE_AND_FINGER)
+    """Return the field E = V/sqrt(K L) whose stress in vacuum is the static force of Vezzoli et al. 2014.
+
+    Parameters
+    ----------
+    section : Section
+        K = sum T/eps and L = sum T are the sums over its layers of the plate and of the finger.
+    voltage : Linear
+        V, per volt of the drive.
+
+    Returns
+    -------
+    Linear
+        Field per volt of the drive [V/m].
+    """
+    names = [name for name, role in section.roles.items() if role in _PLATE_AND_FINGER]
+    length = sum(section[name].thickness for name in names)
     return section.inverse_root_thickness(names) * voltage * (1 / length**0.5)

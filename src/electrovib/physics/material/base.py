@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
-from electrovib.core.arrays import Complex
+from electrovib.core.arrays import Complex, Real
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
@@ -128,7 +128,22 @@ class Material(Model, family=True):
         return total
 
     def debye(self) -> DebyeSum | None:
-        """Return this material as a finite sum of Debye terms; None if it is not one."""
+        """Return this material as a finite sum of Debye terms; None if it is not one.
+
+        Returns
+        -------
+        DebyeSum or None
+            Many fingers are computed in arrays where this method runs on columns too: parameters may then be arrays of
+            shape (fingers, 1).
+        """
+        return None
+
+    def table(self) -> tuple[Real, Complex] | None:
+        """Return frequencies [Hz] and bound permittivities where it is a measured table; None for a formula."""
+        return None
+
+    def conduction_bounds(self) -> tuple[float, float] | None:
+        """Return the least and the largest conductivity that a table allows [S/m]; None for a formula."""
         return None
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Self
 
 import numpy as np
@@ -10,6 +11,7 @@ from pydantic import model_validator
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
+from electrovib.physics.body_current import SECOND_HAND
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,8 +26,40 @@ BEST_FREQUENCIES: Final = (250.0, 300.0)
 RYU: Final = "Ryu, Pyo, Lim, Kwon, Sci. Rep. 8, 4555 (2018), doi:10.1038/s41598-018-22865-x, abstract"
 
 
+ISRAR: Final = "Israr, Choi and Tan, IROS 2006, 472, as tabled in github.com/adambickerdike/Stabilisation_Pen"
+"""Vibration of a held pen, second-hand."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DetectionThreshold:
+    """A published threshold of vibration, an assumption where the person at hand has not been measured.
+
+    Parameters
+    ----------
+    amplitude : float
+        Just felt [m]; taken as zero to peak, which none of the quotations states.
+    frequency : float
+        Of the sine [Hz].
+    conditions : str
+        Contact and direction.
+    source : str
+        Publication.
+    status : str
+        How it was read.
+    """
+
+    amplitude: float
+    frequency: float
+    conditions: str
+    source: str
+    status: str = SECOND_HAND
+
+
 class Channel(Model, family=True):
     """A tactile channel: its sensitivity to a displacement of the skin over frequency."""
+
+    published: ClassVar[tuple[DetectionThreshold, ...]] = ()
+    """Published thresholds at frequencies at which this channel is the most sensitive one."""
 
     @abstractmethod
     def weight(self, frequency: ArrayLike) -> NDArray[np.float64]:
@@ -66,6 +100,22 @@ class Pacinian(Channel):
         "/(order_above + order_below*(frequency/best_frequency)**(order_below + order_above))"
     }
 
+    published: ClassVar[tuple[DetectionThreshold, ...]] = (
+        DetectionThreshold(
+            amplitude=0.03e-6,
+            frequency=150.0,
+            conditions="grasped cylinder, tangential, whole hand",
+            source=f"Brisben 1999, quoted by {ISRAR}",
+        ),
+        DetectionThreshold(amplitude=0.06e-6, frequency=320.0, conditions="held pen", source=ISRAR),
+        DetectionThreshold(
+            amplitude=0.13e-6,
+            frequency=300.0,
+            conditions="thenar with surround, normal",
+            source=f"Bolanowski 1988, quoted by {ISRAR}",
+        ),
+    )
+
     best_frequency: Annotated[Number, Quantity("Hz", 10, 2000, "frequency of the lowest threshold")] = 250.0
     order_below: Annotated[
         Number, Quantity("1", 0.1, 6, "power of frequency below it; 2 is 12 dB per octave")
@@ -105,6 +155,17 @@ class NonPacinian(Channel):
     equation: ClassVar[Mapping[str, str]] = {
         "weight": "10**(sensitivity/20) if low <= frequency <= high else 0",
     }
+    published: ClassVar[tuple[DetectionThreshold, ...]] = (
+        DetectionThreshold(amplitude=26e-6, frequency=10.0, conditions="held pen", source=ISRAR),
+        DetectionThreshold(amplitude=8.5e-6, frequency=20.0, conditions="held pen", source=ISRAR),
+        DetectionThreshold(
+            amplitude=25e-6,
+            frequency=30.0,
+            conditions="thenar, plateau below 30 Hz",
+            source="Bolanowski 1988, quoted by Tan, Srinivasan, Eberman and Cheng 1994, as tabled in"
+            " github.com/adambickerdike/Stabilisation_Pen",
+        ),
+    )
     sensitivity: Annotated[
         Number, Quantity("1", -80, 40, "dB above that of the Pacinian channel at its best frequency")
     ] = -27.0

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
 import numpy as np
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
+from electrovib.core.units import format_quantity
+from electrovib.physics.body_current import SECOND_HAND
+from electrovib.physics.finger import GrowthWithSpeed
+from electrovib.physics.perception.channels import ISRAR
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -81,3 +87,44 @@ class ElasticViscousSkin(SkinCompliance):
         in_phase = 1 / (self.stiffness * (1 + ratio**2))
         result: NDArray[np.complex128] = in_phase - 1j * ratio * in_phase
         return result
+
+
+@dataclass(frozen=True, kw_only=True)
+class PublishedCompliance:
+    """A lateral skin from publications, an assumption where the finger at hand has not been measured.
+
+    Parameters
+    ----------
+    skin : SkinCompliance
+        Its values.
+    conditions, source, status : str
+        What was measured, by whom, and how it was read.
+    """
+
+    skin: SkinCompliance
+    conditions: str
+    source: str
+    status: str
+
+
+_STIFFNESS: Final = GrowthWithSpeed(known_at=0.02).added_stiffness(0.1)
+_PEN, _PEN_CONTACT, _FINGER_CONTACT = 15.8, 400e-6, 1e-4
+"""Largest impedance of the hand on a pen [N s/m], its smallest contact, and that of a finger [m2]."""
+_DAMPING: Final = _PEN * _FINGER_CONTACT / _PEN_CONTACT
+COMPLIANCES: Final = (
+    PublishedCompliance(
+        skin=ElasticSkin(stiffness=_STIFFNESS),
+        conditions=f"softest: {format_quantity(_STIFFNESS, 'N/m', digits=3)}, the rise of the stiffness of the fingertip from 20"
+        " to 100 mm/s; that at 20 mm/s, which was not read, is left out",
+        source="arXiv:2505.11162, abstract",
+        status="derived",
+    ),
+    PublishedCompliance(
+        skin=ElasticViscousSkin(stiffness=_STIFFNESS, corner=_STIFFNESS / (2 * math.pi * _DAMPING)),
+        conditions=f"stiffest: with a damping of {format_quantity(_DAMPING, 'N s/m', digits=3)}, that of a hand on a pen below"
+        " 40 Hz (-36 dB re 1 N s/mm on 400 mm2) for 1 cm2",
+        source=ISRAR,
+        status=SECOND_HAND,
+    ),
+)
+"""Softest and stiffest lateral skin that publications give: the ends of what is assumed without a measurement."""

@@ -27,10 +27,10 @@ class Perception(Model):
 
     Notes
     -----
-    Without `compliance`, and without a finger in the scenario, the displacement is assumed proportional to the force,
-    and only relative levels are computed. The threshold holds for one person or group, one contact and one procedure.
-    It has to be measured, and is the amplitude (zero to peak) of a sine at the best frequency of the most sensitive
-    channel.
+    Without `compliance`, and without a finger in the scenario, relative levels take the displacement as proportional to
+    the force, and levels above threshold take published skins. The threshold holds for one person or group, one contact
+    and one procedure. It has to be measured; without it published ones are taken. It is the amplitude (zero to peak) of
+    a sine at the best frequency of the most sensitive channel.
     """
 
     status: ClassVar[str] = "abstract"

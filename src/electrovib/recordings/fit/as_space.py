@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from electrovib.recordings.fit.misfit import MISFIT
+
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping
 
@@ -34,11 +36,12 @@ def space_tables(
     tables : dict of str to dict
         Path to a normal distribution where the interval is symmetric, and to a log-normal one, with the median at the
         estimate and the same 95 % interval, for an interval from a profile with two ends above 0. Parameters that the data
-        do not determine are omitted; `omitted_from_space` states why, `space_correlations` how the others are correlated.
+        do not determine, or of a model that does not describe them, are omitted; `omitted_from_space` states why,
+        `space_correlations` how the others are correlated.
     """
     found: dict[str, dict[str, object]] = {}
     for row in rows:
-        if row.name not in paths or not row.method or row.state == "not":
+        if row.name not in paths or not row.method or row.state in {"not", MISFIT}:
             continue
         if row.method == "profile":
             if 0 < row.lower < row.value < row.upper < math.inf:

@@ -123,7 +123,7 @@ class LeastSquaresEstimate:
         """Minus twice the logarithm of the largest likelihood, up to a constant of the data."""
         if self.noise_is_known:
             return self.sum_of_squares
-        return self.count * math.log(max(self.sum_of_squares, math.ulp(0.0)) / self.count)
+        return self.count * math.log(max(self.sum_of_squares / self.count, math.ulp(0.0)))
 
     @property
     def _counted(self) -> int:  # the noise among them where it is not known

@@ -20,11 +20,15 @@ NOT: Final = 1.0
 """Standard deviation of the logarithm from which on a parameter or a combination counts as not determined: a factor of e."""
 _MEMBER: Final = 0.1
 """Smallest exponent, relative to the largest, with which a parameter counts as a member of a combination."""
+_SLIGHT: Final = 0.01
+"""The same where the data do not depend on the combination: nothing limits how far it moves each of its members."""
 _VANISHES: Final = 1e-6
 """Singular value over the largest one that cannot be told from the error of derivatives taken by differences."""
 
 _INFLATED: Final = 10.0
 """Factor by which undetermined parameters increase the standard deviation of a zero that they leave undetermined."""
+_TRADES: Final = 1.25
+"""Factor by which a parameter on its bound, if it were free, would increase the standard deviation of one that trades with it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,12 +156,33 @@ def identifiability(
     )
 
 
-def _is_lost(sloped: Real, at: int, lost: Sequence[int]) -> bool:
-    """Return whether parameters that are not determined leave a zero without a value."""
+def trades(derivatives: Real, at: int, bound: int) -> bool:
+    """State whether a parameter trades with one on its bound.
+
+    Parameters
+    ----------
+    derivatives : ndarray, shape (n, parameters)
+        Derivatives of the residuals after all parameters, of any scale.
+    at, bound : int
+        The parameter, and the one on its bound.
+
+    Returns
+    -------
+    trades : bool
+        Whether the standard deviation of the first would be more than a quarter larger if the other were free.
+    """
+    norms = np.linalg.norm(derivatives, axis=0)
+    return bool(norms[bound]) and _is_lost(
+        derivatives / np.where(norms, norms, 1.0), at, [bound], factor=_TRADES
+    )
+
+
+def _is_lost(sloped: Real, at: int, lost: Sequence[int], *, factor: float = _INFLATED) -> bool:
+    """Return whether some parameters would increase the standard deviation of another by more than a factor."""
     others = [each for each in range(sloped.shape[1]) if each != at]
     known = [each for each in others if each not in lost]
     alone, beside = (np.linalg.norm(_apart(sloped[:, at], sloped[:, each])) for each in (known, others))
-    return bool(beside * _INFLATED < alone)
+    return bool(beside * factor < alone)
 
 
 def _apart(column: Real, others: Real) -> Real:
@@ -178,14 +203,15 @@ def _covariance(sloped: Real) -> Real:
 def _combination(names: Sequence[str], row: Real, deviation: float) -> UndeterminedCombination:
     largest = int(np.argmax(np.abs(row)))
     exponents = row / row[largest]
+    least = _MEMBER if math.isfinite(deviation) else _SLIGHT
     return UndeterminedCombination(
         exponents={
-            name: float(value) for name, value in zip(names, exponents, strict=True) if abs(value) >= _MEMBER
+            name: float(value) for name, value in zip(names, exponents, strict=True) if abs(value) >= least
         },
         deviation=deviation,
     )
 
 
 def _power(name: str, exponent: float) -> str:
-    rounded = round(exponent, 1)
+    rounded = round(exponent, 1) or float(f"{exponent:.1g}")
     return name if rounded == 1 else f"{name}^{rounded:g}"

@@ -11,7 +11,9 @@ import numpy as np
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS
+from electrovib.core.units import format_quantity
 from electrovib.recordings.calibration_error import CalibrationError
+from electrovib.recordings.fit.prescribed import PRESCRIBING
 from electrovib.recordings.fit.resolution import resolution_of
 
 if TYPE_CHECKING:
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
 
-PRESCRIBED: Final = frozenset({"time", "frequency", "layer", "drive_voltage", "drive_current"})
+PRESCRIBED: Final = frozenset({"time", "frequency", "layer", *PRESCRIBING})
 """Signals that a scenario is given and does not predict."""
 PROPORTIONAL: Final = frozenset({"impedance"})
 """Signals whose noise is proportional to their modulus unless stated otherwise."""
@@ -173,6 +175,12 @@ def _observed(measured: MeasuredTrace, name: str, axis: str) -> Observed:
         raise InputError(f"{measured.name}: noise.{name} = {noise}: expected a standard deviation above 0")
     if not good.any() or (np.diff(x[good]) <= 0).any():
         raise InputError(f"{measured.name}: {axis} of '{name}': expected increasing numbers")
+    if name == "capacitance" and np.mean(y[good].real) < 0 and name not in measured.offsets:
+        raise InputError(
+            f"{measured.name}: 'capacitance' is {format_quantity(float(np.mean(y[good])), 'F', digits=3)} in the mean, and none"
+            " is below 0: check the sign and the column; if too much stray capacitance was subtracted, let its zero be fitted:"
+            " offsets = ['capacitance'], at the command line --zero capacitance"
+        )
     scale = np.abs(y[good]) if name in measured.proportional else np.ones(good.sum())
     if (scale == 0).any():
         raise InputError(

@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.paths import value_at
 from electrovib.recordings.fit.curvature import BIASED, curvature_bias
-from electrovib.recordings.fit.identifiability import identifiability
+from electrovib.recordings.fit.identifiability import identifiability, trades
 from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.misfit import misfit_of
 from electrovib.recordings.fit.prediction import Prediction
+from electrovib.recordings.fit.prescribed import as_recorded
 from electrovib.recordings.fit.problem import Callback, CancelledError, WeightedProblem
 from electrovib.recordings.fit.residuals import residuals_of
 from electrovib.recordings.fit.result import ScenarioFit
 from electrovib.recordings.fit.rounding import rounding_of
-from electrovib.recordings.fit.sessions import between_sessions
+from electrovib.recordings.fit.sessions import BetweenSessions, between_sessions
 from electrovib.recordings.fit.weighting import first_noise, weighted
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
     import xarray
 
+    from electrovib.core.arrays import Real
     from electrovib.recordings.fit.estimate import LeastSquaresEstimate
     from electrovib.recordings.fit.least_squares import FreeParameter
 
@@ -40,6 +44,7 @@ def fit_scenario(
     varying: Sequence[str] = (),
     signals: Sequence[str] | None = None,
     start: Mapping[str, float] | None = None,
+    keep: Sequence[str] = (),
     progress: Callback | None = None,
 ) -> ScenarioFit:
     """Estimate parameters of a scenario from recordings.
@@ -58,6 +63,9 @@ def fit_scenario(
         Only these signals; by default all that the recordings hold and the scenario predicts.
     start : mapping of str to float, optional
         Initial values by path, in SI.
+    keep : sequence of str
+        ``"drive"``, ``"load"`` and ``"motion"``: parts that are taken from the scenario although a recording holds
+        ``drive_voltage``, ``normal_force`` or ``sliding_speed``, which drive the model of it otherwise.
     progress : callable, optional
         Called with the number of evaluations and the sum of squares; the fit ends with an error when it returns True.
 
@@ -69,7 +77,8 @@ def fit_scenario(
     Raises
     ------
     InputError
-        For wrong paths, recordings without a signal to fit, or values that the models refuse at the start.
+        For wrong paths, recordings without a signal to fit or that contradict what was stated for them, or values that the
+        models refuse at the start.
     CancelledError
         If `progress` ends the fit.
 
@@ -84,13 +93,18 @@ def fit_scenario(
     if not free:
         raise InputError("free: name at least one parameter, for instance stack.gap.thickness")
     base = read_scenario(scenario)
+    measured, said = as_recorded(base, measured, free, keep)
     prediction = Prediction(base, measured, free=free, varying=varying, signals=signals, start=start)
     few = _with_few(base, measured, prediction, (free, varying, signals))
     begin = _roughly(few, prediction, progress)
     noise, estimate, problem = weighted(prediction, begin, progress, near=begin is not prediction.free)
-    return _judged(
+    found = _judged(
         problem, WeightedProblem(few or prediction, noise), estimate, noise, free=free, varying=varying
     )
+    if not said:
+        return found
+    own = {path: value_at(found.scenario, path) for path in free}
+    return dataclasses.replace(found, scenario=base.replace(own), prescribed=tuple(said))
 
 
 def _measured(
@@ -117,37 +131,33 @@ def _judged(
     inside = [name for name in values if name not in estimate.on_bound]
     rows = [list(values).index(name) for name in inside]
     zeros = [each.name for each in prediction.unknowns if each.is_offset]
-    variance = 1.0 if estimate.noise_is_known else max(estimate.variance, 0.0)
+    residuals = tuple(residuals_of(prediction, values, noise))
+    misfit = misfit_of(problem, values, residuals)
+    variance = misfit.inflation * (1.0 if estimate.noise_is_known else max(estimate.variance, 0.0))
     judged = identifiability(
         problem.derivatives(values)[:, rows] / np.sqrt(variance or 1.0),
         {name: values[name] for name in inside},
         zeros=zeros,
     )
-    covariance = np.zeros((len(values), len(values)))
-    covariance[np.ix_(rows, rows)] = judged.covariance
+    traded = _traded(problem.derivatives(values), list(values), estimate.on_bound)
     estimate = dataclasses.replace(
         estimate,
-        covariance=covariance,
+        covariance=_whole(judged.covariance, list(values), rows, traded),
         why_no_covariance="; ".join(each.sentence for each in judged.undetermined),
     )
-    kept = [name for name in inside if judged.states[name] != "not"]
+    kept = [name for name in inside if judged.states[name] != "not" and name not in traded]
     at = [inside.index(name) for name in kept]
     bias = curvature_bias(few, values, kept, judged.covariance[np.ix_(at, at)]) if kept else {}
-    residuals = tuple(residuals_of(prediction, values, noise))
     rounding = rounding_of(residuals, problem.derivatives(values)[:, rows], problem.weights, inside)
     states = {
         name: "weakly"
         if state == "well"
+        and name not in traded
         and (abs(bias[name]) > BIASED or (rounding is not None and rounding.is_coarse(name, values[name])))
         else state
         for name, state in judged.states.items()
     }
-    means = {
-        path: between_sessions(
-            estimate, {each.session: each.name for each in prediction.unknowns if each.path == path}
-        )
-        for path in varying
-    }
+    means = _means(estimate, prediction, varying)
     shared = {path: values[path] for path in free if path not in varying}
     return ScenarioFit(
         estimate=estimate,
@@ -155,12 +165,46 @@ def _judged(
         scenario=prediction.prepared[0].scenario(shared | {path: each.mean for path, each in means.items()}),
         sessions=means,
         residuals=residuals,
-        states=states | dict.fromkeys(estimate.on_bound, "bound"),
+        determined=states | dict.fromkeys(traded, "not") | dict.fromkeys(estimate.on_bound, "bound"),
+        traded=traded,
         bias=bias,
         undetermined=judged.undetermined,
         problem=problem,
         rounding=rounding,
+        misfit=misfit,
     )
+
+
+def _means(
+    estimate: LeastSquaresEstimate, prediction: Prediction, varying: Sequence[str]
+) -> dict[str, BetweenSessions]:
+    """Summarise the parameters that vary between sessions."""
+    return {
+        path: between_sessions(
+            estimate, {each.session: each.name for each in prediction.unknowns if each.path == path}
+        )
+        for path in varying
+    }
+
+
+def _whole(covariance: Real, names: Sequence[str], rows: Sequence[int], traded: Collection[str]) -> Real:
+    """Return the covariance of all unknowns: 0 of those on a bound, infinite of those that trade with one."""
+    found = np.zeros((len(names), len(names)))
+    found[np.ix_(rows, rows)] = covariance
+    for at in map(names.index, traded):
+        found[at, :] = found[:, at] = np.nan
+        found[at, at] = np.inf
+    return found
+
+
+def _traded(slopes: Real, names: Sequence[str], on_bound: Mapping[str, str]) -> dict[str, str]:
+    """Return the unknowns that trade with one on its bound, each with that one."""
+    return {
+        name: other
+        for at, name in enumerate(names)
+        for other in on_bound
+        if name not in on_bound and trades(slopes, at, names.index(other))
+    }
 
 
 def _with_few(

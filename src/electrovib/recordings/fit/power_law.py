@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.recordings.fit.random_effects import LEVEL, RandomEffects, random_effects
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +19,29 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
 
 _FEWEST: Final = 3
-LEVEL: Final = 0.95
+
+
+@dataclass(frozen=True, kw_only=True)
+class SessionLaw:
+    """The law of one session, with the noise of its own points.
+
+    Parameters
+    ----------
+    exponent, standard_error : float
+        Dimensionless.
+    factor : float
+        y at x = 1, in the unit of y.
+    scatter : float
+        Standard deviation of ln y about the law.
+    degrees_of_freedom : int
+        Points less 2.
+    """
+
+    exponent: float
+    standard_error: float
+    factor: float
+    scatter: float
+    degrees_of_freedom: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,37 +50,44 @@ class PowerLawFit:
 
     Parameters
     ----------
-    exponent : float
-        n, the mean over sessions, dimensionless.
-    standard_error : float
-        Of the exponent; NaN where it cannot be given.
+    exponent, standard_error : float
+        n, the mean of the population of sessions, dimensionless.
     lower, upper : float
-        95 % interval of the exponent by Student's t; NaN where it cannot be given.
-    degrees_of_freedom : int
-        Of Student's t.
-    within : float
-        Standard deviation of the exponent of one session by the scatter of its own points, root mean square over sessions.
-    between : float
-        Standard deviation of the exponent between sessions beyond that; NaN with one session.
-    exponents, factors : dict of str to float
-        Of each session: exponent, dimensionless, and y at x = 1, in the unit of y.
-    scatter : float
-        Standard deviation of ln y about the law of each session.
-    sentence : str
-        Which scatter limits the exponent, or why there is no interval.
+        95 % interval of the exponent.
+    sessions : dict of str to SessionLaw
+        Of each session.
+    between : RandomEffects or None
+        Spread of the exponent between sessions beyond the noise of each; None with one session.
     """
 
     exponent: float
     standard_error: float
     lower: float
     upper: float
-    degrees_of_freedom: int
-    within: float
-    between: float
-    exponents: dict[str, float]
-    factors: dict[str, float]
-    scatter: float
-    sentence: str
+    sessions: dict[str, SessionLaw]
+    between: RandomEffects | None
+
+    @property
+    def sentence(self) -> str:
+        """How much sessions differ, or why that is unknown."""
+        if self.between is None:
+            return (
+                "one session: how much sessions differ is unknown, so that the interval stands on the scatter of its points and"
+                " holds for this session only"
+            )
+        found, freedom = self.between, len(self.sessions) - 1
+        compared = (
+            f"chi squared {found.chi_squared:.3g} with {freedom} degree{'s' * (freedom > 1)} of freedom"
+        )
+        spread = f"standard deviation {found.between:.2g}, 95 % interval {found.between_lower:.2g} to {found.between_upper:.2g}"
+        if found.between_lower > 0:
+            return (
+                f"the exponent differs between sessions by more than the noise of their points ({compared}): {spread}; an"
+                " interval from the points of one session would be too narrow"
+            )
+        if found.between_upper == 0:
+            return f"the exponents of the sessions agree better than the noise of their points lets expect ({compared})"
+        return f"the noise of the points explains the differences between sessions ({compared}): {spread}"
 
 
 def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None = None) -> PowerLawFit:
@@ -75,7 +105,7 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
     Returns
     -------
     law : PowerLawFit
-        Exponent with its interval, and both scatters.
+        Exponent with its interval, the law of each session, and the spread between them.
 
     Raises
     ------
@@ -84,58 +114,57 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
 
     Notes
     -----
-    A straight line through the logarithms of each session, with a common scatter of ln y. With several sessions the interval
-    stands on the scatter of their exponents, with one degree of freedom less than sessions: the points of one session share
-    its mounting and are not independent. With one session it stands on the scatter of the points alone and holds for that
-    session only.
+    A straight line through the logarithms of each session, with the scatter of its own points. With several sessions the
+    interval is that of `random_effects`, which weights them by their noise and the spread between them: the points of one
+    session share its mounting and are not independent. With one session it is that of Student's t with two degrees of freedom
+    less than points, and holds for that session only.
     """
-    voltage, force = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    groups = _groups(voltage, force, session)
-    lines = {name: _line(np.log(voltage[rows]), np.log(force[rows])) for name, rows in groups.items()}
-    free = voltage.size - 2 * len(lines)
-    variance = sum(each.squares for each in lines.values()) / free
-    slopes = np.array([each.slope for each in lines.values()])
-    within = math.sqrt(variance * float(np.mean([1 / each.spread for each in lines.values()])))
-    mean = float(np.mean(slopes))
-    if len(lines) > 1:
-        scatter = float(np.var(slopes, ddof=1))
-        error, freedom = math.sqrt(scatter / slopes.size), slopes.size - 1
-        between = math.sqrt(max(scatter - within**2, 0.0))
-    else:
-        error, freedom, between = within, free, math.nan
     from scipy.stats import t
 
-    half = float(t.ppf(0.5 + LEVEL / 2, freedom)) * error
+    voltage, force = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    groups = _groups(voltage, force, session)
+    laws = {name: _law(np.log(voltage[rows]), np.log(force[rows])) for name, rows in groups.items()}
+    own = list(laws.values())
+    if len(own) > 1:
+        found = random_effects(
+            [each.exponent for each in own],
+            [each.standard_error for each in own],
+            freedom=[each.degrees_of_freedom for each in own],
+        )
+        return PowerLawFit(
+            exponent=found.mean,
+            standard_error=found.standard_error,
+            lower=found.lower,
+            upper=found.upper,
+            sessions=laws,
+            between=found,
+        )
+    only = own[0]
+    half = float(t.ppf(0.5 + LEVEL / 2, only.degrees_of_freedom)) * only.standard_error
     return PowerLawFit(
-        exponent=mean,
-        standard_error=error,
-        lower=mean - half,
-        upper=mean + half,
-        degrees_of_freedom=freedom,
-        within=within,
-        between=between,
-        exponents={name: each.slope for name, each in lines.items()},
-        factors={name: math.exp(each.level) for name, each in lines.items()},
-        scatter=math.sqrt(variance),
-        sentence=_sentence(within, between),
+        exponent=only.exponent,
+        standard_error=only.standard_error,
+        lower=only.exponent - half,
+        upper=only.exponent + half,
+        sessions=laws,
+        between=None,
     )
 
 
-@dataclass(frozen=True)
-class _Line:
-    slope: float
-    level: float
-    squares: float
-    spread: float
-
-
-def _line(x: Real, y: Real) -> _Line:
-    """Straight line through points by least squares, with the spread of x about its mean."""
-    centred = x - x.mean()
+def _law(x: Real, y: Real) -> SessionLaw:
+    """Straight line through the logarithms of one session by least squares."""
+    centred, free = x - x.mean(), x.size - 2
     spread = float(centred @ centred)
     slope = float(centred @ y) / spread
     left = y - y.mean() - slope * centred
-    return _Line(slope, float(y.mean() - slope * x.mean()), float(left @ left), spread)
+    scatter = math.sqrt(float(left @ left) / free)
+    return SessionLaw(
+        exponent=slope,
+        standard_error=scatter / math.sqrt(spread),
+        factor=math.exp(float(y.mean() - slope * x.mean())),
+        scatter=scatter,
+        degrees_of_freedom=free,
+    )
 
 
 def _groups(x: Real, y: Real, session: Sequence[str] | None) -> dict[str, NDArray[np.intp]]:
@@ -157,15 +186,3 @@ def _groups(x: Real, y: Real, session: Sequence[str] | None) -> dict[str, NDArra
     if problems or not found:
         raise InputError(problems or "x, y: there are no points")
     return found
-
-
-def _sentence(within: float, between: float) -> str:
-    if math.isnan(between):
-        return (
-            f"one session: its points scatter by {within:.2g} in the exponent; how much sessions differ is unknown, so that the"
-            " interval holds for this session only"
-        )
-    text = f"the exponent scatters by {within:.2g} within a session and by {between:.2g} between sessions"
-    if between > within:
-        text += ": an interval from the points of one session would be too narrow"
-    return text

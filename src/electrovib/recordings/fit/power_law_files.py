@@ -60,7 +60,9 @@ def read_points(
     InputError
         For files that cannot be read or that lack a column. Rows with an empty field are omitted.
     """
-    problems: list[str] = []
+    problems = [f"{path}: is given twice; omit one" for path in dict.fromkeys(files) if files.count(path) > 1]
+    if x == y:
+        problems.append(f"x, y: both are the column {x!r}; a power law relates two")
     rows: list[tuple[Real, Real]] = []
     names: list[str] = []
     for path in map(Path, files):
@@ -104,17 +106,19 @@ def power_law_csv(law: PowerLawFit) -> str:
     Returns
     -------
     text : str
-        Exponents are dimensionless; ``factor`` is y at x = 1, both in SI.
+        Exponents are dimensionless; ``factor`` is y at x = 1, both in SI; ``scatter`` is the standard deviation of ln y.
     """
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n# {law.sentence}\n")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        ("session", "exponent", "factor", "standard_error", "lower", "upper", "within", "between")
-    )
-    for name, exponent in law.exponents.items():
-        writer.writerow([name, repr(exponent), repr(law.factors[name]), *[""] * 5])
-    numbers = (law.standard_error, law.lower, law.upper, law.within, law.between)
-    mean = "mean of the sessions" if len(law.exponents) > 1 else "the session"
-    writer.writerow([mean, repr(law.exponent), "", *map(repr, numbers)])
+    columns = ("exponent", "standard_error", "factor", "scatter", "degrees_of_freedom")
+    spread = ("between", "between_lower", "between_upper")
+    writer.writerow(("session", *columns, "lower", "upper", *spread))
+    for name, each in law.sessions.items():
+        writer.writerow([name, *(repr(getattr(each, column)) for column in columns), *[""] * 5])
+    found = law.between
+    between = [""] * 3 if found is None else [repr(getattr(found, name)) for name in spread]
+    mean = "the session" if found is None else "mean of the sessions"
+    ends = (repr(law.lower), repr(law.upper))
+    writer.writerow([mean, repr(law.exponent), repr(law.standard_error), *[""] * 3, *ends, *between])
     return text.getvalue()

@@ -12,6 +12,7 @@ import numpy as np
 
 from electrovib.recordings.fit.estimate import LeastSquaresEstimate, aicc, bic
 from electrovib.recordings.fit.identifiability import UndeterminedCombination
+from electrovib.recordings.fit.misfit import MISFIT, Misfit
 from electrovib.recordings.fit.prediction import Unknown
 from electrovib.recordings.fit.problem import WeightedProblem
 from electrovib.recordings.fit.profile import ProfileInterval, profile_interval
@@ -19,9 +20,12 @@ from electrovib.recordings.fit.residuals import Residuals
 from electrovib.recordings.fit.rounding import Rounding
 from electrovib.recordings.fit.sessions import BetweenSessions
 from electrovib.scenario import Scenario
+from electrovib.solve.quantities.validity import validity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from electrovib.core.diagnostics import Diagnostic
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,9 +44,12 @@ class ScenarioFit:
         By path: the spread of each parameter that varies.
     residuals : tuple of Residuals
         For each signal of each recording.
-    states : mapping of str to str
-        Unknown to how the data determine it: ``"well"``, ``"weakly"`` or ``"not"``, or ``"bound"`` where the estimate lies on
-        a bound of the parameter. A parameter with a bias above 0.05 standard deviations counts as weakly determined.
+    determined : mapping of str to str
+        Unknown to how the data determine it if the model describes them: ``"well"``, ``"weakly"`` or ``"not"``, or ``"bound"``
+        where the estimate lies on a bound of the parameter. A parameter with a bias above 0.05 standard deviations counts as
+        weakly determined.
+    traded : mapping of str to str
+        Unknown that is not determined because it trades with another one on its bound, to that one.
     bias : mapping of str to float
         Unknown to its bias by the curvature of the model, over its standard deviation; absent where it is not determined.
     undetermined : tuple of UndeterminedCombination
@@ -52,6 +59,10 @@ class ScenarioFit:
     rounding : Rounding or None
         Errors of the estimates by the resolution of the recordings; None where rounding errors are independent of each other
         like noise, and are part of it.
+    misfit : Misfit
+        What of the residuals noise does not explain.
+    prescribed : tuple of str
+        Drive, load or motion that was taken from a recording because it differs from the scenario's, with both numbers.
     """
 
     estimate: LeastSquaresEstimate
@@ -59,11 +70,24 @@ class ScenarioFit:
     scenario: Scenario
     sessions: Mapping[str, BetweenSessions]
     residuals: tuple[Residuals, ...]
-    states: Mapping[str, str]
+    determined: Mapping[str, str]
+    traded: Mapping[str, str]
     bias: Mapping[str, float]
     undetermined: tuple[UndeterminedCombination, ...]
     problem: WeightedProblem = field(repr=False)
     rounding: Rounding | None = None
+    misfit: Misfit
+    prescribed: tuple[str, ...] = ()
+
+    @property
+    def states(self) -> dict[str, str]:
+        """Unknown to its state: as `determined`, or ``"misfit"`` for all where the model does not describe the recordings."""
+        return dict.fromkeys(self.determined, MISFIT) if self.misfit.reasons else dict(self.determined)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with the estimated parameters."""
+        return validity(self.scenario)
 
     @property
     def noises_estimated(self) -> int:
@@ -96,13 +120,16 @@ class ScenarioFit:
 
     def why_no_interval(self, name: str) -> str:
         """Return why an unknown has no interval from its standard deviation; empty where it has one."""
-        if self.states[name] == "bound":
+        if self.determined[name] == "bound":
             bound = self.estimate.on_bound[name]
             return f"the estimate lies on the {bound} bound of the parameter"
         for each in self.undetermined:
             if name in each.exponents:
                 return each.sentence
-        if self.states[name] == "not":
+        if name in self.traded:
+            other = self.traded[name]
+            return f"it trades with {other}, which lies on its {self.estimate.on_bound[other]} bound"
+        if self.determined[name] == "not":
             lost = dict.fromkeys(other for each in self.undetermined for other in each.exponents)
             return (
                 f"a change of it is hidden by changes of {', '.join(lost)}, which the data do not determine"
@@ -122,22 +149,24 @@ class ScenarioFit:
         Returns
         -------
         lower : float
-            In SI; NaN where the data do not determine it.
+            In SI, within the range of the parameter; NaN where the data do not determine it.
         upper : float
             Likewise.
         """
         if self.why_no_interval(name):
             return math.nan, math.nan
-        if self.rounding is None or name not in self.rounding.errors:
-            return self.estimate.interval(name, level=level)
-        value = self.estimate.values[name]
-        half = self.rounding.half_width(name, level=level, quantile=self.estimate.quantile(level))
-        return value - half, value + half
+        value, free = self.estimate.values[name], self.problem.prediction.free[name]
+        lower, upper = self.estimate.interval(name, level=level)
+        if self.rounding is not None and name in self.rounding.errors:
+            half = self.rounding.half_width(name, level=level, quantile=self.estimate.quantile(level))
+            half *= math.sqrt(self.misfit.inflation)
+            lower, upper = value - half, value + half
+        return max(lower, free.lower), min(upper, free.upper)
 
     def deviation(self, name: str) -> float:
         """Return the standard deviation of one unknown by noise and rounding, in SI; NaN where there is none."""
         if self.rounding is not None and name in self.rounding.errors:
-            return self.rounding.deviation(name)
+            return self.rounding.deviation(name) * math.sqrt(self.misfit.inflation)
         return self.estimate.standard_deviations[name]
 
     def profile(self, name: str, *, level: float = 0.95) -> ProfileInterval:
@@ -167,7 +196,7 @@ class ScenarioFit:
         estimate, free = self.estimate, self.problem.prediction.free
         known = estimate.noise_is_known
         allowed = chi2.ppf(level, 1) if known else fisher.ppf(level, 1, max(estimate.degrees_of_freedom, 1))
-        unit = 1.0 if known else estimate.variance
+        unit = self.misfit.inflation * (1.0 if known else estimate.variance)
         profiled = profile_interval(
             lambda value: (
                 (
@@ -185,7 +214,9 @@ class ScenarioFit:
         if self.rounding is None or name not in self.rounding.errors:
             return profiled
         value, bounds, quantile = estimate.values[name], free[name], estimate.quantile(level)
-        half = self.rounding.half_width(name, level=level, quantile=quantile)
+        half = self.rounding.half_width(name, level=level, quantile=quantile) * math.sqrt(
+            self.misfit.inflation
+        )
         further = math.sqrt(max(half**2 - (quantile * estimate.standard_deviations[name]) ** 2, 0.0))
         return dataclasses.replace(
             profiled,

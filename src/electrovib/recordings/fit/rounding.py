@@ -190,7 +190,7 @@ def rounding_of(
     signals: list[RoundedSignal] = []
     start = 0
     for each in residuals:
-        observed, rounded, independent = each.observed, _rounded(each), 1.0
+        observed, rounded, independent = each.observed, rounded_signal(each), 1.0
         own = inverse[:, start : start + observed.x.size * observed.parts]
         start += own.shape[1]
         if rounded is not None:
@@ -217,7 +217,7 @@ def rounding_of(
     )
 
 
-def _rounded(residuals: Residuals) -> RoundedSignal | None:
+def rounded_signal(residuals: Residuals) -> RoundedSignal | None:
     """Return how a signal is rounded; None where its rounding errors are independent of each other, or it is not rounded."""
     observed = residuals.observed
     if not observed.resolution:

@@ -7,6 +7,9 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.paths import quantity_at
+from electrovib.recordings.fit.misfit import MISFIT
 from electrovib.recordings.fit.result import ScenarioFit
 from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
 from electrovib.recordings.fit.table import LEVEL, EstimatedParameter
@@ -70,9 +73,24 @@ class SeparateFits:
     spreads: Mapping[str, BetweenSessions]
 
     @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with the parameters estimated from each recording."""
+        return tuple(
+            dict.fromkeys(
+                told for each in self.fits if each.found is not None for told in each.found.diagnostics
+            )
+        )
+
+    @property
     def failures(self) -> dict[str, str]:
         """Name of each recording that could not be fitted, and why."""
         return {each.record: each.problem for each in self.fits if each.found is None}
+
+    @property
+    def misfits(self) -> dict[str, str]:
+        """Name of each recording that the model does not describe, and what its residuals show."""
+        found = {each.record: each.found.misfit for each in self.fits if each.found is not None}
+        return {record: each.sentence for record, each in found.items() if each.reasons}
 
     @property
     def means(self) -> tuple[EstimatedParameter, ...]:
@@ -84,17 +102,25 @@ class SeparateFits:
         found = []
         for path, spread in self.spreads.items():
             lower, upper = spread.interval(level=LEVEL)
+            low = quantity_at(self.scenario, path).low
+            missed = [record for record in self.misfits if record in spread.values]
+            why = (
+                f"the model does not describe {len(missed)} of the {len(spread.values)} recordings"
+                if missed
+                else ""
+            )
             found.append(
                 EstimatedParameter(
                     name=path,
                     unit=units[path],
                     value=spread.mean,
                     deviation=spread.standard_error,
-                    lower=lower,
+                    lower=max(lower, low),
                     upper=upper,
                     method="recordings",
-                    state="well",
-                    note=spread.in_words(units[path]),
+                    state=MISFIT if missed else "well",
+                    note="; ".join(filter(None, [why, spread.in_words(units[path])])),
+                    low=low,
                     systematic=statistics.fmean(
                         row.systematic
                         for each in self.fits
@@ -152,7 +178,10 @@ def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, Be
             each.record: row
             for each in fits
             for row in each.rows
-            if row.name == path and row.state in {"well", "weakly"} and math.isfinite(row.deviation)
+            if row.name == path
+            and each.found is not None
+            and each.found.determined[path] in {"well", "weakly"}
+            and math.isfinite(row.deviation)
         }
         if len(own) > 1:
             values = {record: row.value for record, row in own.items()}

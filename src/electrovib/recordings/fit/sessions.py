@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.units import format_quantity
+from electrovib.recordings.fit.random_effects import random_effects
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,8 +31,9 @@ class BetweenSessions:
     within : float
         Standard deviation of the estimate of one session by its own noise, root mean square over the sessions.
     between : float
-        Standard deviation of the parameter between sessions, beyond what the noise within them explains; 0 if that
-        explains it.
+        Standard deviation of the parameter between sessions, beyond what the noise of each explains; 0 if that explains it.
+    between_lower, between_upper : float
+        95 % interval of it; NaN where the noise of fewer than two sessions is known.
     standard_error : float
         Standard error of the mean, from the scatter of the sessions.
     group : str
@@ -42,6 +44,8 @@ class BetweenSessions:
     mean: float
     within: float
     between: float
+    between_lower: float
+    between_upper: float
     standard_error: float
     group: str = "session"
 
@@ -68,9 +72,13 @@ class BetweenSessions:
     def in_words(self, unit: str) -> str:
         """State both scatters with their unit, and which of them limits the mean."""
         ratio = self.between / self.within if self.within else math.inf
-        within, between = (format_quantity(each, unit, digits=3) for each in (self.within, self.between))
+        within, between, lower, upper = (
+            format_quantity(each, unit, digits=3)
+            for each in (self.within, self.between, self.between_lower, self.between_upper)
+        )
         one = self.group
-        return f"scatter within a {one} {within}, between {one}s {between}" + (
+        interval = f" (95 % interval {lower} to {upper})" if math.isfinite(self.between_upper) else ""
+        return f"scatter within a {one} {within}, between {one}s {between}{interval}" + (
             f": {ratio:.2g} times as much, so that an interval from one {one} would be too narrow"
             if ratio > 1
             else ""
@@ -90,12 +98,12 @@ def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -
     Returns
     -------
     BetweenSessions
-        With a variance between sessions by the method of moments, not below 0.
+        With the spread between sessions of `random_effects`.
 
     Notes
     -----
-    The sessions count alike: their scatter has the variance between them plus that within, whatever the sizes, so that
-    Student's t holds for the mean when the sessions are alike in size.
+    In the mean the sessions count alike: their scatter has the variance between them plus that within, whatever the sizes, so
+    that Student's t holds for the mean when the sessions are alike in size.
     """
     deviations = estimate.standard_deviations
     return spread_of(
@@ -121,16 +129,22 @@ def spread_of(
     Returns
     -------
     spread : BetweenSessions
-        With a variance between them by the method of moments, not below 0.
+        With the spread between them of `random_effects`; their scatter where the noise of fewer than two is known.
     """
     found = np.array(list(values.values()))
     scatter = float(np.var(found, ddof=1))
     within = float(np.sqrt(np.mean(np.square(deviations))))
+    known = [
+        (value, each) for value, each in zip(found.tolist(), deviations, strict=True) if math.isfinite(each)
+    ]
+    spread = random_effects(*zip(*known, strict=True)) if len(known) > 1 else None
     return BetweenSessions(
         values=dict(values),
         mean=float(np.mean(found)),
         within=within,
-        between=math.sqrt(max(scatter - within**2, 0.0)) if math.isfinite(within) else math.sqrt(scatter),
+        between=math.sqrt(scatter) if spread is None else spread.between,
+        between_lower=math.nan if spread is None else spread.between_lower,
+        between_upper=math.nan if spread is None else spread.between_upper,
         standard_error=math.sqrt(scatter / found.size),
         group=group,
     )

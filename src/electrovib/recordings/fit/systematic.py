@@ -52,7 +52,7 @@ def systematic_deviations(found: ScenarioFit) -> dict[str, float]:
     ]
     for at, name in enumerate(inside):
         parts = [(error, float(gain[at]), float(zero[at])) for error, gain, zero in shifts]
-        deviations[name] = _combined(parts) if found.states[name] != "not" else math.nan
+        deviations[name] = _combined(parts) if found.determined[name] != "not" else math.nan
     for path in found.sessions:
         own = [
             inside.index(each.name) for each in found.unknowns if each.path == path and each.name in inside

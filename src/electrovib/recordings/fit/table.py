@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
+from electrovib.core.units import digits_of_interval
+from electrovib.recordings.fit.misfit import MISFIT
 from electrovib.recordings.fit.systematic import systematic_deviations
 
 if TYPE_CHECKING:
@@ -45,6 +47,8 @@ class EstimatedParameter:
         Why there is no interval, or what limits it.
     systematic : float
         Standard deviation by the calibration errors of the signals, in addition to that by noise; NaN where none is stated.
+    low : float
+        Lowest value that the parameter may have, below which no interval reaches.
     """
 
     name: str
@@ -57,20 +61,18 @@ class EstimatedParameter:
     state: str
     note: str
     systematic: float = math.nan
+    low: float = -math.inf
 
     @property
     def systematic_interval(self) -> tuple[float, float]:
         """95 % interval by the calibration errors alone, in SI; NaN where none is stated."""
         half = NORMAL * self.systematic
-        return self.value - half, self.value + half
+        return max(self.value - half, self.low), self.value + half
 
     @property
     def digits(self) -> int:
-        """Digits that show the interval: two of its width, and four at least."""
-        width = self.upper - self.lower
-        if not (math.isfinite(width) and width > 0 and self.value):
-            return 4
-        return min(max(4, 2 - math.floor(math.log10(width / abs(self.value)))), 15)
+        """Digits that show the interval."""
+        return digits_of_interval(self.value, self.lower, self.upper)
 
 
 def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[EstimatedParameter, ...]:
@@ -97,25 +99,27 @@ def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[Estim
     ]
     for path, spread in found.sessions.items():
         lower, upper = spread.interval(level=LEVEL)
+        quantity = quantity_at(found.scenario, path)
         rows.append(
             EstimatedParameter(
                 name=f"{path} (mean of {len(spread.values)} sessions)",
-                unit=quantity_at(found.scenario, path).unit,
+                unit=quantity.unit,
                 value=spread.mean,
                 deviation=spread.standard_error,
-                lower=lower,
+                lower=max(lower, quantity.low),
                 upper=upper,
                 method="sessions",
-                state="well",
-                note=spread.in_words(quantity_at(found.scenario, path).unit),
+                state=MISFIT if found.misfit.reasons else "well",
+                note="; ".join(filter(None, [found.misfit.verdict, spread.in_words(quantity.unit)])),
                 systematic=systematic.get(path, math.nan),
+                low=quantity.low,
             )
         )
     return tuple(rows)
 
 
 def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedParameter:
-    name, state, note = unknown.name, found.states[unknown.name], found.why_no_interval(unknown.name)
+    name, state, note = unknown.name, found.determined[unknown.name], found.why_no_interval(unknown.name)
     lower, upper = found.interval(name, level=LEVEL)
     method, deviation = ("" if note else "symmetric"), found.deviation(name)
     if state != "well" and profiles:
@@ -128,7 +132,9 @@ def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedPa
         ]
         if len(ends) == 2:
             lower, upper, method = math.nan, math.nan, ""
-        elif any(name in each.exponents and len(each.exponents) > 1 for each in found.undetermined):
+        elif name in found.traded or any(
+            name in each.exponents and len(each.exponents) > 1 for each in found.undetermined
+        ):
             note = f"{note}; the interval is what the declared ranges of the other parameters allow"
         elif ends:
             note = "; ".join(filter(None, [note, f"the data set no limit {ends[0]}"]))
@@ -144,6 +150,7 @@ def _row(found: ScenarioFit, unknown: Unknown, *, profiles: bool) -> EstimatedPa
         lower=lower,
         upper=upper,
         method=method,
-        state=state,
-        note=note,
+        state=found.states[name],
+        note="; ".join(filter(None, [found.misfit.verdict, note])),
+        low=found.problem.prediction.free[name].lower,
     )

@@ -14,11 +14,12 @@ from electrovib.core.files import note_input
 from electrovib.core.trace import make_trace
 from electrovib.data.columns.faults import check_file
 from electrovib.data.readers.registry import format_of, read_recorded
+from electrovib.data.readers.sweeps import refuse_spectrum, split_part
 from electrovib.recordings.importing.calibration import SensorCalibration
 from electrovib.recordings.importing.calibration_file import read_calibration
 from electrovib.recordings.importing.choice import calibrated_column, check_names, column_of
 from electrovib.recordings.importing.clock import SampleTimes, sample_times
-from electrovib.recordings.importing.notices import about_samples
+from electrovib.recordings.importing.notices import about_file, about_samples
 from electrovib.recordings.importing.reduction import ReductionSteps, reduced
 from electrovib.recordings.importing.spectrum_trace import spectrum_trace
 
@@ -95,9 +96,10 @@ def import_file(
     place = Path(path)
     check_file(place)
     note_input(place)
-    options = {"delimiter": delimiter, "decimal_comma": decimal_comma, "part": part}
+    table, spectrum = split_part(part)
+    options = {"delimiter": delimiter, "decimal_comma": decimal_comma, "part": table}
     recorded = read_recorded(place, reader=reader, **options)
-    stated = {name: value for name, value in options.items() if value is not None}
+    stated = {name: value for name, value in (options | {"part": part}).items() if value is not None}
     origin = {
         "title": title or place.stem,
         "electrovib": version("electrovib"),
@@ -108,7 +110,7 @@ def import_file(
             stated
             | {"columns": dict(columns or {}), "time": time, "step": step}
             | (
-                {"calibration": {name: str(place) for name, place in calibration.items()}}
+                {"calibration": {name: str(each) for name, each in calibration.items()}}
                 if calibration
                 else {}
             )
@@ -122,20 +124,29 @@ def import_file(
         reduction | _with_calibrations(calibration or {}, wanted, reduction.get("scale") or {})
     )
     if is_spectrum(wanted):
-        return spectrum_trace(recorded, wanted, origin)
+        return spectrum_trace(recorded, wanted, origin, spectrum=spectrum)
+    if problems := _wrong_names(wanted, steps):
+        raise InputError(problems)
+    refuse_spectrum(part, spectrum)
+    clock = sample_times(recorded, time=time, step=step, stamps=stamps)
+    return _over_time(recorded, wanted, clock, steps, origin)
+
+
+def _wrong_names(wanted: Mapping[str, str], steps: ReductionSteps) -> list[str]:
+    """List the names that are no signals over time, or that no column was chosen for."""
     problems = check_names("columns", wanted)
     problems += [
         problem
         for option in ("scale", "offset", "shift", "baseline")
         for problem in check_names(option, getattr(steps, option), wanted)
     ]
-    problems += check_names("detrend", dict.fromkeys(steps.detrend), wanted)
-    for option, name in (("trigger", steps.trigger), ("average", steps.average)):
-        problems += check_names(option, {name: ""} if name else {}, wanted)
-    if problems:
-        raise InputError(problems)
-    clock = sample_times(recorded, time=time, step=step, stamps=stamps)
-    return _over_time(recorded, wanted, clock, steps, origin)
+    for option, names in (
+        ("detrend", steps.detrend),
+        ("trigger", (steps.trigger,)),
+        ("average", (steps.average,)),
+    ):
+        problems += check_names(option, {name: "" for name in names if name}, wanted)
+    return problems
 
 
 def _with_calibrations(
@@ -199,7 +210,7 @@ def _over_time(
             history += words
     if problems:
         raise InputError(problems)
-    diagnostics = [*clock.diagnostics, *about_samples(clock.time, readings)]
+    diagnostics = [*about_file(recorded), *clock.diagnostics, *about_samples(clock.time, readings)]
     found, signals, words = reduced(clock.time, signals, steps)
     trace = make_trace(
         {name: (("time",), values) for name, values in signals.items()},

@@ -11,9 +11,11 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.data.readers.registry import format_of, read_recorded
 from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.data.readers.sweeps import split_part
+from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns
 
 if TYPE_CHECKING:
-    from electrovib.data.readers.recorded import DataColumn, Recorded
+    from electrovib.data.readers.recorded import Recorded
 
 _MOST: Final = 60
 
@@ -52,8 +54,9 @@ def list_columns(
         If the file cannot be read.
     """
     place = Path(path)
+    table, wanted = split_part(part)
     recorded = read_recorded(
-        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=part
+        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=table
     )
     name = reader or format_of(place).name
     lines = [f"{place.name}: reader '{name}', {len(recorded.channels)} columns of {recorded.size} samples"]
@@ -64,10 +67,16 @@ def list_columns(
         lines.append(f"  {number}  {each.name}  [{each.unit or 'unit not stated'}]  {ends}{role}")
     if len(recorded.channels) > _MOST:
         lines.append(f"  and {len(recorded.channels) - _MOST} more")
+    if "table" in recorded.attributes:
+        lines.append(f"  read: {recorded.attributes['table']}")
+    if "left_out" in recorded.attributes:
+        lines.append(f"  left out: {recorded.attributes['left_out']}")
+    if "unsure" in recorded.attributes:
+        lines.append(f"  not sure: {recorded.attributes['unsure']}")
     if "omitted" in recorded.attributes:
         lines.append(f"  not read: {recorded.attributes['omitted']}; choose with --part NAME")
     try:
-        spectrum = spectrum_of(recorded)
+        spectrum = spectrum_of(recorded, spectrum=wanted)
     except InputError as error:
         if any(each.name.lower().startswith("freq") for each in recorded.channels):
             return [*lines, f"not yet a spectrum: {error.problems[0].reason}"]
@@ -75,13 +84,16 @@ def list_columns(
     return [
         *lines,
         f"a spectrum of {'impedance' if spectrum.impedance is not None else 'permittivity'}: {spectrum.read_as}",
+        *([spectrum.among] if spectrum.among else []),
         "to import it: -o spectrum.nc, or --as material -o material.toml",
     ]
 
 
 def _clock(recorded: Recorded) -> str:
     if recorded.time:
-        return f"time: column '{recorded.time}'"
+        unit = next(each.unit for each in recorded.channels if each.name == recorded.time)
+        unsure = f', for which the file states no unit: s are assumed; add --time "{recorded.time} [ms]" if it is ms'
+        return f"time: column '{recorded.time}'" + ("" if unit else unsure)
     if recorded.step is not None:
         return (
             f"time: a step of {format_quantity(recorded.step, 's')}, first sample at"
@@ -91,19 +103,25 @@ def _clock(recorded: Recorded) -> str:
 
 
 def _example(recorded: Recorded) -> list[str]:
-    """Return the options that would import the first column that is not the time, and the next one as of a force sensor."""
+    """Return the options that import the columns whose unit or heading tells a signal, else the first one as a voltage."""
     columns = [each for each in recorded.channels if each.name != recorded.time]
     if not columns:
         return []
-    first, sensor = columns[0], columns[1] if columns[1:] else columns[0]
-    signals = {"V": "drive_voltage", "N": "lateral_force", "A": "current"}
-    signal = signals.get(first.unit.lstrip("mkun") or "V", "lateral_force")
-    return [
-        f'to import it: --column {signal}="{_with_unit(first)}" -o trace.nc',
-        f'of a force sensor: --column lateral_force="{_with_unit(sensor)}" --scale lateral_force="1.5 N/V"'
-        " (lateral_force_measured for a scenario with a [rig])",
-    ]
-
-
-def _with_unit(channel: DataColumn) -> str:
-    return channel.name if channel.unit else f"{channel.name} [V]"
+    proposed = proposed_columns(recorded) or (
+        ProposedColumn(column=columns[0].name, signal="drive_voltage", unit="" if columns[0].unit else "V"),
+    )
+    options = [f'--column {each.signal}="{each.stated}"' for each in proposed]
+    options += [f'--scale {each.signal}="{each.scale}"' for each in proposed if each.scale]
+    lines = [f"to import it: {' '.join(options)} -o trace.nc"]
+    if unsure := ", ".join(f"'{each.column}'" for each in proposed if each.unit):
+        lines.append(f"the file states no unit for {unsure}: write the right one into the brackets")
+    if scaled := ", ".join(each.scale for each in proposed if "/" in each.scale):
+        lines.append(f"{scaled} stands for the sensitivity of the sensor: write that of yours")
+    if unnamed := [each.column for each in proposed if each.signal == "drive_voltage" and not each.is_named]:
+        sensor = "is the output of a sensor, take the signal that it measures, with --scale"
+        lines.append(f"if '{unnamed[0]}' {sensor} SIGNAL=\"1.5 N/V\"")
+    if turned := next((each.column for each in proposed if each.scale == "-1"), ""):
+        lines.append(f"'{turned}' is negative; as normal_force a load is positive")
+    if any(each.signal.endswith("_force") for each in proposed):
+        lines.append("of a scenario with a [rig]: lateral_force_measured, normal_force_measured")
+    return lines

@@ -8,12 +8,14 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.recordings.rail import at_rail
+from electrovib.recordings.rail import at_extreme, at_rail
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Real
+    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.readers.spectrum import MeasuredSpectrum
 
 _FEWEST: Final = 32
 """Fewest samples from which repetition and bandwidth are judged."""
@@ -30,6 +32,26 @@ _STRONG: Final = 0.1
 _WEAK: Final = 0.01
 _UNEVEN: Final = 4.0
 """Length of a record over that of as many median intervals, beyond which no spectrum is computed."""
+
+
+def about_file(recorded: Recorded) -> list[Diagnostic]:
+    """State which part of a file was read where it holds several, what was left out, and what its reader is not sure of."""
+    about = recorded.attributes
+    found = []
+    if "left_out" in about:
+        found.append(Diagnostic("rows left out", "warning", f"left out: {about['left_out']}"))
+    if "unsure" in about:
+        found.append(Diagnostic("reader", "unknown", f"not sure is {about['unsure']}"))
+    if "omitted" in about and "table" in about:
+        text = f"read: {about['table']}; not read: {about['omitted']}; choose with part (--part)"
+        found.append(Diagnostic("part of the file", "unknown", text))
+    return found
+
+
+def about_parts(recorded: Recorded, spectrum: MeasuredSpectrum) -> list[Diagnostic]:
+    """State which of several tables, and of several spectra in one of them, was read."""
+    among = [Diagnostic("part of the file", "unknown", spectrum.among)] if spectrum.among else []
+    return [*about_file(recorded), *among]
 
 
 def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
@@ -75,6 +97,13 @@ def _range(name: str, values: Real) -> Diagnostic:
     """Judge whether a sensor is at the end of its range."""
     share = float(np.mean(at_rail(values)))
     title = f"sensor range of {name}"
+    if not share and (share := float(np.mean(at_extreme(values)))):
+        return Diagnostic(
+            title,
+            "unknown",
+            f"{share:.2%} of the samples of {name} are exactly its highest or lowest reading: the sensor is at its rail there, or"
+            " the signal is constant within the resolution",
+        )
     if not share:
         return Diagnostic(title, "ok", f"no extreme reading of {name} repeats more often than others")
     return Diagnostic(

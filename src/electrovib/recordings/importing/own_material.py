@@ -141,6 +141,9 @@ def import_material(
         decimal_comma=decimal_comma, part=part,
     )  # fmt: skip
     history, diagnostics = list(sample.history), list(sample.diagnostics)
+    if not sample.permittivity.imag.any():
+        words = "the table states a permittivity without loss: the loss is assumed to be 0"
+        diagnostics.append(Diagnostic("loss", "unknown", words))
     material = _tabulated(sample, number_of("conductivity", conductivity, "S/m"), history)
     low, high = material.conduction_bounds()
     diagnostics.append(

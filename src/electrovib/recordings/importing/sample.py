@@ -10,17 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.readers.registry import read_recorded
 from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.data.readers.sweeps import split_part
+from electrovib.recordings.importing.notices import about_parts
 from electrovib.recordings.importing.phase_offset import phase_offset
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Complex, Real
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.data.readers.spectrum import MeasuredSpectrum
 
 
@@ -40,6 +42,8 @@ class SampleSpectrum:
         One sentence for each step.
     diagnostics : tuple of Diagnostic
         Statements on assumptions.
+    per_farad : float
+        Permittivity of the sample whose capacitance is one farad; 0 if a permittivity was measured.
     """
 
     frequency: Real
@@ -47,6 +51,7 @@ class SampleSpectrum:
     thickness: float | None
     history: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
+    per_farad: float = 0.0
 
 
 def read_sample(
@@ -84,13 +89,14 @@ def read_sample(
         If the file holds no spectrum, a dimension is missing, or the impedance shows that the instrument is badly calibrated.
     """
     place = Path(path)
+    table, number = split_part(part)
     recorded = read_recorded(
-        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=part
+        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=table
     )
-    spectrum = spectrum_of(recorded, columns=columns)
+    spectrum = spectrum_of(recorded, columns=columns, spectrum=number)
     depth = None if thickness is None else _above_zero("thickness", thickness, "m")
     history = [f"spectrum of {place.name}: {spectrum.read_as}"]
-    diagnostics: list[Diagnostic] = []
+    diagnostics = about_parts(recorded, spectrum)
     resistance = number_of("series_resistance", series_resistance, "ohm")
     capacitance = number_of("parallel_capacitance", parallel_capacitance, "F")
     if spectrum.impedance is not None:
@@ -110,19 +116,19 @@ def read_sample(
         given = {"area": area, "series_resistance": resistance, "parallel_capacitance": capacitance}
         if surplus := [name for name, stated in given.items() if stated]:
             raise InputError(f"{surplus[0]}: the file holds a permittivity, which needs none; omit it")
-    if spectrum.lossless:
-        diagnostics.append(
-            Diagnostic(
-                "loss", "unknown", "the table states a permittivity without loss: the loss is assumed to be 0"
-            )
-        )
     return SampleSpectrum(
         frequency=spectrum.frequency,
         permittivity=permittivity,
         thickness=depth,
         history=tuple(history),
         diagnostics=tuple(diagnostics),
+        per_farad=0.0 if spectrum.impedance is None else _per_farad(area, depth),
     )
+
+
+def _per_farad(area: str | float | None, depth: float | None) -> float:
+    """Return the permittivity of a sample whose capacitance is one farad."""
+    return (depth or 0.0) / (eps0 * _above_zero("area", area or 0.0, "m2"))
 
 
 def _refuse_bad_calibration(place: Path, spectrum: MeasuredSpectrum) -> None:

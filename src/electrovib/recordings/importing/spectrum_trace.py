@@ -9,6 +9,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.recordings.importing.notices import about_parts
 from electrovib.recordings.importing.phase_offset import phase_offset
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def spectrum_trace(
-    recorded: Recorded, columns: Mapping[str, str], origin: Mapping[str, str]
+    recorded: Recorded, columns: Mapping[str, str], origin: Mapping[str, str], *, spectrum: int = 0
 ) -> xarray.Dataset:
     """Return a measured impedance or permittivity as a Trace.
 
@@ -32,6 +33,8 @@ def spectrum_trace(
         As for `electrovib.data.readers.spectrum.spectrum_of`.
     origin : mapping of str to str
         Attributes that state the origin.
+    spectrum : int
+        As for `electrovib.data.readers.spectrum.spectrum_of`.
 
     Returns
     -------
@@ -45,7 +48,7 @@ def spectrum_trace(
         If the columns make no spectrum; the message names the columns.
     """
     try:
-        found = spectrum_of(recorded, columns=columns)
+        found = spectrum_of(recorded, columns=columns, spectrum=spectrum)
     except InputError as error:
         if columns:
             raise
@@ -55,7 +58,7 @@ def spectrum_trace(
             f" has {listed}. It is not recognised as a spectrum either: {error.problems[0].reason}",
             path=origin["file"],
         ) from None
-    diagnostics = []
+    diagnostics = about_parts(recorded, found)
     if found.lossless:
         diagnostics.append(
             Diagnostic(

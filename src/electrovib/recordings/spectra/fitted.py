@@ -12,7 +12,13 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import exact_text, format_quantity
 from electrovib.recordings.spectra.form_names import forms_of
-from electrovib.recordings.spectra.judged import acceptable_first, diagnostics_of, history_of, refuse_misfit
+from electrovib.recordings.spectra.judged import (
+    acceptable_first,
+    diagnostics_of,
+    history_of,
+    loss_that_follows,
+    refuse_misfit,
+)
 from electrovib.recordings.spectra.linear_test import consistency
 from electrovib.recordings.spectra.material import fit_material
 
@@ -159,6 +165,7 @@ def fit_samples(
     form: str = "auto",
     noise: Mapping[str, float] | None = None,
     error: InstrumentError | None = None,
+    loss: str = "measured",
 ) -> FittedMaterial:
     """Fit a dispersion to the spectra of one or several samples of the same material.
 
@@ -172,6 +179,8 @@ def fit_samples(
         Name of each source to its relative standard deviation; without it all rows count alike.
     error : InstrumentError, optional
         Systematic error common to all sources.
+    loss : str
+        As for `electrovib.recordings.spectra.material.fit_material`; the form of a material without loss is constant.
 
     Returns
     -------
@@ -184,15 +193,25 @@ def fit_samples(
         For data that deviate from the Kramers-Kronig relations by more than 10 %, or that the best form misses by more than
         30 %; both limits are at least three times the stated noise.
     """
-    forms = forms_of(form)
+    forms = forms_of("constant" if loss == "none" and form == "auto" else form)
     weights = _noise_of(samples, noise or {})
     frequency = np.concatenate([each.frequency for each in samples.values()])
     permittivity = np.concatenate([each.permittivity for each in samples.values()])
     allowed = 3 * max((noise or {}).values(), default=0.0)
-    fits = acceptable_first(fit_material(frequency, permittivity, forms=forms, noise=weights), allowed)
-    consistent = float(np.max([consistency(each.frequency, each.permittivity) for each in samples.values()]))
+    fits = acceptable_first(
+        fit_material(frequency, permittivity, forms=forms, noise=weights, loss=loss), allowed
+    )
+    tested = [consistency(each.frequency, each.permittivity) for each in samples.values()]
+    consistent = {
+        "measured": float(np.max(tested)),
+        "none": fits[0].error,  # a material without loss is constant
+        "unknown": math.nan,
+    }[loss]
     refuse_misfit(fits[0], consistent, allowed)
-    deviations = None if error is None else error.deviations(fits[0], frequency, permittivity, noise=weights)
+    deviations = None if error is None else error.deviations(
+        fits[0], frequency, permittivity, noise=weights,
+        per_farad=np.concatenate([np.full(each.frequency.size, each.per_farad) for each in samples.values()]),
+    )  # fmt: skip
     depths = {each.thickness for each in samples.values()}
     return FittedMaterial(
         fits=fits,
@@ -203,6 +222,7 @@ def fit_samples(
         diagnostics=(
             *(each for sample in samples.values() for each in sample.diagnostics),
             *diagnostics_of(fits[0], consistent, noise or {}),
+            *([loss_that_follows(fits, frequency, allowed)] if loss == "unknown" else ()),
         ),
     )
 
@@ -237,6 +257,18 @@ def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> It
             upper=upper,
             systematic=math.nan if deviations is None else deviations[path],
             note=note,
+        )
+    if best.loss != "measured":
+        yield MaterialParameter(
+            path="conductivity",
+            unit=units["conductivity"],
+            value=0.0,
+            lower=math.nan,
+            upper=math.nan,
+            systematic=math.nan,
+            note="0 as stated with the loss"
+            if best.loss == "none"
+            else "not measured, because a permittivity does not show it; 0 was taken",
         )
 
 

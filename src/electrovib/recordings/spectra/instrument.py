@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import cmath
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.importing.phase_offset import CERTAIN
@@ -32,6 +35,8 @@ class InstrumentError:
     fixture_capacitance : float
         Capacitance in parallel with the known resistor, that of fixture and leads [F]; 0 where it is not measured, or less than
         5 standard deviations.
+    fixture_uncertainty : float
+        Standard uncertainty of the capacitance of fixture and leads at the sample [F].
     words : str
         Where they are from.
     """
@@ -39,6 +44,7 @@ class InstrumentError:
     gain: float = 0.0
     phase: float = 0.0
     fixture_capacitance: float = 0.0
+    fixture_uncertainty: float = 0.0
     words: str = ""
 
     def __post_init__(self) -> None:
@@ -51,8 +57,18 @@ class InstrumentError:
         if problems:
             raise InputError(problems)
 
+    def without_fixture(self) -> InstrumentError:
+        """Return it for a sample whose fixture is known otherwise."""
+        return dataclasses.replace(self, fixture_capacitance=0.0, fixture_uncertainty=0.0)
+
     def deviations(
-        self, fit: MaterialFit, frequency: Real, permittivity: Complex, *, noise: ArrayLike | None
+        self,
+        fit: MaterialFit,
+        frequency: Real,
+        permittivity: Complex,
+        *,
+        noise: ArrayLike | None,
+        per_farad: ArrayLike = 0.0,
     ) -> dict[str, float]:
         """Return the standard deviation of each parameter of a material by the error of the instrument.
 
@@ -66,23 +82,27 @@ class InstrumentError:
             Relative permittivity, as it was fitted.
         noise : array_like or None
             As it was fitted.
+        per_farad : array_like
+            Permittivity that one farad of the fixture makes at each row, 0 where a permittivity was measured.
 
         Returns
         -------
         deviations : dict of str to float
-            Dotted path to the standard deviation, in SI: the root of the sum of squares of that by the modulus and that by the
-            phase, each by the derivative of the estimate. It does not average out with more data.
+            Dotted path to the standard deviation, in SI: the root of the sum of squares of those by the modulus, the phase and
+            the fixture, each by the derivative of the estimate. It does not average out with more data.
         """
         found = dict.fromkeys(fit.estimate.values, 0.0)
-        for size, exponent in ((self.gain, 1.0), (self.phase, 1.0j)):
-            if size:
-                factor = cmath.exp(exponent * size)
+        fixture = 1 + self.fixture_uncertainty * np.asarray(per_farad) / permittivity
+        for factor in (cmath.exp(self.gain), cmath.exp(1j * self.phase), fixture):
+            if np.any(factor != 1):
                 shift = shift_of(fit, frequency, permittivity, factor=factor, noise=noise)
                 found = {path: math.hypot(value, shift[path]) for path, value in found.items()}
         return found
 
 
-def error_by_resistor(frequency: ArrayLike, impedance: ArrayLike, *, resistance: float) -> InstrumentError:
+def error_by_resistor(
+    frequency: ArrayLike, impedance: ArrayLike, *, resistance: float, tolerance: float = 0.0
+) -> InstrumentError:
     """Measure the systematic error of an instrument with a resistor of known value.
 
     Parameters
@@ -93,27 +113,45 @@ def error_by_resistor(frequency: ArrayLike, impedance: ArrayLike, *, resistance:
         ohm, measured.
     resistance : float
         Known value [ohm], above 0.
+    tolerance : float
+        Limit of its relative deviation, which is taken as equally likely everywhere within it.
 
     Returns
     -------
     error : InstrumentError
-        The relative deviation of the measured resistance, the phase at vanishing frequency, and the capacitance in parallel.
+        The relative deviation of the measured resistance, the phase at vanishing frequency, and the capacitance in parallel, each
+        with the standard deviation of its own measurement, and the first with that of the known value.
 
     Raises
     ------
     InputError
         If the calibration is bad, as `fit_parallel_part` judges it.
+
+    Notes
+    -----
+    The sample lies elsewhere in the fixture, with leads of its own: the capacitance of the fixture is taken as uncertain by as
+    much as itself.
     """
     if not (math.isfinite(resistance) and resistance > 0):
         raise InputError(f"resistance = {resistance}: expected more than 0 ohm")
+    if not 0 <= tolerance < 1:
+        raise InputError(f"tolerance = {tolerance}: expected 0 or more, and less than 1")
     found = fit_parallel_part(frequency, impedance)
-    gain = abs(found.resistance / resistance - 1)
+    own = found.estimate.standard_deviations
     phase = abs(found.estimate.values["phase_offset"])
-    certain = found.capacitance > CERTAIN * found.estimate.standard_deviations["capacitance"]
+    certain = found.capacitance > CERTAIN * own["capacitance"]
+    known = (
+        f" known to {100 * tolerance:.3g} %"
+        if tolerance
+        else " whose tolerance is not stated and not counted"
+    )
     return InstrumentError(
-        gain=gain,
-        phase=phase,
+        gain=math.hypot(
+            found.resistance / resistance - 1, own["resistance"] / resistance, tolerance / math.sqrt(3)
+        ),
+        phase=math.hypot(phase, own["phase_offset"]),
         fixture_capacitance=found.capacitance if certain else 0.0,
-        words=f"a resistor of {resistance:.6g} ohm measured as {found.resistance:.6g} ohm, with a phase offset of"
-        f" {math.degrees(phase):.2g} degrees",
+        fixture_uncertainty=math.hypot(found.capacitance, own["capacitance"]),
+        words=f"a resistor of {resistance:.6g} ohm{known} measured as {found.resistance:.6g} ohm, with a phase offset of"
+        f" {math.degrees(phase):.2g} degrees and {found.capacitance:.3g} F in parallel",
     )

@@ -8,12 +8,19 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.constants import eps0
 from electrovib.core.errors import ElectrovibError, InputError, nearest
 from electrovib.core.numbers import with_numbers
-from electrovib.recordings.fit.least_squares import MOST_EVALUATIONS, FreeParameter, least_squares
+from electrovib.recordings.fit.least_squares import MOST_EVALUATIONS, least_squares
 from electrovib.recordings.spectra.forms import FORMS, OFFERED
 from electrovib.recordings.spectra.linear_test import consistency
+from electrovib.recordings.spectra.logarithms import (
+    LOSSES,
+    free_parameters,
+    logarithms,
+    parts_of,
+    slopes_of,
+    weights_of,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -26,8 +33,6 @@ if TYPE_CHECKING:
 
 OUTLIER: Final = 5.0
 """Standard deviations from its neighbours beyond which a row is left out of the fit and named."""
-_HELD: Final = frozenset({"reference_frequency"})
-_LEAST_LOGARITHM: Final = 1e-18
 _LEAST_SCATTER: Final = 1e-3
 _BEYOND_MISFIT: Final = 2.0
 """Times the root mean square of what the form misses, below which leaving a row out would change little."""
@@ -37,7 +42,6 @@ _CONVERGED: Final = 1e-9
 _POLISHED: Final = 2
 """Of the rough fits, the best so many are continued."""
 _FIRST_EVALUATIONS: Final = 60
-_STEP: Final = 1e-7
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,12 +57,15 @@ class MaterialFit:
     estimate : LeastSquaresEstimate
         Of its parameters by dotted path, from relative residuals.
     permittivity_error, conductivity_error : float
-        Root mean square of the relative error of the permittivity and of the conductivity, over the rows that were fitted.
+        Root mean square of the relative error of the permittivity and of the conductivity, over the rows that were fitted; NaN
+        of a conductivity that was not measured.
     outliers : ndarray of bool, shape (n,)
         Rows that were left out.
     kramers_kronig : float
         Relative root mean square by which the table misses the Kramers-Kronig relations; NaN for too few rows to judge. Above
         2 %, or twice the noise, no form of dispersion can represent the table.
+    loss : str
+        One of `LOSSES`; unless it was measured, the real part alone was fitted, and the conductivity is 0.
     """
 
     form: str
@@ -68,6 +75,13 @@ class MaterialFit:
     conductivity_error: float
     outliers: NDArray[np.bool_]
     kramers_kronig: float
+    loss: str = "measured"
+
+    @property
+    def error(self) -> float:
+        """The larger of both relative errors that are known."""
+        errors = (self.permittivity_error, self.conductivity_error)
+        return max(each for each in errors if not math.isnan(each))
 
 
 def fit_material(
@@ -76,6 +90,7 @@ def fit_material(
     *,
     forms: Sequence[str] = OFFERED,
     noise: ArrayLike | None = None,
+    loss: str = "measured",
 ) -> tuple[MaterialFit, ...]:
     """Fit forms of dispersion to a measured spectrum of one material.
 
@@ -84,13 +99,16 @@ def fit_material(
     frequency : array_like, shape (n,)
         Hz, above 0.
     permittivity : array_like of complex, shape (n,)
-        Relative permittivity eps' - j eps'', conduction included, with eps' and eps'' above 0.
+        Relative permittivity eps' - j eps'', conduction included, with eps' above 0, and eps'' above 0 if it was measured.
     forms : sequence of str
         Names among `FORMS`.
     noise : array_like, shape () or (n,) or (2, n), optional
         Relative standard deviation of each row, above 0; with two rows that of the permittivity and that of the
         conductivity. Rows of several sources, one after the other, are thus weighted by the noise of each. Without it all
         rows count alike, and the scatter of the residuals is taken.
+    loss : str
+        ``measured``; ``none`` for a material without loss, which is without dispersion too; or ``unknown``: the real part alone
+        is fitted, which holds no conductivity at zero frequency.
 
     Returns
     -------
@@ -110,29 +128,29 @@ def fit_material(
     by more than twice what the form misses, is left out, and all forms are fitted again.
     """
     grid, data = np.asarray(frequency, dtype=float), np.asarray(permittivity, dtype=complex)
-    _refuse(grid, data, forms)
-    weights = _weights(noise, grid.size)
-    consistent = consistency(grid, data)
+    _refuse(grid, data, forms, loss)
+    weights = weights_of(noise, grid.size)
+    consistent = math.nan if loss == "unknown" else consistency(grid, data)
     outliers = np.zeros(grid.size, bool)
     for _ in range(_MOST_ROUNDS):
         found: list[MaterialFit] = []
         refused: list[str] = []
         for form in forms:
             try:
-                found.append(_best_of(form, grid, data, outliers, weights, consistent))
+                found.append(_best_of(form, grid, data, outliers, weights, consistent, loss))
             except InputError as error:
                 refused += error.problems
         if not found:
             raise InputError(refused)
         found.sort(key=lambda each: each.estimate.aicc)
-        found_out = _outliers(found[0].material, grid, data)
+        found_out = _outliers(found[0], grid, data)
         if (found_out == outliers).all():
             break
         outliers = found_out
     return tuple(found)
 
 
-def _refuse(grid: Real, data: Complex, forms: Sequence[str]) -> None:
+def _refuse(grid: Real, data: Complex, forms: Sequence[str], loss: str) -> None:
     problems = [
         f"forms = '{form}': no form of dispersion.{nearest(form, FORMS)}"
         for form in forms
@@ -142,25 +160,38 @@ def _refuse(grid: Real, data: Complex, forms: Sequence[str]) -> None:
         problems.append("frequency, permittivity: expected two rows of the same length, 4 or more")
     elif not (np.isfinite(grid).all() and (grid > 0).all() and np.isfinite(data).all()):
         problems.append("frequency, permittivity: expected finite numbers, frequencies above 0")
-    elif not ((data.real > 0).all() and (data.imag < 0).all()):
+    elif not (data.real > 0).all() or (loss == "measured" and data.imag.any() and not (data.imag < 0).all()):
+        problems.append("permittivity: expected eps' - j eps'' with both above 0")
+    elif loss not in LOSSES or data.imag.any() != (loss == "measured"):
+        problems.append(_contradicted(loss))
+    if loss == "none" and set(forms) - {"Constant"}:
         problems.append(
-            "permittivity: expected eps' - j eps'' with both above 0; give the loss, or declare the material lossless"
+            "loss = 'none': by the Kramers-Kronig relations a material without loss is without dispersion; its form is constant."
+            " For a permittivity that changes with the frequency state loss = 'unknown' (--loss unknown)"
         )
     if problems:
         raise InputError(problems)
 
 
-def _rows(permittivity: Complex, frequency: Real) -> Real:
-    """Logarithms of permittivity and conductivity [S/m], one after the other."""
-    conductivity = -permittivity.imag * 2 * math.pi * frequency * eps0
-    with np.errstate(all="ignore"):
-        return np.concatenate([np.log(permittivity.real), np.log(conductivity)])
+def _contradicted(loss: str) -> str:
+    """Write that what was stated of the loss is not so in the data."""
+    if loss not in LOSSES:
+        return f"loss = '{loss}': expected {', '.join(LOSSES)}.{nearest(loss, LOSSES)}"
+    if loss != "measured":
+        return f"loss = '{loss}': the data hold a loss, which is fitted too; omit the statement"
+    return (
+        "permittivity: the data hold no loss; state loss = 'none' for a material without loss, or loss = 'unknown' to fit the"
+        " permittivity alone (--loss none, --loss unknown)"
+    )
 
 
-def _outliers(material: Material, grid: Real, data: Complex) -> NDArray[np.bool_]:
+def _outliers(fit: MaterialFit, grid: Real, data: Complex) -> NDArray[np.bool_]:
     """Rows that differ from their two neighbours on each side more than the form differs from the data."""
     order = np.argsort(grid)
-    left = (_rows(data, grid) - _rows(material.complex_permittivity(grid), grid)).reshape(2, -1)[:, order]
+    model = fit.material.complex_permittivity(grid)
+    left = (logarithms(data, grid, fit.loss) - logarithms(model, grid, fit.loss)).reshape(-1, grid.size)[
+        :, order
+    ]
     padded = np.pad(left, ((0, 0), (2, 2)), mode="reflect")
     beside = np.stack([padded[:, shift : shift + grid.size] for shift in (0, 1, 3, 4)])
     alone = left - np.median(beside, axis=0)
@@ -173,7 +204,12 @@ def _outliers(material: Material, grid: Real, data: Complex) -> NDArray[np.bool_
 
 
 def shift_of(
-    fit: MaterialFit, frequency: Real, permittivity: Complex, *, factor: complex, noise: ArrayLike | None
+    fit: MaterialFit,
+    frequency: Real,
+    permittivity: Complex,
+    *,
+    factor: complex | Complex,
+    noise: ArrayLike | None,
 ) -> dict[str, float]:
     """Compute by how much the estimates change if all data are multiplied by a complex factor close to 1.
 
@@ -185,7 +221,7 @@ def shift_of(
         Hz, as it was fitted.
     permittivity : ndarray of complex, shape (n,)
         Relative permittivity, as it was fitted.
-    factor : complex
+    factor : complex or ndarray of complex, shape (n,)
         Factor of the permittivity, dimensionless.
     noise : array_like or None
         As it was fitted.
@@ -198,35 +234,20 @@ def shift_of(
     """
     kept = ~fit.outliers
     grid, data = frequency[kept], permittivity[kept]
-    given = _weights(noise, frequency.size)
-    each = 1.0 if given is None else given[:, kept].ravel()
+    given = weights_of(noise, frequency.size)
+    each = 1.0 if given is None else given[: parts_of(fit.loss), kept].ravel()
     inside = {name: value for name, value in fit.estimate.values.items() if name not in fit.estimate.on_bound}
-    free = _free(fit.material)
-    base, columns = _rows(fit.material.complex_permittivity(grid), grid), []
-    for path, value in inside.items():
-        step = _STEP * max(abs(value), 1e-3 if not free[path].logarithmic else 0.0)
-        moved = value + step if value + step <= free[path].upper else value - step
-        there = with_numbers(fit.material, {path: moved}).complex_permittivity(grid)
-        columns.append((_rows(there, grid) - base) / (moved - value) * each)
-    sloped = np.column_stack(columns)
+
+    def rows(material: Material) -> Real:
+        return logarithms(material.complex_permittivity(grid), grid, fit.loss) * each
+
+    sloped = slopes_of(fit.material, inside, fit.loss, rows)
     scale = np.linalg.norm(sloped, axis=0)
-    change = (_rows(data * factor, grid) - _rows(data, grid)) * each
+    each_factor = np.broadcast_to(np.asarray(factor, dtype=complex), kept.shape)[kept]
+    change = (logarithms(data * each_factor, grid, fit.loss) - logarithms(data, grid, fit.loss)) * each
     found, *_ = np.linalg.lstsq(sloped / scale, change, rcond=1e-10)
     shift = dict.fromkeys(fit.estimate.values, 0.0)
     return shift | {path: float(value) for path, value in zip(inside, found / scale, strict=True)}
-
-
-def _weights(noise: ArrayLike | None, count: int) -> Real | None:
-    """One over the relative standard deviation of permittivity and conductivity, shape (2, count); None without a noise."""
-    if noise is None:
-        return None
-    try:
-        given = np.broadcast_to(np.asarray(noise, dtype=float), (2, count))
-    except ValueError:
-        raise InputError(f"noise: expected one number, {count} numbers or two rows of {count}") from None
-    if not (np.isfinite(given).all() and (given > 0).all()):
-        raise InputError("noise: expected relative standard deviations above 0")
-    return 1 / given
 
 
 def _best_of(
@@ -236,14 +257,18 @@ def _best_of(
     outliers: NDArray[np.bool_],
     weights: Real | None,
     consistent: float,
+    loss: str,
 ) -> MaterialFit:
     """Fit one form roughly from each of its initial values, and continue with the best."""
     kept, target = grid[~outliers], data[~outliers]
-    weighted = None if weights is None else weights[:, ~outliers].ravel()
+    weighted = None if weights is None else weights[: parts_of(loss), ~outliers].ravel()
     rough = []
     for start in FORMS[form](kept, target):
         try:
-            rough.append(_from(start, kept, target, weighted, converged=_ROUGH, most=_FIRST_EVALUATIONS))
+            begin = start if loss == "measured" else start.conducting(0.0)
+            rough.append(
+                _from(begin, kept, target, weighted, loss, converged=_ROUGH, most=_FIRST_EVALUATIONS)
+            )
         except ElectrovibError:
             continue
     if not rough:
@@ -252,7 +277,9 @@ def _best_of(
     fine = []
     for _, each in rough[:_POLISHED]:
         try:
-            fine.append(_from(each, kept, target, weighted, converged=_CONVERGED, most=MOST_EVALUATIONS))
+            fine.append(
+                _from(each, kept, target, weighted, loss, converged=_CONVERGED, most=MOST_EVALUATIONS)
+            )
         except ElectrovibError:  # ends at values that the material refuses together
             continue
     if not fine:
@@ -264,56 +291,45 @@ def _best_of(
         material=material,
         estimate=estimate,
         permittivity_error=float(np.sqrt(np.mean((model.real / target.real - 1) ** 2))),
-        conductivity_error=float(np.sqrt(np.mean((model.imag / target.imag - 1) ** 2))),
+        conductivity_error=float(np.sqrt(np.mean((model.imag / target.imag - 1) ** 2)))
+        if loss == "measured"
+        else math.nan,
         outliers=outliers,
         kramers_kronig=consistent,
+        loss=loss,
     )
 
 
 def _from(
-    start: Material, grid: Real, data: Complex, weights: Real | None, *, converged: float, most: int
+    start: Material,
+    grid: Real,
+    data: Complex,
+    weights: Real | None,
+    loss: str,
+    *,
+    converged: float,
+    most: int,
 ) -> tuple[LeastSquaresEstimate, Material]:
     """Fit a material from given values of its parameters."""
-    free = _free(start)
+    free = free_parameters(start, loss)
     each = 1.0 if weights is None else weights
-    target = _rows(data, grid) * each
+    target = logarithms(data, grid, loss) * each
 
-    def rows(values: Mapping[str, float]) -> Real:
-        return _rows(with_numbers(start, values).complex_permittivity(grid), grid) * each
+    def rows(material: Material) -> Real:
+        return logarithms(material.complex_permittivity(grid), grid, loss) * each
 
     def residual(values: Mapping[str, float]) -> Real:
         try:
-            return rows(values) - target
+            return rows(with_numbers(start, values)) - target
         except ElectrovibError:
             return np.full(target.shape, np.nan)
-
-    def sloped(values: Mapping[str, float]) -> Real:
-        base, columns = rows(values), []
-        for path, value in values.items():
-            step = _STEP * max(abs(value), 1e-3 if not free[path].logarithmic else 0.0)
-            moved = value + step if value + step <= free[path].upper else value - step
-            columns.append((rows(dict(values) | {path: moved}) - base) / (moved - value))
-        return np.column_stack(columns)
 
     found = least_squares(
         residual,
         free,
-        derivatives=sloped,
+        derivatives=lambda values: slopes_of(start, values, loss, rows),
         noise_is_known=weights is not None,
         converged=converged,
         most_evaluations=most,
     )
     return found, with_numbers(start, found.values)
-
-
-def _free(start: Material) -> dict[str, FreeParameter]:
-    """Every number of a material within its declared range, by its logarithm where it may change by decades."""
-    free = {}
-    for path, value, quantity in start.parameters():
-        if value is None or path in _HELD or quantity is None:
-            continue
-        decades = quantity.high / max(quantity.low, _LEAST_LOGARITHM) > 1e3
-        lower = max(quantity.low, _LEAST_LOGARITHM) if decades else quantity.low
-        begin = min(max(float(value), lower), quantity.high)
-        free[path] = FreeParameter(start=begin, lower=lower, upper=quantity.high, logarithmic=decades)
-    return free

@@ -18,6 +18,7 @@ from electrovib.recordings.swipe.baseline import (
     standard_error,
     zeros_beside,
 )
+from electrovib.recordings.swipe.opened import recording_of
 from electrovib.recordings.swipe.parts import find_contacts, find_slides, middle, sliding_speed, travel
 from electrovib.recordings.swipe.result import SwipeResult
 
@@ -27,18 +28,29 @@ if TYPE_CHECKING:
     from electrovib.recordings.recording import Recording
     from electrovib.recordings.spans import Span
     from electrovib.recordings.swipe.baseline import Zero
+    from electrovib.recordings.swipe.opened import Channels, Recorded
     from electrovib.recordings.swipe.parts import Touch
 
 _BEST_FIRST = ("interpolated", "before", "after")
 
 
-def reduce_swipe(recording: Recording, *, trim: float = 0.05) -> SwipeResult:
+def reduce_swipe(
+    recording: Recorded,
+    *,
+    channels: Channels | None = None,
+    speed: float | str | None = None,
+    trim: float = 0.05,
+) -> SwipeResult:
     """Reduce the longest swipe of a recording to forces and friction.
 
     Parameters
     ----------
-    recording : Recording
-        Recording from `electrovib.recordings.recording.read_recording`.
+    recording : Recording, Trace, str or Path
+        A Trace with a normal and a lateral force, or its file; with `channels` a file of an instrument.
+    channels : TribometerChannels, mapping, str or Path, optional
+        Columns of the file and their calibration, or the TOML file that holds them.
+    speed : float or str, optional
+        Set sliding speed [m/s], or as text with a unit, of a Trace without `sliding_speed`.
     trim : float
         Fraction of the sliding distance that is omitted at both ends of the slide [1], 0 to 0.4.
 
@@ -53,17 +65,27 @@ def reduce_swipe(recording: Recording, *, trim: float = 0.05) -> SwipeResult:
     InputError
         If no contact, no section free of load or no motion is found.
     """
-    found = reduce_swipes(recording, trim=trim)
+    found = reduce_swipes(recording, channels=channels, speed=speed, trim=trim)
     return max(found, key=lambda swipe: swipe.distance or swipe.window[1] - swipe.window[0])
 
 
-def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeResult, ...]:
+def reduce_swipes(
+    recording: Recorded,
+    *,
+    channels: Channels | None = None,
+    speed: float | str | None = None,
+    trim: float = 0.05,
+) -> tuple[SwipeResult, ...]:
     """Reduce every swipe of a recording to forces and friction.
 
     Parameters
     ----------
-    recording : Recording
-        Recording from `electrovib.recordings.recording.read_recording`.
+    recording : Recording, Trace, str or Path
+        A Trace with a normal and a lateral force, or its file; with `channels` a file of an instrument.
+    channels : TribometerChannels, mapping, str or Path, optional
+        Columns of the file and their calibration, or the TOML file that holds them.
+    speed : float or str, optional
+        Set sliding speed [m/s], or as text with a unit, of a Trace without `sliding_speed`.
     trim : float
         Fraction of the sliding distance that is omitted at both ends of each slide [1], 0 to 0.4.
 
@@ -87,7 +109,8 @@ def reduce_swipes(recording: Recording, *, trim: float = 0.05) -> tuple[SwipeRes
     friction that changes along the plate counts as scatter.
     """
     if not 0 <= trim <= 0.4:
-        raise InputError(f"trim = {trim}: expected a fraction of the sliding distance between 0 and 0.4")
+        raise InputError(f"trim = {100 * trim:g} %: expected 0 to 40 % of the sliding distance")
+    recording = recording_of(recording, channels=channels, speed=speed)
     contacts = find_contacts(recording)
     pairs = [(contact, slide) for contact in contacts for slide in find_slides(recording, contact)]
     windows = [(contact, slide, middle(recording, slide, contact, trim=trim)) for contact, slide in pairs]

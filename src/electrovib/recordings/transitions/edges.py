@@ -11,11 +11,10 @@ from electrovib.core.errors import InputError
 from electrovib.recordings.importing.periods import find_edges
 from electrovib.recordings.spans import _closed
 from electrovib.recordings.transitions.crossings import Passages, passages
+from electrovib.recordings.transitions.impacts import find_impacts
 from electrovib.recordings.transitions.levels import EdgeLevels, levels_of
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from electrovib.core.arrays import Real
 
 Direction = Literal["rising", "falling"]
@@ -25,6 +24,12 @@ _MARGIN: Final = 0.05
 """Fraction of the distance to a neighbouring edge that is left out."""
 _BRIEF: Final = 4
 """Fewest samples for which a drive is off between two edges; fewer are a polarity reversal."""
+_CLEAR: Final = 10.0
+"""Range of a signal with edges, in standard deviations of the noise of successive samples."""
+_OF_DIFFERENCES: Final = 0.6745 * 2**0.5
+"""Median of the magnitude of differences of successive samples, in standard deviations of independent noise."""
+_BEFORE: Final = 0.1
+"""Time before an oscillation that belongs to the impact, relative to its length."""
 _FEWEST_AVERAGES: Final = 8
 _PER_TIME: Final = 100.0
 """Averages of neighbouring samples, in a time between levels, to which forms are fitted."""
@@ -89,13 +94,7 @@ def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]
         If there is no edge.
     """
     if drive is None:
-        found = find_edges(time, values)
-        times = sorted([*found.rising, *found.falling])
-        if not times:
-            raise InputError(
-                "the signal has no edge: it does not pass from below 30 % to above 70 % of its range"
-            )
-        return [float(each) for each in times]
+        return _of_signal(time, values)
     size = np.abs(drive)
     peak = float(np.median(size[size >= size.max() / 2]))
     on = _closed(size > peak / 2, _BRIEF)
@@ -106,6 +105,35 @@ def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]
             " of two electrodes in antiphase declare so; else choose another signal, or none"
         )
     return [float(time[at] + time[at + 1]) / 2 for at in switched]
+
+
+def _of_signal(time: Real, values: Real) -> list[float]:
+    """Find the edges of the signal itself, between its oscillations about one level."""
+    swings = [each for each in find_impacts(time, values) if each.returns]
+    outside = np.ones(time.size, dtype=bool)
+    for each in swings:
+        outside[max(each.begin - int(_BEFORE * (each.end - each.begin)), 0) : each.end] = False
+    low, high = np.quantile(values[outside], [0.05, 0.95])
+    noise = float(np.median(np.abs(np.diff(values)))) / _OF_DIFFERENCES
+    struck = (
+        f" It oscillates after {len(swings)} impact{'s' * (len(swings) > 1)}, which --ring (measure_rings) measures"
+        if swings
+        else " Name the signal of the drive with --by (by), which marks them"
+    )
+    if noise and high - low < _CLEAR * noise:
+        raise InputError(
+            f"the signal has no clear edge: 90 % of its samples lie within {(high - low) / noise:.2g} times its noise;"
+            f" {_CLEAR:g} times are needed.{struck}"
+        )
+    found = find_edges(time, values)
+    times = [float(each) for each in sorted([*found.rising, *found.falling])]
+    kept = [each for each in times if outside[min(int(np.searchsorted(time, each)), time.size - 1)]]
+    if not kept:
+        raise InputError(
+            "the signal has no edge: it does not pass from below 30 % to above 70 % of its range"
+            + (f".{struck}" if swings else "")
+        )
+    return kept
 
 
 def edge_record(
@@ -155,11 +183,11 @@ def edge_record(
     behind = (at - earlier) * (0.5 - _MARGIN)
     ahead = min(ahead, window) if window is not None else ahead
     behind = min(behind, before) if before is not None else behind
-    found = _found(time - at, values, ahead, behind, levels, driven)
+    found = _found(time, values, at, ahead, behind, levels, driven)
     if window is None and _LONG * found[2].time < ahead:
         ahead = _LONG * found[2].time
         behind = min(behind, ahead / 2) if before is None else behind
-        found = _found(time - at, values, ahead, behind, levels, driven)
+        found = _found(time, values, at, ahead, behind, levels, driven)
     here, level, passed = found
     own_time, own_values = time[here] - at, values[here]
     step = float(np.median(np.diff(own_time)))
@@ -187,11 +215,19 @@ def _noise_of_averages(time: Real, values: Real, level: EdgeLevels, passed: Pass
 
 
 def _found(
-    since: Real, values: Real, ahead: float, behind: float, levels: tuple[float, float], driven: bool
-) -> tuple[NDArray[np.intp], EdgeLevels, Passages]:
-    """Find the levels and the passages of an edge at time 0."""
-    here = np.flatnonzero((since >= -behind) & (since <= ahead))
-    part, own = since[here], values[here]
+    time: Real,
+    values: Real,
+    at: float,
+    ahead: float,
+    behind: float,
+    levels: tuple[float, float],
+    driven: bool,
+) -> tuple[slice, EdgeLevels, Passages]:
+    """Find the levels and the passages of an edge."""
+    here = slice(
+        int(np.searchsorted(time, at - behind)), int(np.searchsorted(time, at + ahead, side="right"))
+    )
+    part, own = time[here] - at, values[here]
     # without a drive, time 0 is in the middle of the edge: the level before it ends a little earlier
     start = 0.0
     level = levels_of(part, own, edge=start if driven else -behind / 2, settled=0.75 * ahead)

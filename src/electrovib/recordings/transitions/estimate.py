@@ -91,13 +91,15 @@ def none(value: float, why: str) -> Interval:
     return Interval(value=value, lower=math.nan, upper=math.nan, standard_error=math.nan, method=why)
 
 
-def over_edges(each: Sequence[Interval]) -> Interval:
+def over_edges(each: Sequence[Interval], *, of: str = "edge") -> Interval:
     """Compute the mean of a number over edges, with its interval by Student's t over the edges.
 
     Parameters
     ----------
     each : sequence of Interval
         Of each edge, at least one.
+    of : str
+        What they are: edges or impacts.
 
     Returns
     -------
@@ -115,5 +117,5 @@ def over_edges(each: Sequence[Interval]) -> Interval:
     half = float(t.ppf(_LEVEL, len(each) - 1)) * error
     return Interval(
         value=mean, lower=mean - half, upper=mean + half, standard_error=error, scatter=scatter, count=len(each),
-        method=f"Student's t over {len(each)} edges",
+        method=f"Student's t over {len(each)} {of}s",
     )  # fmt: skip

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from electrovib.recordings.transitions.statements import in_few
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -119,4 +121,4 @@ class MeasuredTimes:
     @property
     def words(self) -> tuple[str, ...]:
         """All sentences."""
-        return (*(text for each in self.directions for text in each.words), *self.skipped)
+        return (*(text for each in self.directions for text in each.words), *in_few(self.skipped))

@@ -1,4 +1,4 @@
-"""Resonance, quality factor and drift of the oscillation after an impact or a release."""
+"""Resonance, quality factor and drift of the oscillation after impacts or a release."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.transitions.chosen import columns_of
+from electrovib.recordings.transitions.chosen import Columns, columns_of
 from electrovib.recordings.transitions.criterion import above_lowest, chosen_form
 from electrovib.recordings.transitions.edges import reference_times
+from electrovib.recordings.transitions.impacts import LONGER, Impact, end_of_ring, find_impacts
 from electrovib.recordings.transitions.modes import (
     CONSTANT,
     DRIFTING,
@@ -22,8 +23,8 @@ from electrovib.recordings.transitions.modes import (
     FittedModes,
     fit_modes,
 )
-from electrovib.recordings.transitions.ring_result import MeasuredRing, RingSection
-from electrovib.recordings.transitions.statements import MISFIT
+from electrovib.recordings.transitions.ring_result import MeasuredRing, MeasuredRings, RingSection
+from electrovib.recordings.transitions.statements import MISFIT, in_few
 
 if TYPE_CHECKING:
     import xarray
@@ -32,12 +33,6 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.readback import Readback
     from electrovib.recordings.transitions.estimate import Interval
 
-_ABOVE: Final = 4.0
-"""Deviation from the level, in standard deviations of the noise, that counts as oscillation."""
-_LONGER: Final = 1.25
-"""Length of the fitted section over that in which the oscillation is above the noise."""
-_FADED: Final = 1.5
-"""Rms of the signal about its last level during a period, over the noise, below which the oscillation has ended."""
 _FEWEST: Final = 20
 """Fewest samples of a section."""
 _SECTIONS: Final = 6
@@ -45,6 +40,10 @@ _KNOWN: Final = 0.5
 """Relative standard error of the quality factor beyond which a section is not shown."""
 _LAST: Final = 1.5
 """Periods of oscillation above the noise that the last section contains at least."""
+_PER_PERIOD: Final = 20
+"""Averages of neighbouring samples, in a period, to which forms are fitted."""
+_AT_LEAST: Final = 500
+"""Averages of a section, where it has so many samples."""
 
 
 def measure_ring(
@@ -67,13 +66,14 @@ def measure_ring(
         Signal that oscillates; by default the only one besides `by`.
     at : float, optional
         Time of the impact or release [s]; by default the last switching of `by`, or else the largest deviation of the signal
-        from its last level.
+        from its level, a moving median; of several impacts that of the largest. All of them: `measure_rings`.
     by : str, optional
         Signal of the drive.
     readback : Readback, optional
         Relation of `by` to the drive.
     start : float, optional
-        Time after `at` from which on the oscillation is free [s]; by default its first turning point beyond the last level.
+        Time after `at` from which on the oscillation is free [s]; by default 0 where the impact is found, and else the first
+        turning point beyond the last level.
     window : float, optional
         Time after `at` up to which it is evaluated [s]; by default until it has fallen into the noise.
 
@@ -101,27 +101,91 @@ def measure_ring(
     time, values = chosen.time, chosen.values
     if at is None and chosen.drive is not None:
         at = reference_times(time, values, chosen.drive)[-1]
-    if at is not None and not time[0] <= at < time[-1]:
-        raise InputError(f"at = {at:g}: expected a time within the record, {time[0]:.6g} to {time[-1]:.6g} s")
-    origin = float(time[0]) if at is None else at
-    quarter = values[time > origin + 0.75 * (time[-1] - origin)]
-    level, noise = float(np.mean(quarter)), float(np.std(quarter))
     if at is None:
-        at = float(time[int(np.argmax(np.abs(values - level)))])
-        start = 0.0 if start is None else start
-    since = time - at
-    begin = _turning_point(since, values - level) if start is None else start
-    end = _end(since, values - level, noise, begin) if window is None else window
-    part = (since >= begin) & (since <= end)
+        largest = max(_impacts(chosen), key=lambda each: each.size)
+        return _measured(chosen, largest, start=start, window=window)
+    if not time[0] <= at < time[-1]:
+        raise InputError(f"at = {at:g}: expected a time within the record, {time[0]:.6g} to {time[-1]:.6g} s")
+    since = Impact(at=at, begin=0, end=time.size, rest=time.size, size=0.0, returns=True)
+    return _measured(chosen, since, start=start, window=window, released=start is None)
+
+
+def measure_rings(
+    record: xarray.Dataset | str | Path, *, signal: str | None = None, window: float | None = None
+) -> MeasuredRings:
+    """Find the impacts or releases of a record, and measure the oscillation after each of them.
+
+    Parameters
+    ----------
+    record : xarray.Dataset, str or Path
+        Trace or its file.
+    signal : str, optional
+        Signal that oscillates; by default the only one over time.
+    window : float, optional
+        Time after each impact up to which it is evaluated [s]; by default until it has fallen into the noise.
+
+    Returns
+    -------
+    rings : MeasuredRings
+        Each oscillation in the order of time, as `measure_ring` measures it, and why others were not measured.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or if there is no oscillation above the noise.
+    """
+    chosen = columns_of(record, signal=signal)
+    _check(start=None, window=window)
+    found: list[MeasuredRing] = []
+    skipped: list[str] = []
+    for each in _impacts(chosen):
+        try:
+            found.append(_measured(chosen, each, start=None, window=window))
+        except InputError as error:
+            skipped += error.problems
+    if not found:
+        raise InputError(in_few(skipped))
+    return MeasuredRings(rings=tuple(found), skipped=tuple(skipped))
+
+
+def _impacts(chosen: Columns) -> list[Impact]:
+    found = find_impacts(chosen.time, chosen.values)
+    if not found:
+        raise InputError(
+            f"the signal {chosen.signal} never leaves the noise around its level, so that there is no oscillation"
+        )
+    return found
+
+
+def _measured(
+    chosen: Columns, impact: Impact, *, start: float | None, window: float | None, released: bool = False
+) -> MeasuredRing:
+    """Measure the oscillation after one impact, within the samples up to the next."""
+    at, own = impact.at, slice(impact.begin, impact.rest)
+    since, values = chosen.time[own] - at, chosen.values[own]
+    quarter = since > 0.75 * since[-1]
+    level, noise = float(np.mean(values[quarter])), float(np.std(values[quarter]))
+    begin = _turning_point(since, values - level) if released else (start or 0.0)
+    span = end_of_ring(since, values - level, noise, begin)
+    end = span.end if window is None else window
+    step = float(np.median(np.diff(since)))
+    count = max(1, int(min(span.period / _PER_PERIOD, (end - begin) / _AT_LEAST) / step))
+    first = int(np.searchsorted(since, begin))
+    size = (since.size - first) // count * count
+    since, values = (part[first : first + size].reshape(-1, count).mean(axis=1) for part in (since, values))
+    quarter = since > max(0.75 * since[-1], end)
+    part = since <= end
     if np.count_nonzero(part) < _FEWEST:
         raise InputError(
             f"the oscillation after {at:.6g} s has {np.count_nonzero(part)} samples above the noise; {_FEWEST} are needed"
         )
-    fitted, criteria, best = _fitted(since[part] - begin, values[part], quarter)
+    rest = values[quarter] if np.count_nonzero(quarter) >= _FEWEST else values[since > 0.75 * since[-1]]
+    noise = float(np.std(rest))
+    fitted, criteria, best = _fitted(since[part] - begin, values[part], rest)
     if not math.isfinite(fitted[best].bic):
         raise InputError(f"the record after {at:.6g} s holds no damped oscillation: {fitted[ONE].rejected}")
     level_change = fitted[best].level_change(since - begin)
-    sections = _sections(since, values - level_change, begin, end, fitted[ONE], quarter)
+    sections = _sections(since, values - level_change, begin, end, fitted[ONE], rest)
     misfit = float(np.std(fitted[best].model - values[part])) / noise if noise else math.inf
     drift = fitted[DRIFTING].parameters()["drift"]
     return MeasuredRing(
@@ -174,31 +238,6 @@ def _turning_point(since: Real, deviation: Real) -> float:
     return float(since[first + int(np.argmin(side * deviation[part]))])
 
 
-def _end(since: Real, deviation: Real, noise: float, begin: float) -> float:
-    """Return the time at which the oscillation has fallen into the noise: the first period whose rms is below 1.5 times it."""
-    after = np.flatnonzero(since >= begin)
-    clear = after[np.abs(deviation[after]) > _ABOVE * noise]
-    sides = np.sign(deviation[clear])
-    turns = np.flatnonzero(np.diff(sides))
-    if clear.size < 3:
-        raise InputError(
-            "the signal does not leave the noise around its last level, so that there is no oscillation"
-        )
-    if not turns.size:  # it returns to its level without passing it clearly
-        return begin + 2 * _LONGER * float(since[clear[-1]] - begin)
-    # from the beginning, at a turning point or earlier, to the first change of side are a quarter to half of a period
-    period = 4 * float(since[clear[turns[0] + 1]] - begin)
-    if turns.size > 1:
-        period = 2 * float(since[clear[turns[1] + 1]] - since[clear[turns[0] + 1]])
-    last = begin
-    while last + period < since[-1]:
-        block = (since >= last) & (since < last + period)
-        if np.count_nonzero(block) < 3 or math.sqrt(float(np.mean(deviation[block] ** 2))) < _FADED * noise:
-            break
-        last += period
-    return begin + _LONGER * max(last - begin, period)
-
-
 def _sections(
     since: Real, values: Real, begin: float, end: float, one: FittedModes, noise: Real
 ) -> tuple[RingSection, ...]:
@@ -208,7 +247,7 @@ def _sections(
     for number in range(_SECTIONS):
         start = begin + number * period / 2
         part = (since >= start) & (since <= end)
-        if np.count_nonzero(part) < _FEWEST or (end - start) / _LONGER < _LAST * period:
+        if np.count_nonzero(part) < _FEWEST or (end - start) / LONGER < _LAST * period:
             break
         fitted = fit_modes(since[part] - start, values[part], (ONE,), noise=noise)[ONE]
         if fitted.rejected:

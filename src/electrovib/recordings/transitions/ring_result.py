@@ -1,9 +1,12 @@
-"""Result of the measurement of a damped oscillation."""
+"""Results of the measurement of damped oscillations."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from electrovib.recordings.transitions.estimate import over_edges
+from electrovib.recordings.transitions.statements import in_few
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -77,3 +80,44 @@ class MeasuredRing:
     model: Real
     misfit: float
     words: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredRings:
+    """Damped oscillations after all impacts of a record.
+
+    Parameters
+    ----------
+    rings : tuple of MeasuredRing
+        In the order of time, at least one.
+    skipped : tuple of str
+        Why other impacts were not measured.
+    """
+
+    rings: tuple[MeasuredRing, ...]
+    skipped: tuple[str, ...] = ()
+
+    @property
+    def frequency(self) -> Interval:
+        """Natural frequency [Hz]: mean over the impacts by Student's t, or that of the only one."""
+        return self._mean("frequency")
+
+    @property
+    def quality(self) -> Interval:
+        """Quality factor, dimensionless: mean over the impacts by Student's t, or that of the only one."""
+        return self._mean("quality")
+
+    def _mean(self, name: str) -> Interval:
+        return over_edges([each.parameters[name] for each in self.rings], of="impact")
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Sentences about the results, those of several impacts with the time of each in front."""
+        if len(self.rings) == 1:
+            return (*self.rings[0].words, *in_few(self.skipped))
+        said = [
+            f"{'Warning: ' * text.startswith('Warning')}impact at {each.reference:.6g} s: {text.removeprefix('Warning: ')}"
+            for each in self.rings
+            for text in each.words
+        ]
+        return (*sorted(said, key=lambda text: not text.startswith("Warning")), *in_few(self.skipped))

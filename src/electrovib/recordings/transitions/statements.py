@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Final
 from electrovib.recordings.transitions.forms import INSTANTANEOUS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from electrovib.recordings.transitions.result import DirectionTimes
     from electrovib.recordings.transitions.sensor import Sensor
 
@@ -15,6 +17,13 @@ MISFIT: Final = 1.5
 """Rms residual over the noise above which a form does not reproduce an edge."""
 _SUPPORT: Final = 10.0
 """Difference of the criterion above which a form has essentially no support (Burnham and Anderson 2002)."""
+_FEW: Final = 3
+
+
+def in_few(reasons: Sequence[str]) -> list[str]:
+    """Return at most three reasons, the last with the number of those left out."""
+    left = len(reasons) - _FEW
+    return [*reasons[: _FEW - 1], f"{reasons[_FEW - 1]} (and {left} more)"] if left > 0 else list(reasons)
 
 
 def statements(found: DirectionTimes, *, sensor: Sensor | None, estimated: bool) -> tuple[str, ...]:

@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.units import KINDS, format_quantity
+from electrovib.core.units import KINDS, digits_of_interval, format_quantity
 from electrovib.recordings.transitions.estimate import none
 from electrovib.recordings.transitions.statements import MISFIT
 
 if TYPE_CHECKING:
     from electrovib.recordings.transitions.estimate import Interval
     from electrovib.recordings.transitions.result import DirectionTimes, MeasuredTimes
-    from electrovib.recordings.transitions.ring_result import MeasuredRing
+    from electrovib.recordings.transitions.ring_result import MeasuredRing, MeasuredRings
 
 UNITS: Final = {
     "delay": "s",
@@ -33,7 +33,7 @@ class TimeRow:
     Parameters
     ----------
     group : str
-        ``rising``, ``falling`` or ``ring``.
+        ``rising``, ``falling``, ``ring`` or the impact.
     name : str
         What it is.
     unit : str
@@ -67,54 +67,72 @@ def with_interval(row: TimeRow) -> str:
     number = row.number
     if not math.isfinite(number.value):
         return f"{row.name}: none, {number.method}"
-    text = f"{row.name}: {_shown(number.value, row.unit)}"
+    digits = digits_of_interval(number.value, number.lower, number.upper)
+    value, lower, upper = (
+        _shown(each, row.unit, digits) for each in (number.value, number.lower, number.upper)
+    )
+    text = f"{row.name}: {value}"
     if math.isfinite(number.upper):
-        text += f", 95 % interval {_shown(number.lower, row.unit)} to {_shown(number.upper, row.unit)} ({number.method})"
+        text += f", 95 % interval {lower} to {upper} ({number.method})"
         if math.isfinite(number.scatter):
-            text += f", scatter between edges {_shown(number.scatter, row.unit)}"
+            text += f", scatter {_shown(number.scatter, row.unit)}"
     else:
         text += f", no interval: {number.method}"
     return f"{text}; {row.note}" if row.note else text
 
 
-def _shown(value: float, unit: str) -> str:
-    return format_quantity(value, unit, digits=4) if unit in KINDS else f"{value:.4g} {unit}"
+def _shown(value: float, unit: str, digits: int = 4) -> str:
+    return format_quantity(value, unit, digits=digits) if unit in KINDS else f"{value:.{digits}g} {unit}"
 
 
-def time_rows(found: MeasuredTimes, ring: MeasuredRing | None = None) -> list[TimeRow]:
+def time_rows(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[TimeRow]:
     """List the numbers of a measurement.
 
     Parameters
     ----------
-    found : MeasuredTimes
+    found : MeasuredTimes, optional
         Times.
-    ring : MeasuredRing, optional
-        Oscillation after an edge.
+    rings : MeasuredRings, optional
+        Oscillations after edges or impacts.
 
     Returns
     -------
     rows : list of TimeRow
-        By direction, and of the oscillation last.
+        By direction, and of the oscillations last: of several first their means.
     """
-    shown = "-".join(f"{100 * each:g}" for each in found.levels)
-    rows = [
-        row for each in found.directions for row in _of_direction(each, shown, sensor=found.sensor != "none")
-    ]
-    if ring is not None:
-        note = _misfit(ring.misfit)
+    rows: list[TimeRow] = []
+    if found is not None:
+        shown = "-".join(f"{100 * each:g}" for each in found.levels)
+        for each in found.directions:
+            rows += _of_direction(each, shown, sensor=found.sensor != "none")
+    if rings is None:
+        return rows
+    if len(rings.rings) == 1:
+        return [*rows, *_of_ring(rings.rings[0])]
+    for name, number in (("frequency", rings.frequency), ("quality", rings.quality)):
+        rows.append(_parameter("ring", name, number, f"mean of {number.count} impacts", ""))
+    for ring in rings.rings:
+        group = f"impact at {ring.reference:.6g} s"
         rows += [
-            _parameter("ring", name, each, f"{ring.form}", note) for name, each in ring.parameters.items()
+            _parameter(group, name, each, ring.form, _misfit(ring.misfit))
+            for name, each in ring.parameters.items()
         ]
-        if "drift" not in ring.parameters:
-            rows.append(
-                _parameter("ring", "drift", ring.drift, "one drifting mode", f"{ring.form} fits better")
-            )
-        for each in ring.sections:
-            start = f"one mode from {each.start * 1e3:.3g} ms on"
-            rows += [
-                _parameter("ring", "frequency", each.frequency, start, ""),
-                _parameter("ring", "quality", each.quality, start, ""),
-            ]
+    return rows
+
+
+def _of_ring(ring: MeasuredRing) -> list[TimeRow]:
+    rows = [
+        _parameter("ring", name, each, ring.form, _misfit(ring.misfit))
+        for name, each in ring.parameters.items()
+    ]
+    if "drift" not in ring.parameters:
+        rows.append(_parameter("ring", "drift", ring.drift, "one drifting mode", f"{ring.form} fits better"))
+    for each in ring.sections:
+        start = f"one mode from {each.start * 1e3:.3g} ms on"
+        rows += [
+            _parameter("ring", "frequency", each.frequency, start, ""),
+            _parameter("ring", "quality", each.quality, start, ""),
+        ]
     return rows
 
 
@@ -165,5 +183,5 @@ def _parameter(group: str, name: str, number: Interval, form: str, note: str) ->
 
 def _misfit(misfit: float) -> str:
     if math.isinf(misfit):
-        return "error not known: the record has no noise before the edge"
+        return "error not known: the record has no noise without signal"
     return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""

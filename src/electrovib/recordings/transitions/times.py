@@ -12,6 +12,7 @@ from electrovib.recordings.transitions.edges import edge_record, reference_times
 from electrovib.recordings.transitions.measurement import Measurement
 from electrovib.recordings.transitions.result import EdgeTimes, MeasuredTimes
 from electrovib.recordings.transitions.sensor import Sensor, read_sensor
+from electrovib.recordings.transitions.statements import in_few
 
 if TYPE_CHECKING:
     import xarray
@@ -102,13 +103,14 @@ def measure_times(
                 chosen.time, chosen.values, references, number,
                 levels=given.levels, driven=given.driven, window=window, before=before,
             )  # fmt: skip
+            measured = given.measured(each, exponentials) if edges in ("both", each.direction) else None
         except InputError as error:
             skipped += [f"The edge at {at:.6g} s was not measured: {problem}." for problem in error.problems]
             continue
-        if edges in ("both", each.direction):
-            found.append(given.measured(each, exponentials))
+        if measured is not None:
+            found.append(measured)
     if not found:
-        raise InputError(skipped or f"edges = {edges}: the signal {chosen.signal} has no such edge")
+        raise InputError(in_few(skipped) or f"edges = {edges}: the signal {chosen.signal} has no such edge")
     return MeasuredTimes(
         signal=chosen.signal,
         unit=chosen.unit,

@@ -106,9 +106,13 @@ class _Reading:
         return accepted(found, self.scenario)
 
     def _check_parts(self, tables: Mapping[str, Any]) -> None:
+        unknown: dict[str, list[str]] = {}
         for name in tables:
             if name not in PARTS:
-                self.problems.append(f"{name}: unknown part of a space.{nearest(str(name), PARTS)}")
+                unknown.setdefault(nearest(str(name), PARTS), []).append(str(name))
+        self.problems += [
+            f"{', '.join(names)}: unknown part of a space.{near}" for near, names in unknown.items()
+        ]
         if tables.get("schema", SCHEMA) != SCHEMA:
             self.problems.append(f"schema = {tables['schema']!r}: this version reads schema = {SCHEMA}")
         kinds = {

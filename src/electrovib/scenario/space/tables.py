@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from electrovib.core.errors import LONGEST_QUOTED, InputError, nearest, shortened
-from electrovib.core.files import note_input
-from electrovib.core.parsing import read_toml
+from electrovib.data.toml_file import read_toml_file
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
 
 PARTS: Final = ("schema", "title", "relations", "space", "correlation", "groups")
@@ -51,18 +50,4 @@ def tables_of(source: object) -> tuple[Mapping[str, Any], Path]:
         raise InputError(
             f"'{source}' is neither a file nor a population of the package.{nearest(str(source), shipped_names())}"
         )
-    note_input(path)
-    return _file_tables(path), path.parent
-
-
-def _file_tables(path: Path) -> Mapping[str, Any]:
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{error.strerror or error}. Give a .toml file of a space", path=path) from None
-    except UnicodeDecodeError:
-        raise InputError("not a text in UTF-8; a space is TOML, saved as UTF-8", path=path) from None
-    try:
-        return read_toml(text)
-    except ValueError as error:
-        raise InputError(f"not valid TOML: {error}", path=path) from None
+    return read_toml_file(path, kind="a space", advice="Give a .toml file of a space"), path.parent

@@ -10,6 +10,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.signals import without
 from electrovib.solve.closed_form.chain import ClosedElectrics, filter_of, offers
+from electrovib.solve.electrics.capacitance import capacitance, sine_of
 from electrovib.solve.expanded import Expanded
 
 if TYPE_CHECKING:
@@ -47,7 +48,11 @@ class Repeated:
     """
 
     def __init__(self, prepared: Prepared, names: Sequence[str], time: Real) -> None:
-        self._prepared, self._names, self._time = prepared, tuple(names), time
+        self._prepared, self._time = prepared, time
+        self._names = tuple(name for name in names if name != "capacitance")
+        self._has_capacitance = len(self._names) < len(names)
+        if self._has_capacitance and sine_of(prepared.base) is None:
+            raise InputError(without("capacitance", ()))
         self._electrical = tuple(path for path in prepared.free if path.split(".")[0] not in _MECHANICAL)
         self._kept: OrderedDict[tuple[float, ...], tuple[Expanded, ClosedElectrics | None]] = OrderedDict()
         self._last: Expanded | None = None
@@ -73,6 +78,12 @@ class Repeated:
             If a value is outside its range, models cannot be combined, or the scenario has no such signal.
         """
         scenario = self._prepared.scenario(values)
+        own = capacitance(scenario, self._time) if self._has_capacitance else {}
+        read = {name: row for name, (_, row) in own.items()}
+        return read if not self._names else self._solved(scenario, values) | read
+
+    def _solved(self, scenario: Scenario, values: Mapping[str, float]) -> dict[str, Real]:
+        """Compute the signals that follow from the response to the drive."""
         expanded, closed = self._electrics(scenario, values)
         if closed is not None:
             found = closed.signals(scenario, self._time, self._names, find=self._filter_of)

@@ -11,12 +11,11 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
-from electrovib.scenario.moisture import moisture_diagnostic
 from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.evaluation_times import around_kinks, evaluation_times, shows_every_sample
 from electrovib.solve.diagnostics.judge import (
     circuit_diagnostics,
-    return_path_diagnostics,
+    declared_diagnostics,
     stack_diagnostics,
 )
 from electrovib.solve.diagnostics.over_frequency import over_frequency_diagnostics
@@ -159,20 +158,15 @@ def judge_run(
     list of Diagnostic
         Of force law, materials, layers from plate to finger, circuit, contact and motion, in this order.
     """
-    layers = scenario.stack.layers
     found = [
-        *scenario.force.diagnostics(layers),
+        *scenario.force.diagnostics(scenario.stack.layers),
         *([] if scenario.drive.quantity == "voltage" else [caveat()]),
     ]
-    moist = moisture_diagnostic(scenario)
-    found += [] if moist is None else [moist]
-    for name, layer in layers.items():
-        found += layer.material.diagnostics(name)
     return [
         *found,
+        *declared_diagnostics(scenario),
         *stack_diagnostics(scenario, record),
         *circuit_diagnostics(scenario, record, running_currents(scenario, section, record), mean_squares),
-        *return_path_diagnostics(scenario),
         *settled_charge(scenario),
         *contact_diagnostics(scenario, variables, times),
         *_moving_gap(scenario, variables),

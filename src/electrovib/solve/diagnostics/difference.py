@@ -34,11 +34,11 @@ class _DifferenceFit:
         Band [Hz].
     steady : bool
         Whether D is fitted at zero frequency as well.
-    smallest : float
-        Smallest singular value over the largest that is kept [1].
+    smallest : tuple of float
+        Smallest singular values over the largest that are kept; the fit is made with each [1].
     """
 
-    def __init__(self, low: float, high: float, *, steady: bool, smallest: float) -> None:
+    def __init__(self, low: float, high: float, *, steady: bool, smallest: tuple[float, ...]) -> None:
         self.frequency = _spaced(low, high, ROWS_PER_DECADE)
         self.rates = 2 * np.pi * _spaced(low / BEYOND, high * BEYOND, POLES_PER_DECADE)
         falls = [(self.frequency / low) ** -power for power in POWERS]
@@ -49,11 +49,12 @@ class _DifferenceFit:
         s = 2j * np.pi * self.frequency[:, None]
         columns = np.concatenate([np.ones((len(s), 1)), self.rates / (s + self.rates)], axis=1)
         self.columns = np.concatenate([columns.real, columns.imag])
-        self.inverses = [_inverse(self.columns, np.tile(1 / fall, 2), smallest) for fall in falls]
+        weights = [np.tile(1 / fall, 2) for fall in falls]
+        self.inverses = np.concatenate([_inverses(self.columns, row, smallest) for row in weights])
 
     @staticmethod
     @functools.lru_cache(maxsize=16)
-    def over(low: float, high: float, *, steady: bool, smallest: float) -> _DifferenceFit:
+    def over(low: float, high: float, *, steady: bool, smallest: tuple[float, ...]) -> _DifferenceFit:
         """Return the fit over a band: the same object for the same band."""
         return _DifferenceFit(low, high, steady=steady, smallest=smallest)
 
@@ -66,20 +67,24 @@ class _DifferenceFit:
         size[0] = max(size[:2])  # at rest a quantity may vanish
         floor = np.finfo(float).eps * float(np.max(size, initial=0.0))
         weights = 1 / np.tile(np.maximum(size, floor or 1.0), 2)
-        best, found = np.inf, np.zeros(len(self.rates) + 1)
-        for inverse in self.inverses:
-            tried = inverse @ wanted
-            left = float(np.max(np.abs(self.columns @ tried - wanted) * weights))
-            if left < best:
-                best, found = left, tried
-        return Transfer(rates=self.rates, gains=found[1:], direct=float(found[0])), best
+        tried = (self.inverses @ wanted).reshape(-1, self.columns.shape[1])
+        left = np.max(np.abs(tried @ self.columns.T - wanted) * weights, axis=1)
+        best = int(np.argmin(left))
+        found = tried[best]
+        return Transfer(rates=self.rates, gains=found[1:], direct=float(found[0])), float(left[best])
 
 
-def _inverse(columns: Real, weights: Real, smallest: float) -> Real:
-    """Return the pseudo-inverse of weighted rows, with columns scaled to equal norms."""
+def _inverses(columns: Real, weights: Real, smallest: tuple[float, ...]) -> Real:
+    """Return pseudo-inverses of weighted rows with columns scaled to equal norms, one below the other."""
     weighted = columns * weights[:, None]
     sizes = np.linalg.norm(weighted, axis=0)
-    return np.asarray(np.linalg.pinv(weighted / sizes, rcond=smallest) / sizes[:, None] * weights)
+    left, values, right = np.linalg.svd(weighted / sizes, full_matrices=False)
+    parts = []
+    for least in smallest:
+        kept = values > least * values[0]
+        inverse = (right[kept].T / values[kept]) @ left[:, kept].T
+        parts.append(inverse / sizes[:, None] * weights)
+    return np.concatenate(parts)
 
 
 def _spaced(low: float, high: float, per_decade: int) -> Real:

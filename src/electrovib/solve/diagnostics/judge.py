@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,10 @@ from electrovib.physics.safety import (
     skin_diagnostic,
     sweat_diagnostic,
 )
+from electrovib.physics.stack import in_one_piece
+from electrovib.scenario.moisture import moisture_diagnostic
 from electrovib.solve.diagnostics.steepness import ROUNDED, discontinuities, slew_rate
+from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
@@ -62,7 +66,9 @@ def layer_diagnostics(
     nearest: tuple[float, float] | None,
     across: float,
 ) -> list[Diagnostic]:
-    """Return the diagnostics of layers, interface and sweat for given largest values.
+    """Return the diagnostics of layers, interface and sweat for given largest values at the first contact.
+
+    Of two contacts the smaller is judged: both carry the same current, so its fields are larger by the ratio of the areas.
 
     Parameters
     ----------
@@ -86,16 +92,30 @@ def layer_diagnostics(
     plate = [name for name, role in roles.items() if role == "plate"]
     finger = [name for name, role in roles.items() if role == "finger"]
     found: list[Diagnostic] = []
-    for name, layer in layers.items():
+    ratio, where = _judged_contact(scenario)
+    fields = {name: ratio * field for name, field in fields.items()}
+    whole = in_one_piece(layers)
+    for name, layer in whole.items():
         if name in plate or layer.breakdown_field is not None or layer.material.substance is not None:
             found.append(film_diagnostic(name, layer, field=fields[name]))
     if nearest is not None:
         field, gap = nearest
-        found.append(paschen_diagnostic(field=field, gap=gap))
-    found.append(emission_diagnostic(field=interface, vanishing=nearest is None))
-    found += [skin_diagnostic(name, voltage=fields[name] * layers[name].thickness) for name in finger]
+        found.append(paschen_diagnostic(field=ratio * field, gap=gap))
+    found.append(emission_diagnostic(field=ratio * interface, vanishing=nearest is None))
+    found += [skin_diagnostic(name, voltage=fields[name] * whole[name].thickness) for name in finger]
     blocking = sum(layers[name].thickness / _permittivity(layers[name]) for name in plate)
-    return [*found, sweat_diagnostic(voltage=across, electrical_thickness=blocking)] if blocking else found
+    if blocking:
+        found.append(sweat_diagnostic(voltage=ratio * across, electrical_thickness=blocking))
+    return [replace(each, text=f"{each.text}{where}") for each in found]
+
+
+def _judged_contact(scenario: Scenario) -> tuple[float, str]:
+    """Return the fields of the smaller contact over those of the first, and the words that name it where there are two."""
+    second = Surroundings.of(scenario).second
+    if second in (0, 1):
+        return 1.0, ""
+    name = "second" if second > 1 else "first"
+    return max(1.0, second), f"; judged at the {name} contact, the smaller of the two"
 
 
 def _permittivity(layer: Layer) -> float:
@@ -245,7 +265,16 @@ def _discontinuity(
     return [Diagnostic("discontinuity", "warning", text)]
 
 
-def return_path_diagnostics(scenario: Scenario) -> list[Diagnostic]:
+def declared_diagnostics(scenario: Scenario) -> list[Diagnostic]:
+    """Return the diagnostics that depend on what is declared alone, and hold under any drive: moisture, materials, grounding."""
+    moist = moisture_diagnostic(scenario)
+    found = [] if moist is None else [moist]
+    for name, layer in scenario.stack.layers.items():
+        found += layer.material.diagnostics(name)
+    return [*found, *_return_path(scenario)]
+
+
+def _return_path(scenario: Scenario) -> list[Diagnostic]:
     """Return a warning where the body is not grounded."""
     if type(scenario.circuit.return_path).__name__ != "Floating":
         return []

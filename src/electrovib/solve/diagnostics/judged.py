@@ -33,11 +33,14 @@ class Judged(NamedTuple):
         Largest error over the remaining amplitude [1], the largest value from `LOOKING_BACK` of that time on.
     lost : float
         First time at which that share exceeds `LARGEST` [s]; infinite if it never does.
+    of_peak : float
+        Largest error over the peak [1].
     """
 
     error: float
     share: float
     lost: float
+    of_peak: float
 
 
 def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]) -> Judged:
@@ -62,7 +65,7 @@ def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged:
         Error relative to the quantity itself.
     """
     if not np.any(judged):
-        return Judged(0.0, 0.0, np.inf)
+        return Judged(0.0, 0.0, np.inf, 0.0)
     if len(row) > _MANY:
         found = _judge_by_stretches(row, times, probes, bound, judged)
         if found is not None:
@@ -78,6 +81,7 @@ def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged:
         error=float(np.max(larger[large] / sizes[large], initial=0.0)),
         share=float(np.max(shares, initial=0.0)),
         lost=float(lost[0]) if len(lost) else np.inf,
+        of_peak=float(np.max(np.where(judged, larger, 0.0)) / (np.max(sizes) or np.inf)),
     )
 
 
@@ -105,7 +109,8 @@ def judge_repeating(rows: Real, times: Real, bounds: Real) -> list[Judged]:
     shares = np.where(largest > 0, bounds / np.where(largest > 0, largest, 1.0), 0.0)
     beyond = shares > LARGEST
     lost = np.where(np.any(beyond, axis=1), times[np.arange(len(times)), np.argmax(beyond, axis=1)], np.inf)
-    columns = errors.tolist(), np.max(shares, axis=1).tolist(), lost.tolist()
+    share = np.max(shares, axis=1).tolist()
+    columns = errors.tolist(), share, lost.tolist(), share
     return [Judged(*each) for each in zip(*columns, strict=True)]
 
 
@@ -128,7 +133,8 @@ def _judge_by_stretches(
     lows, highs = _between(row[inside], marks)
     groups = np.searchsorted(marks, starts)
     low, high = np.minimum.reduceat(lows, groups), np.maximum.reduceat(highs, groups)
-    peak = TAIL * float(np.max(high))
+    largest = float(np.max(high))
+    peak = TAIL * largest
     if not peak > 0:
         return None
     for place in np.flatnonzero((low <= peak) & (high > peak)):
@@ -142,7 +148,8 @@ def _judge_by_stretches(
     if not (np.all(left > peak) and np.all(shares <= LARGEST)):
         return None
     large = high > peak
-    return Judged(float(np.max(larger[large] / low[large], initial=0.0)), float(np.max(shares)), np.inf)
+    error, share = float(np.max(larger[large] / low[large], initial=0.0)), float(np.max(shares))
+    return Judged(error, share, np.inf, float(np.max(larger)) / largest)
 
 
 def _between(row: Real, marks: NDArray[np.intp]) -> tuple[Real, Real]:

@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
 from electrovib.scenario import PeriodicState
-from electrovib.solve.diagnostics.judged import LARGEST, TAIL
+from electrovib.solve.diagnostics.judged import LARGEST
 from electrovib.solve.diagnostics.memory import CURRENT, FORCE
 from electrovib.solve.stack.band import SAME, lowest_frequency, shortest_time
 
@@ -72,7 +72,7 @@ def memory_diagnostics(
     reduced = [name for name, layer in layers.items() if layer.material.debye() is None]
     if not reduced:
         return []
-    return [*_of_error(reduced, errors, method), *_beyond_tables(scenario, times, known)]
+    return [*_of_error(reduced, errors, method, times, known), *_beyond_tables(scenario, times, known)]
 
 
 def worst_of(errors: Mapping[Key, Judged]) -> float:
@@ -80,18 +80,30 @@ def worst_of(errors: Mapping[Key, Judged]) -> float:
     return max((found.error for name, found in errors.items() if name != CURRENT), default=0.0)
 
 
-def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) -> list[Diagnostic]:
+def attraction_error(errors: Mapping[Key, Judged]) -> dict[str, float]:
+    """Return the largest error of the attraction over its peak [1] by its name in a Trace; empty where it is not known."""
+    return {"attraction_error": errors[FORCE].of_peak} if FORCE in errors else {}
+
+
+def _of_error(
+    reduced: list[str],
+    errors: Mapping[Key, Judged],
+    method: Method,
+    times: Real,
+    known: tuple[float, float],
+) -> list[Diagnostic]:
     if not errors:
         return []
-    names, worst = " and ".join(f"'{name}'" for name in reduced), worst_of(errors)
-    largest = {"fields and voltages": worst}
+    names = " and ".join(f"'{name}'" for name in reduced)
+    judged = {name: found for name, found in errors.items() if name != CURRENT}
+    largest = {"fields and voltages": max(found.of_peak for name, found in judged.items() if name != FORCE)}
     largest |= {
-        what: errors[name].error
+        what: errors[name].of_peak
         for name, what in ((FORCE, "the attraction"), (CURRENT, "the current"))
         if name in errors
     }
     parts = ", ".join(f"{what} by at most {100 * error:.2g} %" for what, error in largest.items())
-    change = f"{parts}, relative to the value at that time where it exceeds {TAIL:g} of its peak"
+    change = f"{parts} of their peak"
     stands = f"{names} {'is' if len(reduced) == 1 else 'are'} represented by a sum of Debye relaxations"
     if not method.by_modes:  # else the error found bounds the response, which is linear in the drive
         text = (
@@ -100,7 +112,6 @@ def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) 
         )
         return [Diagnostic("memory", "unknown", text)]
     text = f"{stands}, which changes {change}"
-    judged = {name: found for name, found in errors.items() if name != CURRENT}
     share, lost = max(found.share for found in judged.values()), min(found.lost for found in judged.values())
     if np.isfinite(lost):
         first = next(name for name, found in judged.items() if found.lost == lost)
@@ -109,8 +120,17 @@ def _of_error(reduced: list[str], errors: Mapping[Key, Judged], method: Method) 
             f"; the {called} is not known to {100 * LARGEST:g} % of its remaining amplitude from"
             f" {format_quantity(lost, 's', digits=3)} on"
         )
+        if np.isfinite(known[1]):
+            text += f"; {_better_table(times, known)}"
     state = "warning" if np.isfinite(lost) else "ok"
     return [Diagnostic("memory", state, text, value=share, limit=LARGEST, unit="1")]
+
+
+def _better_table(times: Real, known: tuple[float, float]) -> str:
+    """State how a table has to be measured so that the response of a run is known."""
+    lowest = min(known[0], 1 / (2 * np.pi * float(times[-1])))
+    ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in (lowest, known[1]))
+    return f"measure the table from {ends} with three rows a decade or more, or fit a dispersion to it (electrovib fit-material)"
 
 
 def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) -> list[Diagnostic]:

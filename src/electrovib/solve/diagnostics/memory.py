@@ -45,9 +45,11 @@ SAFETY: Final = 1.5
 """Factor on the error found: for what the fit of D omits, and for what lies between two probes."""
 SPREAD: Final = 3.0
 """Factor on the largest relative residual of the fit of D: what it may amount to in time."""
-SMALLEST: Final = 1e-10
-"""Singular value over the largest below which a combination of relaxations is omitted from the fit of D."""
-MEASURED: Final = 1e-4
+SMALLEST: Final = (1e-10, 1e-13)
+"""Singular values over the largest below which a combination of relaxations is omitted from the fit of D; of the two fits the
+one with the smaller residual is taken. A skin that loses its voltage exponentially needs the second: its D differs from 0 by
+the place of one rate, which neighbouring rates of the grid express with large gains of both signs."""
+MEASURED: Final = (1e-4,)
 """The same where a material is a measured table, whose noise relaxations cannot follow."""
 PROBES: Final = 400
 """Output times at which the response of D is evaluated; between two of them the larger value counts."""
@@ -183,7 +185,7 @@ def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
     marks, heights = drive.corners(float(times[-1]))
     begins = [0.0] if bends or drive.voltage(0.0) else []
     corners = np.sort(np.append(marks if bends else marks[heights != 0], begins))
-    near = SAME * float(times[-1])
+    near = SAME * corners
     first = np.searchsorted(times, corners - near, side="left")
     last = np.searchsorted(times, corners + near, side="right")
     found = np.zeros(len(times), bool)

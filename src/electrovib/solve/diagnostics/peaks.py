@@ -216,7 +216,19 @@ class PeakRecord:
         drop = float(max(first, last))
         if drop > CLEAR * value and (before if first > last else after) <= SUDDEN * self.times[-1]:
             return value, place, drop  # a parabola through both sides of a discontinuity would lie above them
-        return value + float(min(above, drop / 2)), place, drop
+        near = (left, self._neighbours(left)[0]) if tilt < 0 else (right, self._neighbours(right)[1])
+        return value + min(float(min(above, drop / 2)), self._most_above(row, place, *near)), place, drop
+
+    def _most_above(self, row: Real, place: int, near: int, outer: int) -> float:
+        """Return how far a concave course between a time and its neighbour can rise above the value at that time.
+
+        It lies below the secant through that neighbour and the next one; so a corner, steep on one side only, has no crest.
+        """
+        if not 0 <= outer < len(row):
+            return np.inf
+        times, sizes = self.times[[place, near, outer]], np.abs(row[[place, near, outer]])
+        slope = (sizes[1] - sizes[2]) / (times[1] - times[2])
+        return max(0.0, float(sizes[1] + slope * (times[0] - times[1]) - sizes[0]))
 
     def nearest_to_breakdown(self) -> tuple[float, float]:
         """Return field [V/m] and gap [m] at the time that is nearest to breakdown by Paschen's law."""

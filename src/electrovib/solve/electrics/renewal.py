@@ -16,7 +16,7 @@ from electrovib.core.errors import InputError
 from electrovib.physics.circuit import Grounded
 from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.attraction import total_pull
-from electrovib.solve.electrics.leaks.answer import leaking_layer
+from electrovib.solve.electrics.leaks.answer import leaking_slab
 from electrovib.solve.electrics.linear.answer import refuse_gaps_of_a_law
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.electrics.methods import RENEWAL
@@ -206,7 +206,8 @@ def refuse_renewal(scenario: Scenario) -> None:
         If the periodic state is asked for, the current is prescribed, a layer leaks, the gap follows the force, or there
         is an amplifier or a return path other than Grounded.
     """
-    leak = leaking_layer(scenario.stack.layers, second=Surroundings.of(scenario).second)
+    slab = leaking_slab(scenario.stack.layers, second=Surroundings.of(scenario).second)
+    leak = next(iter(slab), None)
     refuse_gaps_of_a_law(scenario, leak)
     reasons = {
         "time.initial_state = PeriodicState: start AtRest and evaluate a late period": isinstance(

@@ -1,4 +1,4 @@
-"""Stacks without fixed modes: a gap that moves or follows the forces, several leaks, an amplifier before a leak."""
+"""Stacks without fixed modes: a gap that moves or follows the forces, several leaks, an amplifier with limits before a leak."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from electrovib.physics.contact import FixedArea
 from electrovib.physics.force import MaxwellStressInGap
 from electrovib.physics.interface import INTERFACE
 from electrovib.scenario import PeriodicState
+from electrovib.solve.electrics.leaks.answer import leaking_slabs
 from electrovib.solve.electrics.pressed import pressed
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 def why_no_modes(scenario: Scenario) -> str:
     """Return the parts of a scenario that no solver with fixed modes accepts, in words; empty if there are none."""
     amplifier, contact = scenario.circuit.amplifier, scenario.contact
-    leaks = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
+    leaks = [slab[0] for slab in leaking_slabs(scenario.stack.layers)]
     said = []
     if scenario.motion.moved_gap is not None:
         said.append("a gap that is moved")
@@ -39,8 +40,8 @@ def why_no_modes(scenario: Scenario) -> str:
         said.append(f"the leak of '{leaks[0]}'")
     elif len(leaks) > 1:
         said.append(f"leaks of {' and '.join(leaks)}")
-    if leaks and amplifier is not None:
-        said.append("an amplifier before a leak")
+    if leaks and amplifier is not None and amplifier.is_limited:
+        said.append("an amplifier with limits before a leak")
     return ", ".join(said)
 
 

@@ -19,7 +19,7 @@ from electrovib.physics.roughness import ContactSpots
 from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.solve.diagnostics.judge import layer_diagnostics
+from electrovib.solve.diagnostics.judge import declared_diagnostics, layer_diagnostics
 from electrovib.solve.equilibrium.growing import growing_states
 from electrovib.solve.equilibrium.states import Equilibrium, balance
 
@@ -50,7 +50,7 @@ class Balance:
         With spots: there is a further state in which the surface topography is flatter than a Gaussian distribution of
         gaps describes, with more than half of it in contact; that state is not included.
     diagnostics : tuple of Diagnostic
-        Films and air in the state with the largest field, and the declared limits.
+        Of what the scenario declares, of films and air in the state with the largest field, and of the declared limits.
     """
 
     states: tuple[Equilibrium, ...]
@@ -136,11 +136,9 @@ def equilibrium(
             "contact.surface: the attraction flattens the surface topography further than a Gaussian distribution of gaps"
             " describes; lower the voltage, or omit 'spots' for one gap everywhere that ends at the plate"
         )
-    force = tuple(state.attraction * each for state, each in zip(states, areas, strict=True))
-    diagnostics = _diagnostics(known, states, areas, held=held, filling=filling)
     return Balance(
         states=states,
-        force=force,
+        force=tuple(state.attraction * each for state, each in zip(states, areas, strict=True)),
         areas=areas,
         voltage=held,
         pressure=pressure,
@@ -148,7 +146,7 @@ def equilibrium(
         electrical_thickness=thickness,
         blocking=tuple(parts),
         beyond=beyond,
-        diagnostics=diagnostics,
+        diagnostics=_diagnostics(known, states, areas, held=held, filling=filling),
     )
 
 
@@ -160,7 +158,7 @@ def _diagnostics(
     held: float,
     filling: float,
 ) -> tuple[Diagnostic, ...]:
-    """Return the diagnostics of films, air and declared limits, each for the worst of all states."""
+    """Return the diagnostics of what is declared, and those of films, air and limits, each for the worst of all states."""
     layers, gap = scenario.stack.layers, str(scenario.stack.gap_name)
     stray = 0.0 if scenario.circuit.amplifier is None else scenario.circuit.amplifier.stray_capacitance
     of_gaps = np.array([[math.sqrt(2 * state.attraction / eps0), state.gap] for state in states])
@@ -177,8 +175,9 @@ def _diagnostics(
     judged = layer_diagnostics(
         scenario, inside | {gap: field}, interface=field, nearest=(nearest[0], nearest[1]), across=max(left)
     )
-    reached = {"voltage": abs(held), "charge": max(charges), "stored_energy": max(energies)}
-    return (*judged, *limit_diagnostics(reached | {"rms_voltage": abs(held)}, scenario.limits))
+    reached = {name: abs(held) for name in ("voltage", "rms_voltage")}
+    reached |= {"charge": max(charges), "stored_energy": max(energies)}
+    return (*declared_diagnostics(scenario), *judged, *limit_diagnostics(reached, scenario.limits))
 
 
 def _surface(scenario: Scenario) -> Surface:

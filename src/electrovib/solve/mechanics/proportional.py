@@ -15,7 +15,15 @@ BEHIND_FRICTION: Final = frozenset(
 )
 """Signals that are linear in the friction of steady sliding, without a digitiser."""
 INDEPENDENT: Final = frozenset(
-    {"electrostatic_force", "current", "stack_voltage", "effective_voltage", "interface_field", "impedance"}
+    {
+        "electrostatic_force",
+        "current",
+        "stack_voltage",
+        "effective_voltage",
+        "interface_field",
+        "capacitance",
+        "impedance",
+    }
 )
 """Signals that are independent of the friction."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from electrovib.core.arrays import Real
+
+    Rates: TypeAlias = Callable[[Real, Real], Real]
 
 _SETTLED = 1e-15
 _ROUNDING = 1e-11
@@ -53,8 +55,7 @@ class Piece:
     def __call__(self, time: Real) -> Real:
         """Return the state at times [s], shape (states,) or (states, n)."""
         place = (np.asarray(time) - self.start) / self.size
-        powers = place ** np.arange(1, STAGES + 1).reshape(-1, *[1] * place.ndim)
-        added = np.tensordot(self.stages.T @ COEFFICIENTS.T, powers, axes=1)
+        added = self.stages.T @ (COEFFICIENTS.T @ np.array([place, place**2, place**3]))
         return np.asarray(self.before.reshape(-1, *[1] * place.ndim) + added)
 
 
@@ -73,7 +74,7 @@ def solve(factors: tuple[Any, Any], right: Any) -> Any:
 
 
 def march(
-    rate: Callable[[float, Real], Real],
+    rate: Rates,
     state: Real,
     *,
     start: float,
@@ -86,7 +87,7 @@ def march(
     Parameters
     ----------
     rate : callable
-        Rate of change of the state, a function of time [s] and state.
+        Rate of change of the state, a function of n times [s] and n states, shape (states, n).
     start : float
         Beginning of the step [s].
     state : ndarray, shape (states,)
@@ -115,9 +116,7 @@ def march(
     return None if second is None else first + second
 
 
-def _collocate(
-    rate: Callable[[float, Real], Real], start: float, state: Real, size: float, scale: Real
-) -> Piece | None:
+def _collocate(rate: Rates, start: float, state: Real, size: float, scale: Real) -> Piece | None:
     """Solve all stages by Newton's iteration with a Jacobian that is renewed where it converges slowly."""
     times = start + size * NODES
     stages = np.zeros((STAGES, len(state)))
@@ -127,7 +126,7 @@ def _collocate(
         factors = factor(matrix)
         last = np.inf
         for _ in range(_MOST_ITERATIONS):
-            rates = np.array([rate(time, state + stage) for time, stage in zip(times, stages, strict=True)])
+            rates = rate(times, (state + stages).T).T
             change = solve(factors, (size * WEIGHTS @ rates - stages).ravel()).reshape(stages.shape)
             moved = float(np.max(np.abs(change) / (scale + np.abs(state))))
             if not np.isfinite(moved) or moved > 2 * last > _ROUNDING:
@@ -142,13 +141,13 @@ def _collocate(
     return None
 
 
-def jacobian(rate: Callable[[float, Real], Real], state: Real, *, time: float, scale: Real) -> Real:
+def jacobian(rate: Rates, state: Real, *, time: float, scale: Real) -> Real:
     """Compute the Jacobian of a rate by forward differences.
 
     Parameters
     ----------
     rate : callable
-        Rate of change of the state, a function of time [s] and state.
+        Rate of change of the state, a function of n times [s] and n states, shape (states, n).
     time : float
         Time [s].
     state, scale : ndarray, shape (states,)
@@ -160,24 +159,18 @@ def jacobian(rate: Callable[[float, Real], Real], state: Real, *, time: float, s
         Derivative of each rate by each state, accurate to half the digits.
     """
     steps = np.sqrt(np.finfo(float).eps) * np.maximum(scale, np.abs(state))
-    base = rate(time, state)
-    columns = []
-    for index, step in enumerate(steps.tolist()):
-        moved = state.copy()
-        moved[index] += step
-        columns.append((rate(time, moved) - base) / (moved[index] - state[index]))
-    return np.transpose(columns)
+    moved = state[:, None] + np.diag(steps)
+    found = rate(np.full(len(state) + 1, time), np.column_stack([moved, state]))
+    return np.asarray((found[:, :-1] - found[:, -1:]) / (np.diag(moved) - state))
 
 
-def steps_to(
-    rate: Callable[[float, Real], Real], state: Real, *, start: float, size: float, scale: Real
-) -> tuple[Piece, ...]:
+def steps_to(rate: Rates, state: Real, *, start: float, size: float, scale: Real) -> tuple[Piece, ...]:
     """Advance the state by one step, or raise an error.
 
     Parameters
     ----------
     rate : callable
-        Rate of change of the state, a function of time [s] and state.
+        Rate of change of the state, a function of n times [s] and n states, shape (states, n).
     start, size : float
         Beginning and length of the step [s].
     state, scale : ndarray, shape (states,)
@@ -199,69 +192,15 @@ def steps_to(
     return pieces
 
 
-def adaptive_steps(
-    rate: Callable[[float, Real], Real],
-    state: Real,
-    *,
-    start: float,
-    stop: float,
-    scale: Real,
-    tolerance: float,
-) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
-    """Yield steps whose length follows from the error: the end of each, the state there, and its polynomial.
-
-    Parameters
-    ----------
-    rate : callable
-        Rate of change of the state, a function of time [s] and state.
-    start, stop : float
-        Beginning and end [s].
-    state, scale : ndarray, shape (states,)
-        State at the beginning, and the magnitude of each state.
-    tolerance : float
-        Local error of a step: relative, and absolute against the scale.
-
-    Yields
-    ------
-    tuple of (float, ndarray, callable)
-        End of a step [s], state there, polynomial of times [s].
-
-    Raises
-    ------
-    ElectrovibError
-        If no step is small enough for the tolerance.
-    """
-    from scipy.integrate import Radau
-
-    solver = Radau(
-        rate,
-        start,
-        state,
-        stop,
-        rtol=tolerance,
-        atol=tolerance * scale,
-        jac=lambda time, now: jacobian(rate, now, time=time, scale=scale),
-    )
-    solver.lu, solver.solve_lu = (
-        factor,
-        solve,
-    )  # the checks of scipy's own take several times longer than a small system
-    while solver.status == "running":
-        message = solver.step()
-        if solver.status == "failed":
-            raise ElectrovibError(f"the equations could not be solved beyond {solver.t:.6g} s: {message}")
-        yield float(solver.t), solver.y, solver.dense_output()
-
-
 def even_steps(
-    rate: Callable[[float, Real], Real], state: Real, *, start: float, stop: float, scale: Real, step: float
-) -> Iterator[tuple[float, Real, Callable[[Real], Real]]]:
+    rate: Rates, state: Real, *, start: float, stop: float, scale: Real, step: float
+) -> Iterator[Piece]:
     """Yield steps of one length, the given one or slightly less, without control of the error.
 
     Parameters
     ----------
     rate : callable
-        Rate of change of the state, a function of time [s] and state.
+        Rate of change of the state, a function of n times [s] and n states, shape (states, n).
     start, stop : float
         Beginning and end [s].
     state, scale : ndarray, shape (states,)
@@ -271,13 +210,12 @@ def even_steps(
 
     Yields
     ------
-    tuple of (float, ndarray, callable)
-        End of a step [s], state there, polynomial of times [s].
+    Piece
+        Polynomial of a step.
     """
     count = max(1, int(np.ceil((stop - start) / step * (1 - 1e-9))))
     bounds = np.linspace(start, stop, count + 1).tolist()
     for before, after in itertools.pairwise(bounds):
         taken = steps_to(rate, state, start=before, size=after - before, scale=scale)
         state = taken[-1].state
-        for piece in taken:
-            yield after if piece is taken[-1] else piece.end, piece.state, piece
+        yield from taken

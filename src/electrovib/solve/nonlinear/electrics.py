@@ -8,7 +8,7 @@ time, because the drive is smooth only from one break to the next, and the curre
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 SLACK = 1e-9
 """Distance beyond its kink, over its scale, at which a field or a voltage changes the mode, so that noise does not."""
-_SLOWEST = 1e-6
+_SLOWEST = 1e-2
 """Least ratio of the scale of the voltage across a series resistance to that of the drive."""
 
 
@@ -55,7 +55,8 @@ class Electrics(System):
         self, space: StackStates, drive: Drive, *, end: float, amplifier: Amplifier | None = None
     ) -> None:
         self.space, self.drive, self.amplifier = space, drive, amplifier
-        self._breaks = drive.corners(end)[0].tolist()
+        marks, heights = drive.corners(end)
+        self._breaks, self._jumps = marks.tolist(), bool(np.any(heights))
         self._end = end
         self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
         self._gain = 1.0 if amplifier is None else amplifier.gain
@@ -69,6 +70,7 @@ class Electrics(System):
         self.size = space.size + (not self.follows)
         highest = abs(self._gain) * max(drive.largest(end), 1e-12)
         self.volts = highest if self._saturation is None else min(highest, self._saturation)
+        self._noise = SLACK * self.volts / float(np.sum(space.thicknesses))
 
     @property
     def scale(self) -> Real:
@@ -83,6 +85,12 @@ class Electrics(System):
             times = np.concatenate([np.linspace(0.0, self._end, 4001), self._breaks])
             speed = abs(self._gain) * float(np.max(np.abs(self.drive.slope(times))))
             share = speed * space.area * space.resistance / (elastance * self.volts)
+            first = abs(self._gain * float(self.drive.voltage(np.zeros(1))[0]))
+            if self._corner is None and (self._jumps or first > SLACK * self.volts):
+                share = 1.0  # at a discontinuity all of the voltage is across the resistance
+            if self.amplifier is not None:
+                most = float(np.max(np.abs(self.amplifier.current_limits)))
+                share = min(share, most * space.resistance / self.volts)
             sizes[space.size - 1] = (self.volts + largest * elastance) * float(np.clip(share, _SLOWEST, 1.0))
         if not self.follows:
             sizes[-1] = self.volts
@@ -142,17 +150,29 @@ class Electrics(System):
         return state
 
     def rate(
-        self, state: Real, mode: Mode, *, time: float, gap: float | None = None, closing: float = 0.0
+        self,
+        state: Real,
+        mode: Mode,
+        *,
+        time: float | Real,
+        gap: float | Real | None = None,
+        closing: float | Real = 0.0,
     ) -> Real:
-        """Return the rate of change of each state [its unit/s]."""
+        """Return the rate of change of each state [its unit/s], at one time or at n times."""
         _, slope, moment = self._supplied(time, state, mode, gap, closing)
         own = self.space.rate(state[: self.space.size], moment, slope=slope)
-        return own if self.follows else np.append(own, slope)
+        return own if self.follows else np.concatenate([own, np.broadcast_to(slope, state.shape[1:])[None]])
 
     def switches(
-        self, state: Real, mode: Mode, *, time: float, gap: float | None = None, closing: float = 0.0
+        self,
+        state: Real,
+        mode: Mode,
+        *,
+        time: float | Real,
+        gap: float | Real | None = None,
+        closing: float | Real = 0.0,
     ) -> Real:
-        """Return values that stay above 0 as long as the mode holds."""
+        """Return values that stay above 0 as long as the mode holds, at one time or at n times."""
         return np.array([value for value, _ in self._watched(time, state, mode, gap, closing)])
 
     def following(
@@ -194,7 +214,7 @@ class Electrics(System):
     def _aimed(self, voltage: float) -> float:
         return voltage if self.amplifier is None else float(self.amplifier.aim(voltage))
 
-    def _aim(self, time: float, side: int) -> tuple[float, float]:
+    def _aim(self, time: float | Real, side: int) -> tuple[Any, Any]:
         """Return the target voltage [V] and its rate of change [V/s], on one side of the largest voltage."""
         if side and self._saturation is not None:
             return side * self._saturation, 0.0
@@ -202,18 +222,18 @@ class Electrics(System):
         return self._gain * voltage, self._gain * slope
 
     def _supplied(
-        self, time: float, state: Real, mode: Mode, gap: float | None, closing: float
-    ) -> tuple[float, float, Moment]:
+        self, time: float | Real, state: Real, mode: Mode, gap: float | Real | None, closing: float | Real
+    ) -> tuple[Any, Any, Moment]:
         """Return the voltage of the plate [V], its rate of change [V/s], and the fields of the stack under it."""
         own = state[: self.space.size]
         signs = dict(zip(self.space.polarities, mode[2:], strict=True)) if len(mode) > 2 else None
         voltage, slope = self._aim(time, mode[0])
         if not self.follows and (self._corner is not None or mode[1]):
-            slope = 0.0 if self._corner is None else self._corner * (voltage - float(state[-1]))
-            voltage = float(state[-1])
+            slope = 0.0 if self._corner is None else self._corner * (voltage - state[-1])
+            voltage = state[-1]
         moment = self.space.moment(own, voltage=voltage, gap=gap, closing=closing, signs=signs)
         if mode[1]:
-            slope = float(self._held(own, self._limits[mode[1] > 0], moment))
+            slope = self._held(own, self._limits[mode[1] > 0], moment)
         return voltage, slope, moment
 
     def _held(self, own: Real, current: float | Real, moment: Moment) -> Real:
@@ -227,11 +247,11 @@ class Electrics(System):
         return np.asarray(moment.elastance * current / area - moment.loss)
 
     def _watched(
-        self, time: float, state: Real, mode: Mode, gap: float | None, closing: float
-    ) -> list[tuple[float, Mode]]:
+        self, time: float | Real, state: Real, mode: Mode, gap: float | Real | None, closing: float | Real
+    ) -> list[tuple[float | Real, Mode]]:
         """Return the switching functions, above 0 as long as the mode holds, and the mode that follows each."""
         _, slope, moment = self._supplied(time, state, mode, gap, closing)
-        found: list[tuple[float, Mode]] = []
+        found: list[tuple[float | Real, Mode]] = []
         clipped, held, *signs = mode
         if self._saturation is not None:
             free = self._aim(time, 0)[0]
@@ -243,27 +263,25 @@ class Electrics(System):
         if self.limited:
             found += self._limit_watch(time, state, mode, slope, moment)
         for place, index in enumerate(self.space.polarities, start=2):
-            size = SLACK * self.volts / float(np.sum(self.space.thicknesses))
             turned = (*mode[:place], -mode[place], *mode[place + 1 :])
-            found.append((mode[place] * float(moment.field[index]) + size, turned))
+            found.append((mode[place] * moment.field[index] + self._noise, turned))
         return found
 
     def _limit_watch(
-        self, time: float, state: Real, mode: Mode, slope: float, moment: Moment
-    ) -> list[tuple[float, Mode]]:
+        self, time: float | Real, state: Real, mode: Mode, slope: float | Real, moment: Moment
+    ) -> list[tuple[float | Real, Mode]]:
         clipped, held, *signs = mode
-        behind = self._aim(time, clipped)[0] - float(state[-1])
+        behind = self._aim(time, clipped)[0] - state[-1]
         if held:
             wanted = behind if self._corner is None else (self._corner * behind - slope) / self._corner
             return [(held * wanted, (clipped, 0, *signs))]
-        current = self._stray * slope + self.space.area * float(
-            self.space.density(state[: self.space.size], moment, slope=slope)
-        )
+        own = state[: self.space.size]
+        current = self._stray * slope + self.space.area * self.space.density(own, moment, slope=slope)
         spare = [side * (self._limits[side > 0] - current) / self._limits[1] for side in (-1, 1)]
         if self._corner is None:
             slack = SLACK * self.volts
-            if abs(behind) > slack:  # after a discontinuity of the target the current stays at its limit
-                spare = [1.0, 1.0]
+            # after a discontinuity of the target the current stays at its limit
+            spare = [np.where(np.abs(behind) > slack, 1.0, each) for each in spare]
             spare += [slack - side * behind for side in (-1, 1)]
         modes = [(clipped, side, *signs) for side in (-1, 1)]
         return list(zip(spare, modes * (len(spare) // 2), strict=True))

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.arrays import Real
+    from electrovib.solve.nonlinear.collocation import Rates
     from electrovib.solve.nonlinear.system import Mode, System
 
 _LOOKS = np.array([0.2, 0.4, 0.6, 0.8])
@@ -22,7 +23,7 @@ _ENOUGH = 1e-13
 
 
 def land(
-    rate: Callable[[float, Real], Real],
+    rate: Rates,
     system: System,
     state: Real,
     mode: Mode,
@@ -37,7 +38,7 @@ def land(
     Parameters
     ----------
     rate : callable
-        Rate of change of the state in this mode, a function of time [s] and state.
+        Rate of change of the state in this mode, a function of n times [s] and states, shape (states, n).
     system : System
         Switching functions and scale.
     before, after : float
@@ -103,15 +104,10 @@ def first_fall(
     def value(time: float, index: int) -> float:
         return float(system.switches(piece(np.asarray(time)), mode, time=time)[index])
 
-    if not len(system.switches(state, mode, time=after)):
-        return None
     looks = before + (after - before) * _LOOKS
-    inside = piece(looks).T
-    values = [
-        system.switches(each, mode, time=time) for time, each in zip(looks.tolist(), inside, strict=True)
-    ]
-    values.append(system.switches(state, mode, time=after))
-    fallen = np.array(values) < 0
+    inside = np.column_stack([piece(looks), state])
+    values = system.watched(inside, mode, times=np.append(looks, after)).T
+    fallen = values < 0
     if not fallen.any():
         return None
     first = int(np.argmax(fallen.any(axis=1)))

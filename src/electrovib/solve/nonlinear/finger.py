@@ -6,7 +6,7 @@ with adaptive steps that locates every kink. The fast solvers are tested against
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -86,7 +86,19 @@ class FingerOverPlate(System):
         own = self.electrics.jump(state[:count], time=time)
         return np.concatenate([own, state[count:]])
 
-    def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
+    def rates(self, states: Real, mode: Mode, *, times: Real) -> Real:
+        """Return the rate of change of each state [its unit/s] at n times, all at once unless the gap is a state."""
+        if isinstance(self.motion, Yielding):
+            return super().rates(states, mode, times=times)
+        return self.rate(states, mode, time=times)
+
+    def watched(self, states: Real, mode: Mode, *, times: Real) -> Real:
+        """Return the switching functions at n times, all at once unless the gap is a state."""
+        if isinstance(self.motion, Yielding):
+            return super().watched(states, mode, times=times)
+        return self.switches(states, mode, time=times)
+
+    def rate(self, state: Real, mode: Mode, *, time: Any) -> Real:
         """Return the rate of change of each state [its unit/s]."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         found = self.electrics.rate(own, mode, time=time, gap=gap, closing=closing)
@@ -97,7 +109,7 @@ class FingerOverPlate(System):
             return np.append(found, [closing, push / self.motion.mass])
         return np.append(found, closing)
 
-    def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
+    def switches(self, state: Real, mode: Mode, *, time: Any) -> Real:
         """Return values that stay above 0 as long as the mode holds."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         found = self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)
@@ -143,13 +155,12 @@ class FingerOverPlate(System):
         pull = self.motion.pulling * self.electrics.attraction(state[:count], mode, time=time, gap=gap)
         return float(self.motion.surface.pressure(gap)) - self._pressing(time, pull)
 
-    def _gap(self, time: float, state: Real, mode: Mode | None = None) -> tuple[float | None, float]:
+    def _gap(self, time: Any, state: Real, mode: Mode | None = None) -> tuple[Any, Any]:
         """Return the gap [m] and its rate of change [m/s]."""
         if self.motion is None:
             return None, 0.0
         if isinstance(self.motion, Distance):
-            at = np.array(time)
-            return float(self.motion.gap(at)), float(self.motion.rate(at))
+            return self.motion.gap(time), self.motion.rate(time)
         gap = float(state[self.electrics.size])
         if self.motion.mass > 0:
             return gap, float(state[self.electrics.size + 1])

@@ -10,7 +10,8 @@ import numpy as np
 from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.costs import SHORTER, radau_step
-from electrovib.solve.nonlinear.collocation import Piece, adaptive_steps, even_steps
+from electrovib.solve.nonlinear.adaptive import adaptive_steps
+from electrovib.solve.nonlinear.collocation import Piece, even_steps
 from electrovib.solve.nonlinear.events import first_fall, land
 from electrovib.solve.nonlinear.system import Mode, Solved, System
 
@@ -157,10 +158,10 @@ def _leg(
     """Integrate up to a break or the first event."""
     asked, latest = 0, np.nextafter(stop, start)
 
-    def rate(time: float, now: Real) -> Real:
+    def rate(every: Real, now: Real) -> Real:
         nonlocal asked
-        asked += 1
-        return system.rate(now, mode, time=min(time, latest))
+        asked += len(every)
+        return system.rates(now, mode, times=np.minimum(every, latest))
 
     pieces: list[Callable[[Real], Real]] = []
     bounds = [start]
@@ -181,14 +182,14 @@ def _leg(
         if step is None
         else even_steps(rate, state, start=start, stop=stop, scale=system.scale, step=step)
     )
-    for after, end_state, piece in taken:
+    for piece in taken:
+        before, after, before_state = bounds[-1], piece.end, state
         meter.count(after)
-        before, before_state = bounds[-1], state
-        fall = first_fall(system, piece, end_state, mode, before=before, after=after)
+        fall = first_fall(system, piece, piece.state, mode, before=before, after=after)
         if fall is None:
             pieces.append(piece)
             bounds.append(after)
-            state = end_state
+            state = piece.state
             continue
         when, index = fall
         landed: tuple[Piece, ...] = ()

@@ -20,3 +20,9 @@ WEIGHTS = np.array(
 """Integral of each stage's polynomial from the beginning to each node, as a share of the step (the same place)."""
 COEFFICIENTS = np.linalg.inv(NODES[:, None] ** np.arange(1, STAGES + 1))
 """Matrix from the increments of the stages to coefficients of powers of the share of a step."""
+ERROR = np.array([-13 - 7 * _ROOT, -13 + 7 * _ROOT, -1.0]) / 3
+"""Weights of the increments in the embedded error of third order (the same place, IV.8)."""
+REAL_ROOT = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)
+"""Real eigenvalue of the inverse of `WEIGHTS`."""
+RATES = np.linalg.inv(WEIGHTS)
+"""Matrix from the increments of the stages to the rates at the nodes, times the step."""

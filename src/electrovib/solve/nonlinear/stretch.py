@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -36,17 +36,18 @@ class Stretch:
     slope: float
     parts: tuple[Tones | Smooth, ...] = ()
 
-    def voltage(self, time: float) -> tuple[float, float]:
+    def voltage(self, time: Any) -> tuple[Any, Any]:
         """Return the voltage [V] and its rate of change [V/s], also just before the break that ends the interval."""
-        value, rate = self.level + self.slope * (time - self.start), self.slope
+        value: Any = self.level + self.slope * (time - self.start)
+        rate: Any = self.slope
         for part in self.parts:
             if isinstance(part, Tones):
-                wave = part.amplitudes * np.exp(2j * np.pi * part.frequencies * time)
-                value += float(np.sum(wave.real))
-                rate -= float(np.sum(2 * np.pi * part.frequencies * wave.imag))
+                wave = np.exp(2j * np.pi * np.multiply.outer(part.frequencies, time))
+                value = value + (part.amplitudes @ wave).real
+                rate = rate - (2 * np.pi * part.frequencies * part.amplitudes @ wave).imag
             else:
-                at = np.array(time)
-                value, rate = value + float(part.formula(at)), rate + float(part.derivative(at))
+                at = np.asarray(time)
+                value, rate = value + part.formula(at), rate + part.derivative(at)
         return value, rate
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -64,6 +66,42 @@ class System(Protocol):
         rate : ndarray, shape (states,)
             Rate of change, in the unit of each state per second.
         """
+
+    def rates(self, states: Real, mode: Mode, *, times: Real) -> Real:
+        """Return the rates of change at several times: `rate` for each.
+
+        Parameters
+        ----------
+        states : ndarray, shape (states, n)
+            In their units.
+        mode : Mode
+            Mode of all of them.
+        times : ndarray, shape (n,)
+            s.
+
+        Returns
+        -------
+        rates : ndarray, shape (states, n)
+            In the unit of each state per second.
+        """
+        every = zip(states.T, times.tolist(), strict=True)
+        return np.transpose([self.rate(state, mode, time=time) for state, time in every])
+
+    def watched(self, states: Real, mode: Mode, *, times: Real) -> Real:
+        """Return the switching functions at several times: `switches` for each.
+
+        Parameters
+        ----------
+        states, mode, times
+            As for `rates`.
+
+        Returns
+        -------
+        values : ndarray, shape (switches, n)
+            Above 0 as long as the mode holds.
+        """
+        every = zip(states.T, times.tolist(), strict=True)
+        return np.transpose([self.switches(state, mode, time=time) for state, time in every])
 
     def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Return the switching functions, which stay above 0 as long as the mode holds.

@@ -19,8 +19,10 @@ if TYPE_CHECKING:
 
 MARGIN = 10.0
 """Factor by which the band extends beyond 1/(2 pi time): a relaxation of a time t acts on all times around t."""
-SAME = 1e-9
-"""Distance from a corner over the last time, below which a time counts as at the corner."""
+SAME = 1e-12
+"""Relative difference of two times or frequencies that counts as rounding: such a time is at a corner, not after it."""
+ABSENT = 1e-9
+"""Share of the largest amplitude below which a frequency is not part of a drive."""
 
 
 def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
@@ -80,7 +82,7 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
     begins = [] if isinstance(scenario.time.initial_state, PeriodicState) else [0.0]
     corners = np.concatenate([[-math.inf], begins, drive.corners(end)[0]])
     since = times - corners[np.searchsorted(corners, times * (1 + SAME), side="right") - 1]
-    after = since[since > SAME * end]
+    after = since[since > SAME * times]
     return min(drive.shortest_piece(end), float(np.min(after, initial=math.inf)))
 
 
@@ -90,7 +92,7 @@ def lowest_frequency(scenario: Scenario) -> float:
     blocked = any(math.isfinite(each.band[1]) and each.conductivity == 0 for each in materials)
     frequencies, amplitudes = spectrum(scenario.drive, harmonics=1)
     sizes = np.abs(amplitudes)
-    there = (sizes > SAME * np.max(sizes, initial=0.0)) & (blocked | (frequencies > 0))
+    there = (sizes > ABSENT * np.max(sizes, initial=0.0)) & (blocked | (frequencies > 0))
     return float(np.min(frequencies[there], initial=math.inf))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -35,9 +36,9 @@ class Surroundings:
     second: float
 
     @classmethod
-    def of(cls, scenario: Scenario) -> Surroundings:
-        """Return those of a scenario."""
-        area = scenario.contact_area
+    def of(cls, scenario: Scenario, area: Any = None) -> Surroundings:
+        """Return those of a scenario, with other contact areas [m2] if given."""
+        area = scenario.contact_area if area is None else area
         second = scenario.circuit.return_path.second_contact(area)
         return cls(area, scenario.circuit.element(), second)
 
@@ -64,20 +65,24 @@ def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> Phaso
     return per_ampere(section, area=area) if scenario.drive.quantity == "current" else section
 
 
-def per_volt_of(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
+def per_volt_of(
+    scenario: Scenario, frequency: Real, *, leaks: bool = True, area: Real | None = None
+) -> PhasorSection:
     """Return the scenario's stack over frequency per volt, also where the drive prescribes the current.
 
     Parameters
     ----------
     scenario, frequency, leaks
         As for `phasors`; frequency in Hz.
+    area : ndarray, shape (n,), optional
+        Contact areas at one frequency [m2]; by default that under the full load.
 
     Returns
     -------
     PhasorSection
         Per volt across stack and circuit.
     """
-    around, layers = Surroundings.of(scenario), scenario.stack.layers
+    around, layers = Surroundings.of(scenario, area), scenario.stack.layers
     return phasor_section(
         linearised(layers) if leaks else layers,
         area=around.area,

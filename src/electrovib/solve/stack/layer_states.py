@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import functools
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -90,7 +91,7 @@ class StackStates:
         """Number of states."""
         return len(self.charges) + len(self.rates) + (self.resistance > 0)
 
-    @property
+    @functools.cached_property
     def polarities(self) -> tuple[int, ...]:
         """Elements with a leak that has a kink where the field changes its sign."""
         return tuple(index for index, leak in self.leaks if isinstance(leak, PolarityConduction))
@@ -125,7 +126,7 @@ class StackStates:
         voltage: float | Real,
         gap: float | Real | None = None,
         closing: float | Real = 0.0,
-        signs: Mapping[int, float | Real] | None = None,
+        signs: Mapping[int, int] | None = None,
     ) -> Moment:
         """Return fields and conduction currents under a voltage.
 
@@ -137,7 +138,7 @@ class StackStates:
             Voltage of the plate against ground [V].
         gap, closing : float or ndarray, shape (n,)
             Thickness of the moving layer [m], and its rate of change [m/s].
-        signs : mapping of int to float or ndarray, optional
+        signs : mapping of int to int, optional
             Sign of the field for which each leak of `polarities` is evaluated; by default that of its field.
 
         Returns
@@ -145,6 +146,8 @@ class StackStates:
         Moment
             Values of all elements.
         """
+        if gap is None and self.moving is None:
+            return self._fixed_moment(state, voltage, signs)
         rows = np.shape(state)[1:]
         interfaces, terms = len(self.charges), len(self.rates)
         thickness = self.with_gap(gap)
@@ -170,6 +173,33 @@ class StackStates:
             loss = loss - self.repeats[self.moving] * closing * field[self.moving]
         return Moment(field=field, flow=flow, creep=creep, elastance=elastance, loss=loss)
 
+    @functools.cached_property
+    def _matrix(self) -> tuple[Real, Real, Real]:
+        """Linear map from state and voltage to the fields of a fixed stack, owners of the terms, and the weights.
+
+        The rates of change are differences of large numbers and are formed from the fields, never from sums of states.
+        """
+        every = np.eye(self.size + 1)
+        fields = (
+            replace(self, leaks=()).moment(every[:-1], voltage=every[-1], gap=0.0).field
+        )  # any gap: none moves
+        owners = np.equal.outer(np.arange(len(self.thicknesses)), self.owners).astype(float)
+        return fields, owners, self.repeats * self.thicknesses / self.permittivities
+
+    def _fixed_moment(self, state: Real, voltage: float | Real, signs: Mapping[int, int] | None) -> Moment:
+        """Return the same as `moment` for a gap that does not move: products with small matrices, a time in a row."""
+        fields, owners, weights = self._matrix
+        rows, first = state.T, len(self.charges)
+        field = rows @ fields[:, :-1].T + np.multiply.outer(voltage, fields[:, -1])
+        flow = self.conductivities * field
+        for index, leak in self.leaks:
+            flow[..., index] += _leak(leak, field[..., index], None if signs is None else signs.get(index))
+        polarised = rows[..., first : first + len(self.rates)]
+        creep = self.rates * (self.strengths * field[..., self.owners] - polarised)
+        loss = (flow + creep @ owners.T) @ weights
+        elastance = np.asarray(np.sum(weights))
+        return Moment(field=field.T, flow=flow.T, creep=creep.T, elastance=elastance, loss=loss)
+
     def density(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
         """Return the total current density.
 
@@ -191,27 +221,27 @@ class StackStates:
             return np.asarray(state[-1] / (self.resistance * self.area))
         return np.asarray((slope + moment.loss) / moment.elastance)
 
-    def rate(self, state: Real, moment: Moment, *, slope: float) -> Real:
+    def rate(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
         """Return the rate of change of the state.
 
         Parameters
         ----------
-        state : ndarray, shape (size,)
+        state : ndarray, shape (size,) or (size, n)
             As for `moment`.
-        slope : float
+        slope : float or ndarray, shape (n,)
             Rate of change of the voltage [V/s].
         moment : Moment
-            Of the same time.
+            Of the same times.
 
         Returns
         -------
-        rate : ndarray, shape (size,)
+        rate : ndarray, shape (size,) or (size, n)
             Rate of charges and polarisations [A/m2], and of the voltage across a resistance [V/s].
         """
         parts = [moment.flow[:-1] - moment.flow[1:], moment.creep]
         if self.resistance > 0:
             fall = moment.loss - moment.elastance * self.density(state, moment, slope=slope)
-            parts.append(np.array([slope + fall]))
+            parts.append(np.asarray(slope + fall)[None])
         return np.concatenate(parts)
 
     def displacement(self, state: Real, moment: Moment, index: int) -> Real:
@@ -260,12 +290,11 @@ class StackStates:
         return found
 
 
-def _leak(leak: Conduction, field: Real, sign: float | Real | None) -> Real:
+def _leak(leak: Conduction, field: Real, sign: int | None) -> Real:
     """Return the current density of a leak [A/m2], for a given sign of the field if there is one."""
     if sign is None or not isinstance(leak, PolarityConduction):
         return leak.current_density(field)
-    sides = leak.conductivity_positive, leak.conductivity_negative
-    return np.asarray(np.where(np.asarray(sign) > 0, *sides) * field)
+    return (leak.conductivity_positive if sign > 0 else leak.conductivity_negative) * field
 
 
 def _column(values: Real, rows: tuple[int, ...]) -> Real:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.tabulated import FEWEST, Tabulated
+from electrovib.physics.tabulated import FEWEST
 from electrovib.solve.stack.prony.start import DENSE
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.material import Material
     from electrovib.solve.stack.prony import PronyFit
@@ -89,10 +90,11 @@ def reduce_material(
 
 @functools.lru_cache(maxsize=256)
 def _reduced(material: Material, low: float, high: float, terms: int | None) -> Reduction:
+    rows = material.table()
     fit = (
-        _fit_rows(material, low, high, terms or FEWEST_TERMS)
-        if isinstance(material, Tabulated)
-        else _fit_law(material, low, high, terms or _enough(low, high))
+        _fit_law(material, low, high, terms or _enough(low, high))
+        if rows is None
+        else _fit_rows(material, rows, low, high, terms or FEWEST_TERMS)
     )
     return Reduction(fit.debye, fit.largest_error)
 
@@ -113,10 +115,12 @@ def _fit_law(material: Material, low: float, high: float, terms: int) -> PronyFi
     )
 
 
-def _fit_rows(material: Tabulated, low: float, high: float, terms: int) -> PronyFit:
+def _fit_rows(
+    material: Material, rows: tuple[Real, Complex], low: float, high: float, terms: int
+) -> PronyFit:
     from electrovib.solve.stack.prony import fit_debye_table
 
-    frequency, polarisation = material.table()
+    frequency, polarisation = rows
     near = (frequency >= low) & (frequency <= high)
     wanted = near if np.count_nonzero(near) >= FEWEST else np.ones_like(near)
     return fit_debye_table(

@@ -13,6 +13,7 @@ from electrovib.study.check.declared import (
 )
 from electrovib.study.check.drive import DriveSource, read_drive, sampled, with_drive
 from electrovib.study.check.function import check, checked, cleared_for_output, declared_limits
+from electrovib.study.check.played import cleared_as_played, without_its_limits
 from electrovib.study.check.result import CheckNumber, CheckResult, CheckRow
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "LimitsSource",
     "check",
     "checked",
+    "cleared_as_played",
     "cleared_for_output",
     "declared_limits",
     "limits_from",
@@ -36,4 +38,5 @@ __all__ = [
     "sampled",
     "strictest",
     "with_drive",
+    "without_its_limits",
 ]

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
-from electrovib.core.errors import InputError, Problem
-from electrovib.core.files import note_input
+from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
-from electrovib.core.parsing import read_toml
 from electrovib.core.units import format_quantity
+from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.limits import WORDS, Limits, unit_of_limit
 from electrovib.scenario import Scenario
 
@@ -90,7 +89,10 @@ def limits_from(source: LimitsSource) -> LimitsFrom:
     if not isinstance(source, str | Path):
         why = f"expected a TOML file or a table such as {LINES_TO_ADD}, not a {type(source).__name__}"  # type: ignore[unreachable]
         raise InputError(why, path="limits")
-    return LimitsFrom(str(source), _built(_tables(Path(source)), f"{source}: "))
+    tables = read_toml_file(
+        Path(source), kind="a file of limits", advice=f"Give a TOML file with {LINES_TO_ADD}"
+    )
+    return LimitsFrom(str(source), _built(tables, f"{source}: "))
 
 
 def limits_of(scenario: Scenario) -> LimitsFrom:
@@ -175,21 +177,4 @@ def _built(content: Mapping[str, Any], start: str) -> Limits:
     try:
         return read_model(Limits, table)
     except InputError as error:
-        raise InputError(
-            Problem(f"{each.reason}", path=f"{start}limits.{each.path}", value=each.value)
-            for each in error.problems
-        ) from None
-
-
-def _tables(path: Path) -> dict[str, Any]:
-    note_input(path)
-    try:
-        return read_toml(path.read_bytes().decode("utf-8-sig"))
-    except OSError as error:
-        raise InputError(
-            f"{error.strerror or error}. Give a TOML file with {LINES_TO_ADD}", path=path
-        ) from None
-    except UnicodeDecodeError:
-        raise InputError("not a text in UTF-8", path=path) from None
-    except ValueError as error:
-        raise InputError(f"not valid TOML: {error}", path=path) from None
+        raise InputError(each.within(f"{start}limits") for each in error.problems) from None

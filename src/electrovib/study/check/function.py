@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.status import UNVERIFIED
 from electrovib.core.units import format_quantity
 from electrovib.physics.body_current import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
-from electrovib.physics.limits import WORDS
+from electrovib.physics.limits import MEAN_SQUARES, WORDS
 from electrovib.scenario import Source, read_scenario
 from electrovib.study.check.declared import (
     DeclaredLimit,
@@ -103,18 +103,18 @@ def checked(
     return CheckResult(
         title=f"{name} in: {scenario.title or 'a scenario without a title'}",
         duration=values.end,
-        rows=(
-            *(
-                _limit_row(name, values, declared.get(name), scenario)
-                for name in WORDS
-                if name in declared or name not in ONLY_DECLARED
-            ),
-            *(_breakdown_row(each) for each in values.breakdown),
-        ),
+        rows=_rows(scenario, values, declared),
         comparisons=tuple(_comparison(each, values) for each in THRESHOLDS),
         numbers=_numbers(values, declared),
         notes=_notes(scenario, values.end),
+        scenario=scenario,
     )
+
+
+def holds_limits(scenario: Scenario, declared: Mapping[str, DeclaredLimit]) -> bool:
+    """Return whether a drive holds declared limits and breakdown, without a value that is not needed for the answer."""
+    values = checked_values(scenario, mean_squares=any(name in declared for name in MEAN_SQUARES))
+    return not any(row.is_refused for row in _rows(scenario, values, declared))
 
 
 def cleared_for_output(
@@ -199,6 +199,20 @@ def _name(drive: object) -> str:
     if drive is None:
         return _OWN_DRIVE
     return str(drive) if isinstance(drive, str | Path) else "the given drive"
+
+
+def _rows(
+    scenario: Scenario, values: CheckedValues, declared: Mapping[str, DeclaredLimit]
+) -> tuple[CheckRow, ...]:
+    """Return a row for each limit, and one for each strength that breakdown is judged by."""
+    return (
+        *(
+            _limit_row(name, values, declared.get(name), scenario)
+            for name in WORDS
+            if name in declared or name not in ONLY_DECLARED
+        ),
+        *(_breakdown_row(each) for each in values.breakdown),
+    )
 
 
 def _limit_row(name: str, values: CheckedValues, limit: DeclaredLimit | None, scenario: Scenario) -> CheckRow:

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
+from electrovib.physics.limits import TITLES
+from electrovib.solve.quantities.validity import validity
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.scenario import Scenario
 
 PASS: Final = "pass"  # noqa: S105  # the state of a row
 FAIL: Final = "fail"
 UNKNOWN: Final = "unknown"
 STATES: Final = (PASS, UNKNOWN, FAIL)
 """From best to worst."""
+BREAKDOWN: Final = ("film strength", "Paschen", "field emission")
+"""Beginnings of the names of the diagnostics of breakdown."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +55,11 @@ class CheckRow:
     source: str
     state: str
     text: str
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether the limit is exceeded, or was declared and could not be compared."""
+        return self.state == FAIL or (self.state == UNKNOWN and self.value is None and self.limit is not None)
 
     @property
     def margin(self) -> float | None:
@@ -91,6 +106,8 @@ class CheckResult:
         Root-mean-square values and slew rate.
     notes : tuple of str
         What was assumed, and what the check does not state.
+    scenario : Scenario
+        Experiment with the drive that was checked.
     """
 
     title: str
@@ -99,6 +116,12 @@ class CheckResult:
     comparisons: tuple[CheckRow, ...]
     numbers: tuple[CheckNumber, ...]
     notes: tuple[str, ...]
+    scenario: Scenario
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario that no row states."""
+        return not_in_rows(validity(self.scenario))
 
     @property
     def state(self) -> str:
@@ -123,10 +146,8 @@ class CheckResult:
         InputError
             One problem for each such row.
         """
-        doubtful = [
-            row for row in self.rows if row.state == UNKNOWN and row.value is None and row.limit is not None
-        ]
-        problems = [f"{row.text}. {consequence}" for row in (*self.failed, *doubtful)]
+        refused = sorted((row for row in self.rows if row.is_refused), key=lambda row: row.state != FAIL)
+        problems = [f"{row.text}. {consequence}" for row in refused]
         if problems:
             raise InputError(problems)
 
@@ -174,7 +195,15 @@ class CheckResult:
             "comparisons": [table(row) for row in self.comparisons],
             "numbers": [table(number) for number in self.numbers],
             "notes": list(self.notes),
+            "diagnostics": [each.to_dict() for each in self.diagnostics],
         }
+
+
+def not_in_rows(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Return the diagnostics that the rows of a check do not state: all but those of breakdown and of declared limits."""
+    return tuple(
+        each for each in diagnostics if each.name not in TITLES and not each.name.startswith(BREAKDOWN)
+    )
 
 
 def shown(value: float | None, unit: str) -> str:

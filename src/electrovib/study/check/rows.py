@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, WORDS, unit_of_limit
-from electrovib.study.check.declared import unlimited_words
+from electrovib.study.check.declared import NEEDED, unlimited_words
 from electrovib.study.check.result import FAIL, PASS, UNKNOWN, CheckRow
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from electrovib.study.check.declared import DeclaredLimit
 
 ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")
@@ -76,3 +78,24 @@ def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, wo
         state=state,
         text=text,
     )
+
+
+def not_compared(rows: Iterable[CheckRow]) -> list[str]:
+    """Return one sentence that names the needed limits which nobody declares; none where all are declared.
+
+    Parameters
+    ----------
+    rows : iterable of CheckRow
+        Of a check.
+
+    Returns
+    -------
+    sentences : list of str
+        At most one.
+    """
+    open_ones = {row.quantity for row in rows if row.limit is None}
+    names = [f"limits.{name}" for name in NEEDED if limited_quantity(name) in open_ones]
+    if not names:
+        return []
+    verbs = ("is", "it was") if len(names) == 1 else ("are", "they were")
+    return [f"{' and '.join(names)} {verbs[0]} not declared, so {verbs[1]} not compared."]

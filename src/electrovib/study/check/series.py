@@ -20,6 +20,7 @@ from electrovib.physics.series_resistor import (
     stored_energy_behind,
 )
 from electrovib.scenario import Source, read_scenario
+from electrovib.solve.quantities.validity import validity
 from electrovib.study.check.declared import LimitsSource
 from electrovib.study.check.function import declared_limits
 from electrovib.study.check.values import checked_values
@@ -27,6 +28,7 @@ from electrovib.study.check.values import checked_values
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
 
 _PERMITTIVITY_AT: Final = 1e3
@@ -59,8 +61,10 @@ class SeriesResistor:
         Behind the resistor at the largest voltage, which it does not limit [J].
     present : float
         Series resistance that the scenario has already, circuit.source_resistance [ohm].
-    supply_voltage : float
-        Largest voltage of a supply that the present series resistance would allow [V].
+    supply_voltage : float or None
+        Largest voltage of a supply that it and the relied-on resistance of the body would allow [V]; None where both are 0.
+    diagnostics : tuple of Diagnostic
+        Of the scenario.
     """
 
     voltage: float
@@ -75,11 +79,12 @@ class SeriesResistor:
     corner: float
     stored_energy: float
     present: float
-    supply_voltage: float
+    supply_voltage: float | None
+    diagnostics: tuple[Diagnostic, ...]
 
     def items(self) -> list[tuple[str, float, str]]:
-        """Return name, value and SI unit of every number."""
-        return [
+        """Return name, value and SI unit of every number that is known."""
+        found = [
             ("largest voltage", self.voltage, "V"),
             ("largest current through the finger", self.current, "A"),
             ("smallest series resistance", self.resistance, "ohm"),
@@ -89,8 +94,10 @@ class SeriesResistor:
             ("corner frequency of the plate", self.corner, "Hz"),
             ("energy behind it, not limited", self.stored_energy, "J"),
             ("present series resistance", self.present, "ohm"),
-            ("largest supply voltage with it", self.supply_voltage, "V"),
         ]
+        if self.supply_voltage is not None:
+            found.append(("largest supply voltage with it", self.supply_voltage, "V"))
+        return found
 
 
 def series_resistor(
@@ -168,7 +175,9 @@ def series_resistor(
         present=present,
         supply_voltage=largest_supply_voltage(
             resistance=present, current=holding.value, body_resistance=body_resistance
-        ),
+        )
+        or None,
+        diagnostics=validity(found),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from electrovib.physics.limits import MEAN_SQUARES, WORDS
 from electrovib.solve.diagnostics import running_currents
@@ -12,13 +12,11 @@ from electrovib.solve.diagnostics.judge import largest_of, largest_values, stack
 from electrovib.solve.diagnostics.steepness import slew_rate
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
+from electrovib.study.check.result import BREAKDOWN
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-
-_BREAKDOWN: Final = ("film strength", "Paschen", "field emission")
-"""Beginnings of the names of the diagnostics of breakdown."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +42,15 @@ class CheckedValues:
     end: float
 
 
-def checked_values(scenario: Scenario) -> CheckedValues:
+def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedValues:
     """Solve a scenario for the values that limits are compared with.
 
     Parameters
     ----------
     scenario : Scenario
         Experiment with the drive.
+    mean_squares : bool
+        Whether root mean squares are computed, which takes most of the time; they are not known otherwise.
 
     Returns
     -------
@@ -71,12 +71,12 @@ def checked_values(scenario: Scenario) -> CheckedValues:
     reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
     reached["slew_rate"] = slew_rate(scenario, end)
     largest = {name: largest_of(reached, name) for name in WORDS}
-    known = [name for name in MEAN_SQUARED if math.isfinite(largest[name])]
+    known = [name for name in MEAN_SQUARED if mean_squares and math.isfinite(largest[name])]
     rms = dict.fromkeys(MEAN_SQUARED, math.nan) | root_mean_squares(expanded, peaks, known)
     found = stack_diagnostics(scenario, peaks)
     return CheckedValues(
         largest=largest | {name: rms[name.removeprefix("rms_")] for name in MEAN_SQUARES},
         rms=rms,
-        breakdown=[each for each in found if each.name.startswith(_BREAKDOWN)],
+        breakdown=[each for each in found if each.name.startswith(BREAKDOWN)],
         end=end,
     )

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.scenario import Scenario
+from electrovib.solve.quantities.validity import validity
 from electrovib.study.reproduction import Page, Panel, Table
 
 
@@ -86,3 +88,8 @@ class Comparison:
     tables: tuple[Table, ...]
     panels: tuple[Panel, ...]
     pages: tuple[Page, ...]
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with its own law and drive."""
+        return validity(self.scenario)

@@ -111,7 +111,7 @@ def compare(
         left_out=left_out,
         frequency=frequency,
         time=time,
-        tables=tables(entries, left_out),
+        tables=tables(entries, left_out, scenario),
         panels=tuple(panels),
         pages=pages(scenario, entries),
     )
@@ -169,7 +169,7 @@ class _Bench:
         self.breakdown = air_breaks_down(scenario, voltage=voltage)
         step = self.step(in_gap, voltage)
         self.stack_warnings = _warnings(step)
-        self.air_warnings = air_warnings(scenario, step)
+        self.air_warnings = air_warnings(step)
 
     def step(self, case: Scenario, voltage: float) -> xarray.Dataset:
         """Simulate a step from rest to a voltage [V]."""

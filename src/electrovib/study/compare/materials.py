@@ -10,13 +10,15 @@ from typing import Final
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.core.diagnostics import read_diagnostics
+from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.errors import ElectrovibError, InputError, Problem, nearest
 from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import UNVERIFIED, find_substance, materials
+from electrovib.physics.stack import in_one_piece
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.settled import TITLE
+from electrovib.solve.quantities.validity import validity
 from electrovib.solve.simulate import simulate
 from electrovib.study.reproduction import Table
 
@@ -103,6 +105,11 @@ class MaterialComparison:
     entries: tuple[MaterialEntry, ...]
     left_out: dict[str, str]
     tables: tuple[Table, ...]
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario as it was given."""
+        return validity(self.scenario)
 
 
 def compare_materials(
@@ -214,7 +221,7 @@ def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:
 
 def _status(scenario: Scenario, layer: str) -> str:
     """List the statuses of the values that a layer takes from the library, for a material of the library."""
-    slab = scenario.stack.layers[layer]
+    slab = in_one_piece(scenario.stack.layers)[layer]
     substance = None if slab.material.substance is None else find_substance(slab.material.substance)
     if substance is None:
         return "of the scenario"

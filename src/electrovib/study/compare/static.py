@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.diagnostics import diagnostics_of
 from electrovib.physics.material import Material
-from electrovib.physics.safety import air_diagnostics, peak
+from electrovib.physics.safety import AIR
 from electrovib.scenario import Scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
@@ -78,31 +79,20 @@ def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
         "time.initial_state": {"model": "PeriodicState"},
     }
     trace = simulate(insulating(scenario).replace(changes), time=np.array([0.0, 1.0]))
-    return "; ".join(air_warnings(scenario, trace))
+    return "; ".join(air_warnings(trace))
 
 
-def air_warnings(scenario: Scenario, trace: xarray.Dataset) -> tuple[str, ...]:
-    """Judge the air of the gap by the largest field of a Trace.
+def air_warnings(trace: xarray.Dataset) -> tuple[str, ...]:
+    """Return what a Trace states about breakdown of the air of its gap.
 
     Parameters
     ----------
-    scenario : Scenario
-        Stack; without a gap, a vanishing one.
     trace : xarray.Dataset
-        Trace of that stack.
+        Trace of a stack with a gap, or without one, which is then a vanishing gap.
 
     Returns
     -------
     warnings : tuple of str
         Texts of the diagnostics beyond their limits.
     """
-    gap = scenario.stack.gap_name
-    field, thickness = (
-        peak(trace.interface_field.values),
-        scenario.stack.layers[gap].thickness if gap else 0.0,
-    )
-    return tuple(
-        diagnostic.text
-        for diagnostic in air_diagnostics(field=field, gap=thickness)
-        if diagnostic.state == "warning"
-    )
+    return tuple(each.text for each in diagnostics_of(trace) if each.name in AIR and each.state == "warning")

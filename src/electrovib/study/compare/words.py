@@ -10,6 +10,7 @@ from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario
+from electrovib.solve.quantities.validity import validity
 from electrovib.study.compare.entry import Entry
 from electrovib.study.explain import conducting, knows_polarity, listed
 from electrovib.study.reproduction import Page, Table
@@ -78,8 +79,8 @@ def _limit(scenario: Scenario, best: Entry) -> str:
     return ""
 
 
-def tables(entries: Sequence[Entry], left_out: Mapping[str, str]) -> tuple[Table, ...]:
-    """Return the table of forces, that of limits exceeded and by which laws, and that of laws not compared."""
+def tables(entries: Sequence[Entry], left_out: Mapping[str, str], scenario: Scenario) -> tuple[Table, ...]:
+    """Return the table of forces, that of further limits exceeded and by which laws, and that of laws not compared."""
     rows = tuple(
         (
             entry.name,
@@ -93,7 +94,8 @@ def tables(entries: Sequence[Entry], left_out: Mapping[str, str]) -> tuple[Table
         for entry in entries
     )
     found = [Table("Every law on this stack", HEADINGS, rows)]
-    beyond = dict.fromkeys(text for entry in entries for text in _limits(entry))
+    told = {each.text for each in validity(scenario)}  # stated for the scenario as a whole
+    beyond = dict.fromkeys(text for entry in entries for text in _limits(entry) if text not in told)
     if beyond:
         lines = tuple((_whose(text, entries), text) for text in beyond)
         found.append(Table("Beyond a limit", ("law", "what"), lines))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.study.check import LimitsSource
 
@@ -24,8 +25,18 @@ class Designed(Protocol):
         ...
 
     @property
+    def verdict(self) -> tuple[str, ...]:
+        """The sentences among `lines` that are needed first, warnings included."""
+        ...
+
+    @property
     def lines(self) -> tuple[str, ...]:
         """Sentences and numbers for people, the answer first."""
+        ...
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of that scenario beyond those that the comparison with the limits states; `lines` ends with them."""
         ...
 
     @property

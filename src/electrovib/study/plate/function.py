@@ -9,10 +9,11 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.changes import with_current_names
-from electrovib.core.errors import InputError, Problem, gathered
+from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.scenario import Source, read_scenario
 from electrovib.study.check import LimitsSource, checked, declared_limits
+from electrovib.study.perceive import perceive
 from electrovib.study.plate.candidates import AS_IT_IS, PlateCandidate, Plates
 from electrovib.study.plate.choice import RELAXED, best_of, gains_of
 from electrovib.study.plate.material import layer_of, members_of
@@ -100,6 +101,7 @@ def find_plate(
     values = {path: np.unique([each.at[path] for each in found]) for path in axes}
     _refined(plates, found, values, rounds=refine)
     best = best_of(found, objectives)
+    chosen_plate = None if best is None else plates.scenario(best.material, best.at)
     return PlateDesign(
         scenario=given,
         layer=chosen,
@@ -108,9 +110,9 @@ def find_plate(
         objectives=objectives,
         candidates=tuple(found),
         check=None
-        if best is None
-        else checked(plates.scenario(best.material, best.at), limits=limits, name="the best candidate"),
-        notes=tuple(_notes(given, axes, chosen, declared)),
+        if chosen_plate is None
+        else checked(chosen_plate, limits=limits, name="the best candidate"),
+        notes=tuple(_notes(given, axes, chosen, chosen_plate)),
     )
 
 
@@ -124,24 +126,22 @@ def _is_calibrated(scenario: Scenario) -> bool:
     )
 
 
-def _notes(
-    scenario: Scenario, axes: Mapping[str, Any], layer: str, declared: Mapping[str, DeclaredLimit]
-) -> list[str]:
+def _felt(best: Scenario) -> str:
+    """State whether the best plate is felt, from published thresholds, which forbid no candidate."""
+    try:
+        found = perceive(best)
+    except ElectrovibError as error:
+        return f"It is not judged whether the best plate is felt: {error}"
+    return ". ".join(
+        filter(None, [f"The best plate: {found.answer}", found.to_measure, "This forbids no candidate."])
+    )
+
+
+def _notes(scenario: Scenario, axes: Mapping[str, Any], layer: str, best: Scenario | None) -> list[str]:
     """State what was not compared, and what was replaced."""
-    notes = [
-        f"limits.{name} is not declared, so no candidate was compared with it."
-        for name in ("voltage", "current")
-        if name not in declared
-    ]
-    if scenario.perception is None:
-        notes.append(
-            "The scenario declares no perception, so it is not judged whether the finger feels the change of friction."
-        )
-    elif not _is_calibrated(scenario):
-        notes.append(
-            "The perception of the scenario has no calibrated threshold (perception.threshold, with perception.compliance or"
-            " a finger), so it is not judged whether the finger feels the change of friction."
-        )
+    notes: list[str] = []
+    if best is not None and not _is_calibrated(scenario):
+        notes.append(_felt(best))
     notes.append(
         "The best plate, and what a less strict limit admits, are those of these candidates; more rounds of refine add candidates"
         " between them."

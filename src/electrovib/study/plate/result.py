@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from electrovib.core.arrays import Real
+from electrovib.solve.quantities.validity import validity
+from electrovib.study.check.result import not_in_rows
 from electrovib.study.plate.choice import Gain, best_of, efficient, gains_of
 
 if TYPE_CHECKING:
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult
     from electrovib.study.plate.candidates import PlateCandidate
@@ -71,6 +74,11 @@ class PlateDesign:
         """Limits that bind at the best candidate, and what is reached with one of them relaxed."""
         best = self.best
         return () if best is None else tuple(gains_of(best, self.candidates, self.objectives))
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Warnings of the best candidate, or of the scenario where there is none, beyond those that the limits state."""
+        return not_in_rows(validity(self.scenario)) if self.best is None else self.best.diagnostics
 
     @property
     def answer(self) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.quantity import quantity_of
 from electrovib.core.status import UNVERIFIED
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits
+from electrovib.physics.safety import AIR
 from electrovib.study.check import CheckRow, checked
 from electrovib.study.check.result import FAIL, PASS, UNKNOWN
 from electrovib.study.check.rows import ONLY_DECLARED, limit_row, limited_quantity
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 FILM: Final = "film strength"
 """Beginning of the name of the diagnostic of a layer's breakdown."""
-AIR: Final = ("Paschen", "field emission")
 FELT: Final = "detection level"
 PERCEIVED: Final = "threshold over felt amplitude"
 """Quantity of the row of perception: 1 at the threshold."""

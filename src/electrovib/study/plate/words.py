@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.units import KINDS, format_quantity
+from electrovib.study.check.result import UNKNOWN
+from electrovib.study.check.rows import not_compared
 from electrovib.study.plate.choice import RELAXED, SAME
 from electrovib.study.reproduction import Table
 
 if TYPE_CHECKING:
+    from electrovib.study.check import CheckRow
     from electrovib.study.plate.candidates import PlateCandidate
     from electrovib.study.plate.choice import Gain
     from electrovib.study.plate.objectives import Objective
@@ -73,9 +76,14 @@ def answer(design: PlateDesign) -> str:
     if best is None:
         return _none(design)
     value = shown(best.values[first.name], first.unit)
+    ends = [] if design.gains else _ends(design, best)
+    place = ("", "an end of the ranges: ", "a corner of the ranges: ")[min(len(ends), 2)]
+    where = f"{value}, at {place}{place_of(design, best)}"
     sentences = [
-        f"The {first.goal} {plain(first.name)} within the limits is {value}, at {place_of(design, best)}.",
-        _binding(design, best),
+        f"The {first.goal} {plain(first.name)} within the limits is {where}.",
+        _binding(design, best, ends),
+        *_nearest(best),
+        *not_compared(best.rows),
         _counts(design),
         *_doubts(best),
     ]
@@ -109,9 +117,10 @@ def _excess(candidate: PlateCandidate) -> float:
     return max((1 / each if each else math.inf for each in margins), default=math.inf)
 
 
-def _binding(design: PlateDesign, best: PlateCandidate) -> str:
+def _binding(design: PlateDesign, best: PlateCandidate, ends: list[str]) -> str:
     if not design.gains:
-        return _unbound(design, best)
+        decides = f"{' and '.join(ends)}, so the ranges decide" if ends else "it lies inside the ranges"
+        return f"No limit binds: {decides}."
     gain, first = design.gains[0], design.objectives[0]
     if len(gain.limits) > 1:
         return (
@@ -147,8 +156,8 @@ def _at_limit(value: float | None, limit: float | None, unit: str) -> str:
     return f"{shown(math.nan if value is None else value, unit)} of {shown(math.nan if limit is None else limit, unit)}"
 
 
-def _unbound(design: PlateDesign, best: PlateCandidate) -> str:
-    """State that no limit binds, and at which ends of the ranges the best candidate lies."""
+def _ends(design: PlateDesign, best: PlateCandidate) -> list[str]:
+    """State at which ends of the ranges the best candidate lies."""
     ends = []
     for path, value in best.at.items():
         values = np.asarray(design.axes[path])
@@ -157,9 +166,25 @@ def _unbound(design: PlateDesign, best: PlateCandidate) -> str:
         for which, edge in (("smallest", float(np.min(values))), ("largest", float(np.max(values)))):
             if abs(value - edge) <= SAME * abs(edge):
                 ends.append(f"{path} has the {which} of its values")
-    if not ends:
-        return "No limit binds: it lies inside the ranges."
-    return f"No limit binds: {' and '.join(ends)}, so the ranges decide."
+    return ends
+
+
+def nearest_limit(candidate: PlateCandidate) -> CheckRow | None:
+    """Return the comparison whose value is nearest to its limit, or exceeds it most, whatever the status of that limit."""
+    compared = [row for row in candidate.rows if row.margin is not None]
+    return min(compared, key=lambda row: row.margin or 0.0, default=None)
+
+
+def _nearest(best: PlateCandidate) -> list[str]:
+    row = nearest_limit(best)
+    if row is None:
+        return []
+    return [f"Closest limit: {_ratio(row)} ({_at_limit(row.value, row.limit, row.unit)})."]
+
+
+def _ratio(row: CheckRow) -> str:
+    """Write the name of a limit and the ratio of limit and value; a limit that decides nothing is marked."""
+    return f"{row.quantity}, {row.margin or 0.0:.3g}{' (not judged)' if row.state == UNKNOWN else ''}"
 
 
 def _counts(design: PlateDesign) -> str:
@@ -194,9 +219,6 @@ def tables(design: PlateDesign) -> tuple[Table, ...]:
     found = []
     if design.best is not None:
         found.append(_limits_table(design, design.best))
-        if design.best.diagnostics:
-            rows = tuple((each.name, each.text) for each in design.best.diagnostics)
-            found.append(Table("Validity of the best candidate: warnings", ("diagnostic", "text"), rows))
     if design.pareto:
         found.append(_pareto_table(design))
     if len(design.allowed) < len(design.candidates):
@@ -235,29 +257,20 @@ def _pareto_table(design: PlateDesign) -> Table:
     )
     rows = []
     for each in chosen:
-        nearest = min(
-            (
-                row
-                for row in each.rows
-                if (row.margin is not None and row.state != "unknown") or row.quantity.startswith("film")
-            ),
-            key=lambda row: row.margin or math.inf,
-            default=None,
-        )
+        nearest = nearest_limit(each)
         rows.append(
             (
                 *([each.material] if material else []),
                 *(shown(each.at[path], design.units[path]) for path in design.axes),
                 *(shown(each.values[one.name], one.unit) for one in design.objectives),
-                ""
-                if nearest is None or nearest.margin is None
-                else f"{nearest.quantity}, {nearest.margin:.3g}",
+                "" if nearest is None else _ratio(nearest),
                 "in doubt" if each.doubts else "",
             )
         )
     shown_of = "" if len(chosen) == len(design.pareto) else f", {len(chosen)} of {len(design.pareto)}"
     caption = (
-        "Closest limit: the one with the smallest limit/value, and that ratio. Strength in doubt: the breakdown strength is"
+        "Closest limit: the one with the smallest limit/value, and that ratio; not judged: it is unverified, or may not apply."
+        " Strength in doubt: the breakdown strength is"
         " unverified, or was not measured on a layer of this thickness. The CSV file has every candidate."
     )
     return Table(f"Pareto set{shown_of}", headings, tuple(rows), caption=caption)

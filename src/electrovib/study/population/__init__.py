@@ -5,6 +5,6 @@ of 1024 fingers that are merged in the order of their index, so that every numbe
 and any number of threads or workers. What is complete stands in a zarr store, from which an interrupted study resumes.
 """
 
-from electrovib.study.population.existing import open_study as open_study
+from electrovib.study.population.opened import open_study as open_study
 from electrovib.study.population.run import StudyCancelledError as StudyCancelledError
 from electrovib.study.population.run import study as study

@@ -5,25 +5,21 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.errors import InputError, printable
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, write_text
 from electrovib.data.marks import Form, unsigned
-from electrovib.study.population.words import method_words
+from electrovib.study.population.words import NOT_JUDGED, method_words
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
-
-
-_NOT_JUDGED: Final = (
-    "single fingers are not judged; the report of the study judges the scenario with its own values"
-)
 
 
 def check_bands(path: Path, *, force: bool = False) -> None:
@@ -65,7 +61,8 @@ def save_bands(found: xarray.Dataset, path: Path, *, force: bool = False) -> lis
     columns = _columns(found)
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n")
-    remarks = [found.attrs["title"], *method_words(found), *found.attrs["space_remarks"], _NOT_JUDGED]
+    remarks = [found.attrs["title"], *method_words(found), *found.attrs["space_remarks"], NOT_JUDGED]
+    remarks += warning_lines(diagnostics_of(found))
     text.writelines(f"# {printable(line)}\n" for line in remarks if line)
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)

@@ -129,7 +129,14 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     import distributed
 
     make_cluster: Any = distributed.LocalCluster
-    make_client: Any = distributed.Client
+
+    class Client(distributed.Client):
+        """A client that is closed by its ``with`` statement; one that met no scheduler would print a traceback at its end."""
+
+        def __del__(self) -> None:
+            """Do nothing."""
+
+    make_client: Any = Client
 
     alone = {
         f"distributed.nanny.pre-spawn-environ.{name}_NUM_THREADS": 1 for name in ("NUMBA", "OMP", "OPENBLAS")
@@ -160,7 +167,7 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
 def _connected(client: Any, scheduler: str) -> Iterator[Any]:
     try:
         found = client(scheduler, timeout=_CONNECT, set_as_default=False)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, TypeError) as error:  # TypeError: encryption that is not set up
         raise InputError(
             f"scheduler = {scheduler}: no answer ({error}); expected the address that 'dask scheduler' prints, for instance"
             " tcp://10.0.0.1:8786"

@@ -17,9 +17,10 @@ from electrovib.core.trace import STUDY_FORMAT
 from electrovib.core.units import parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space import Space, SpaceSource, read_space
+from electrovib.scenario.space.counter import checked_seed
 from electrovib.study.population.texts import numbers_of, scenario_text
 
-FORMAT: Final = f"{STUDY_FORMAT} 1"
+FORMAT: Final = f"{STUDY_FORMAT} 2"
 """Value of the attribute ``format`` of a store and of a result."""
 BLOCK: Final = 1024
 """Number of fingers in a block of the sums; part of the definition of the results."""
@@ -155,8 +156,8 @@ def read_study(
         problems.append(
             f"n = {n}: expected a number of fingers, a whole number from 1 to {_MOST_FINGERS:.0e}"
         )
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        problems.append(f"seed = {seed}: expected a whole number, 0 or above")
+    with gathered(problems):
+        checked_seed(seed)
     shares, thresholds, memory = tuple[float, ...](), dict[str, tuple[float, ...]](), 0.0
     with gathered(problems):
         shares = _percentiles(percentiles)

@@ -1,4 +1,4 @@
-"""Stores that exist: whether a study may be written there or continued, and results that are opened."""
+"""Stores that exist: whether a study may be written there or continued."""
 
 from __future__ import annotations
 
@@ -8,15 +8,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.allowance import megabytes
-from electrovib.core.errors import DataFileError, InputError
-from electrovib.study.population.declared import FORMAT
-from electrovib.study.population.folder import COMPLETE, PARTIAL, SUFFIX, require_zarr, written
+from electrovib.core.errors import InputError
+from electrovib.study.population.folder import (
+    COMPLETE,
+    PARTIAL,
+    SUFFIX,
+    require_zarr,
+    written,
+)
+from electrovib.study.population.groups import METADATA, read_group, refuse_irregular
 from electrovib.study.population.lock import NAME as LOCK
+from electrovib.study.population.opened import study_attributes
 from electrovib.study.population.origin import attributes, definition
 
 if TYPE_CHECKING:
-    import xarray
-
     from electrovib.study.population.declared import DeclaredStudy
     from electrovib.study.population.tile import Evaluator
 
@@ -53,14 +58,13 @@ def state_of(path: Path, declared: DeclaredStudy) -> str:
             return "absent"
         if not path.is_dir():
             raise InputError("is a file; a study is stored in a folder. Give another name.", path=path)
-        if not (path / "zarr.json").exists():
+        refuse_irregular(path)
+        if not (path / METADATA).exists():
             if all(each.name == LOCK or each.name.endswith(PARTIAL) for each in path.iterdir()):
                 return "absent"
             raise InputError("exists already and is no study of electrovib; give another name.", path=path)
-    found = _attributes_of(path)
-    if found.get("format") != FORMAT:
-        raise InputError("exists already and is no study of electrovib; give another name.", path=path)
-    ours, theirs = definition(declared), dict(found.get("definition", {}))
+    found = study_attributes(path)
+    ours, theirs = definition(declared), found["definition"]
     differing = [
         _difference(name, theirs.get(name), value)
         for name, value in ours.items()
@@ -88,12 +92,12 @@ def refuse_other_kernel(path: Path, evaluator: Evaluator) -> None:
     InputError
         With what differs.
     """
-    theirs, ours = _attributes_of(path), attributes(evaluator)
+    theirs, ours = read_group(path), attributes(evaluator)
     pairs = [
         (name, theirs.get(name), ours[name])
         for name in ("kernel", "method", "percentiles_from", "own_models")
     ]
-    versions = dict(theirs.get("versions", {}))
+    versions = theirs["versions"]
     pairs += [(name, versions.get(name), each) for name, each in ours["versions"].items()]
     differing = [f"{name.replace('_', ' ')} '{was}', here '{now}'" for name, was, now in pairs if was != now]
     if differing:
@@ -121,59 +125,3 @@ def refuse_full_disk(path: Path, evaluator: Evaluator) -> None:
             " fewer fingers",
             path=path,
         )
-
-
-def open_study(path: str | Path) -> xarray.Dataset:
-    """Open the result of a study.
-
-    Parameters
-    ----------
-    path : str or Path
-        Folder of its store.
-
-    Returns
-    -------
-    result : xarray.Dataset
-        As from `electrovib.study`; signals of every finger are read when they are used.
-
-    Raises
-    ------
-    InputError
-        If it is no study, or not complete.
-    """
-    import xarray
-
-    require_zarr()
-    place = Path(path)
-    if not is_study(place):
-        raise InputError(
-            "is no study of electrovib; expected the folder that 'electrovib study' wrote", path=path
-        )
-    found = _attributes_of(place)
-    if not found.get(COMPLETE):
-        raise InputError(
-            f"is not complete; the command that began it continues it: electrovib study ... -n {found.get('fingers')}"
-            f" --seed {found.get('seed')} -o {path}",
-            path=path,
-        )
-    with written(place, "read"):
-        result = xarray.open_dataset(str(place), engine="zarr", chunks=None, consolidated=False)
-        result.attrs.pop(COMPLETE, None)
-        return result
-
-
-def is_study(path: str | Path) -> bool:
-    """Return whether a folder is the store of a study, complete or not."""
-    place = Path(path) / "zarr.json"
-    try:
-        return bool(json.loads(place.read_bytes()).get("attributes", {}).get("format") == FORMAT)
-    except (OSError, ValueError, AttributeError):
-        return False
-
-
-def _attributes_of(path: Path) -> dict[str, Any]:
-    try:
-        found = json.loads((path / "zarr.json").read_bytes())["attributes"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise DataFileError(f"is damaged: {error}", path=path) from None
-    return dict(found)

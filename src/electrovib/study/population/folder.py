@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError
+from electrovib.study.population.lock import NAME as LOCK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,6 +27,17 @@ def clear(path: Path) -> None:
     """Remove what a complete study no longer needs."""
     shutil.rmtree(path / CHECKPOINT, ignore_errors=True)
     remove_partial(path)
+
+
+def remove_unbegun(path: Path) -> None:
+    """Remove what a new study wrote unless fingers of it are complete; the lock is that of the caller."""
+    if (path / CHECKPOINT / "zarr.json").exists():
+        return
+    for each in path.iterdir():
+        if each.is_dir():
+            shutil.rmtree(each, ignore_errors=True)
+        elif each.name != LOCK:
+            each.unlink(missing_ok=True)
 
 
 def remove_partial(path: Path) -> None:

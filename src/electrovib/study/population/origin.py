@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from typing import TYPE_CHECKING, Any
 
+from electrovib.solve.quantities.validity import validity
 from electrovib.study.population.declared import FORMAT
 from electrovib.study.population.result import BINNED, EXACT
 from electrovib.study.population.texts import own_model_files, scenario_text
@@ -16,7 +18,10 @@ if TYPE_CHECKING:
 
 
 def attributes(evaluator: Evaluator) -> dict[str, Any]:
-    """Return what a result states about its origin: scenario, space, seed, versions, kernel and methods."""
+    """Return what a result states about its origin: scenario, space, seed, versions, kernel and methods.
+
+    Its ``validity`` is that of the scenario with its own values; single fingers are not judged.
+    """
     declared = evaluator.declared
     return {
         "format": FORMAT,
@@ -34,6 +39,7 @@ def attributes(evaluator: Evaluator) -> dict[str, Any]:
         "space_toml": declared.space.to_toml(),
         "space_remarks": list(declared.space.remarks),
         "own_models": own_model_files(declared.scenario),
+        "validity": json.dumps([each.to_dict() for each in validity(declared.scenario)]),
     }
 
 

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 from electrovib.core.allowance import megabytes
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.study.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
-from electrovib.study.population.existing import open_study, refuse_full_disk, refuse_other_kernel, state_of
-from electrovib.study.population.folder import clear, written
+from electrovib.study.population.effort import refuse_large
+from electrovib.study.population.existing import refuse_full_disk, refuse_other_kernel, state_of
+from electrovib.study.population.folder import CHECKPOINT, clear, remove_unbegun, written
 from electrovib.study.population.here import tiles_of_process
 from electrovib.study.population.lock import locked
 from electrovib.study.population.merged import MergedFingers
+from electrovib.study.population.opened import open_study
 from electrovib.study.population.origin import attributes
 from electrovib.study.population.result import StoredArray, arrays, dataset, draws_of
 from electrovib.study.population.store import StudyStore
@@ -95,6 +97,8 @@ def study(
     ------
     InputError
         For mistakes, all at once as far as possible; for a store that cannot be written or holds another study.
+    BudgetError
+        If fingers or workers would take more time or memory than `electrovib.budget` allows.
     StudyCancelledError
         If `progress` ends the study.
 
@@ -122,7 +126,7 @@ def study(
     path = Path(output)
     if state_of(path, declared) == "complete":
         return _complete(path)
-    evaluator = _evaluator(declared)
+    evaluator = _evaluator(declared, where)
     refuse_full_disk(path, evaluator)
     made = not path.exists()
     with written(path):
@@ -137,10 +141,11 @@ def study(
 
 def _complete(path: Path) -> xarray.Dataset:
     """Return a complete study, after removing what a process killed at its very end may have left."""
-    if (path / "checkpoint").exists():
+    found = open_study(path)
+    if (path / CHECKPOINT).exists():
         with written(path), locked(path):
             clear(path)
-    return open_study(path)
+    return found
 
 
 def _where(workers: int | None, scheduler: str | None) -> dict[str, Any] | None:
@@ -154,8 +159,8 @@ def _where(workers: int | None, scheduler: str | None) -> dict[str, Any] | None:
     return {"workers": workers, "scheduler": scheduler}
 
 
-def _evaluator(declared: DeclaredStudy) -> Evaluator:
-    """Prepare the study, and refuse one whose blocks do not fit the memory."""
+def _evaluator(declared: DeclaredStudy, where: dict[str, Any] | None) -> Evaluator:
+    """Prepare the study, and refuse one beyond the budget, or whose blocks do not fit the memory."""
     found = Evaluator(declared)
     block = 2 * 8.0 * min(BLOCK, declared.fingers) * found.numbers
     if block > declared.memory:
@@ -163,6 +168,7 @@ def _evaluator(declared: DeclaredStudy) -> Evaluator:
             f"budget_memory = {megabytes(declared.memory)}: the signals of a block of {min(BLOCK, declared.fingers)} fingers"
             f" with {found.samples} samples take {megabytes(block)}; ask for fewer time.samples, or allow more"
         )
+    refuse_large(found, (where or {}).get("workers") or 0)
     return found
 
 
@@ -170,7 +176,7 @@ def _in_memory(
     declared: DeclaredStudy, where: dict[str, Any] | None, progress: Progress | None
 ) -> xarray.Dataset:
     """Run a study whose result is kept in memory only."""
-    evaluator = _evaluator(declared)
+    evaluator = _evaluator(declared, where)
     if declared.draws and not evaluator.exact:
         raise InputError(
             f"draws: the signals of all fingers exceed budget_memory = {megabytes(declared.memory)}; give an output, a store"
@@ -201,21 +207,32 @@ def _stored(
             return
         if state == "begun":
             refuse_other_kernel(path, evaluator)
-        store = StudyStore(path, evaluator)
-        merged = MergedFingers(evaluator)
-        fingers, sums = store.restored()
-        if fingers:
-            merged.restore(fingers, sums)
-            for name, each in merged.signals.items():
-                if each.values is not None:
-                    store.restore_rows(name, each.values)
-        writer = CheckpointWriter(store, merged)
         try:
-            _evaluate(merged, writer, where, progress)
-            writer.complete()
-            store.finish(arrays(evaluator, merged))
-        finally:
-            writer.close()
+            _continued(StudyStore(path, evaluator), where, progress)
+        except ElectrovibError as error:
+            if state == "absent" and not isinstance(
+                error.__cause__, OSError
+            ):  # zarr may still be writing then
+                remove_unbegun(path)
+            raise
+
+
+def _continued(store: StudyStore, where: dict[str, Any] | None, progress: Progress | None) -> None:
+    """Evaluate the fingers that are missing in a store, and write the result."""
+    merged = MergedFingers(store.evaluator)
+    fingers, sums = store.restored()
+    if fingers:
+        merged.restore(fingers, sums)
+        for name, each in merged.signals.items():
+            if each.values is not None:
+                store.restore_rows(name, each.values)
+    writer = CheckpointWriter(store, merged)
+    try:
+        _evaluate(merged, writer, where, progress)
+        writer.complete()
+        store.finish(arrays(store.evaluator, merged))
+    finally:
+        writer.close()
 
 
 def _evaluate(

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.study.population.declared import BLOCK
-from electrovib.study.population.folder import CHECKPOINT, COMPLETE, clear, remove_partial, written
+from electrovib.study.population.folder import CHECKPOINT, COMPLETE, clear, written
+from electrovib.study.population.groups import (
+    METADATA,
+    arrays_of,
+    open_array,
+    read_group,
+    refuse_damaged,
+    rows_read,
+    stated,
+    write_group,
+)
 from electrovib.study.population.origin import attributes
 from electrovib.study.population.result import draws_of
 
@@ -33,27 +44,25 @@ class StudyStore:
 
     Notes
     -----
-    zarr does not write chunks that equal the fill value, so chunks do not tell what is complete. The array
-    ``checkpoint/done`` does: the number of fingers that are complete, and the slot that holds their sums. The sums are
-    written into the other slot first; replacing the one file of ``done`` makes them valid. A process killed at any
-    moment leaves the former state or the new one.
+    zarr does not write chunks that equal the fill value, so chunks do not tell what is complete. The group ``checkpoint``
+    does: its attributes hold the number of fingers that are complete, the slot that holds their sums, and the checksums of
+    all files that this relies on. The sums are written into the other slot first; replacing the one file of the group makes
+    them valid. A process killed at any moment leaves the former state or the new one.
     """
 
     def __init__(self, path: Path, evaluator: Evaluator) -> None:
-        import zarr
-
         self.path, self.declared, self.evaluator = path, evaluator.declared, evaluator
+        self.checkpoint = path / CHECKPOINT
         with written(path):
-            remove_partial(path)
-            root: Any = (
-                zarr.open_group(str(path), mode="r+")
-                if (path / "zarr.json").exists()
-                else zarr.create_group(str(path), attributes=attributes(evaluator))
-            )
-            self.root = root
-            self.checkpoint: Any = root.require_group(CHECKPOINT)
-            done = self.checkpoint["done"][:].tolist() if "done" in self.checkpoint else [0, 0]
-            self.slot, self.fingers = int(done[0]), int(done[1])
+            if not (path / METADATA).exists():
+                write_group(path, attributes(evaluator))
+            self.attributes = read_group(path)
+            done: dict[str, Any] = {"slot": 0, "fingers": 0, "files": {}}
+            if (self.checkpoint / METADATA).exists():
+                done = read_group(self.checkpoint)
+                refuse_damaged(path, done)
+            self.slot, self.fingers = done["slot"], done["fingers"]
+            self.sums = arrays_of(done, f"{CHECKPOINT}/slot{self.slot}")
             self._make_rows()
         self.stored = self._whole(self.fingers)
 
@@ -61,23 +70,16 @@ class StudyStore:
         """Make the arrays of the signals of every finger where they are kept: of the result, or until its end."""
         declared = self.declared
         self.rows: dict[str, Any] = {}
-        if not self.evaluator.kept:
-            return
-        group = self.root if declared.draws else self.checkpoint
-        for name in declared.signals:
-            if name not in group:
-                dims, words = draws_of(name, declared.axis)
-                shape = (declared.fingers, self.evaluator.samples)
-                _array(
-                    group,
-                    name,
-                    dims,
-                    words,
-                    shape=shape,
-                    dtype="float32",
-                    chunks=(min(BLOCK, shape[0]), shape[1]),
-                )
-            self.rows[name] = group[name]
+        self.kept_in = "" if declared.draws else f"{CHECKPOINT}/"
+        for name in declared.signals if self.evaluator.kept else ():
+            place = self.path / self.kept_in / name
+            if self.fingers:
+                self.rows[name] = open_array(place, "r+")
+                continue
+            dims, words = draws_of(name, declared.axis)
+            shape = (declared.fingers, self.evaluator.samples)
+            chunks = (min(BLOCK, shape[0]), shape[1])
+            self.rows[name] = _array(place, dims, words, shape=shape, dtype="float32", chunks=chunks)
 
     def _whole(self, fingers: int) -> int:
         return fingers if fingers == self.declared.fingers else fingers - fingers % BLOCK
@@ -86,9 +88,9 @@ class StudyStore:
         """Return the number of fingers that are complete, and the arrays of their sums."""
         if not self.fingers:
             return 0, {}
-        with written(self.path):
-            slot = self.checkpoint[f"slot{self.slot}"]
-            return self.fingers, {name: np.asarray(each[:]) for name, each in slot.arrays()}
+        with written(self.path, "read"):
+            slot = self.checkpoint / f"slot{self.slot}"
+            return self.fingers, {name: np.asarray(open_array(slot / name)[:]) for name in self.sums}
 
     def restore_rows(self, name: str, values: NDArray[np.float32]) -> None:
         """Read the signals of the fingers in complete blocks.
@@ -100,7 +102,7 @@ class StudyStore:
         values : ndarray of float32, shape (fingers of the study, n)
             Receives them.
         """
-        with written(self.path):
+        with rows_read(self.path / self.kept_in / name):
             for begin in range(0, self.stored, BLOCK):
                 stop = min(begin + BLOCK, self.stored)
                 values[begin:stop] = self.rows[name][begin:stop]
@@ -133,14 +135,15 @@ class StudyStore:
             Their sums.
         """
         other = 1 - self.slot
+        slot = f"{CHECKPOINT}/slot{other}"
         with written(self.path):
-            slot = self.checkpoint.create_group(f"slot{other}", overwrite=True)
+            shutil.rmtree(self.path / slot, ignore_errors=True)
             for name, values in state.items():
                 if values.size:
-                    _array(slot, name, None, {}, data=values, chunks=values.shape)
-            if "done" not in self.checkpoint:
-                _array(self.checkpoint, "done", None, {}, shape=(2,), dtype="int64", chunks=(2,))
-            self.checkpoint["done"][:] = np.asarray([other, fingers])
+                    _array(self.path / slot / name, None, {}, data=values, chunks=values.shape)
+            rows = [f"{self.kept_in}{name}" for name in self.rows]
+            done = {"slot": other, "fingers": fingers, **stated(self.path, [METADATA, slot], rows)}
+            write_group(self.checkpoint, done)
         self.slot, self.fingers, self.stored = other, fingers, self._whole(fingers)
 
     def finish(self, arrays: Mapping[str, StoredArray]) -> None:
@@ -148,19 +151,23 @@ class StudyStore:
         with written(self.path):
             for name, each in arrays.items():
                 _array(
-                    self.root, name, each.dims, each.attributes, data=each.values, chunks=each.values.shape
+                    self.path / name, each.dims, each.attributes, data=each.values, chunks=each.values.shape
                 )
-            self.root.attrs[COMPLETE] = True
+            rows = self.rows if self.declared.draws else ()
+            write_group(self.path, self.attributes | {COMPLETE: True, **stated(self.path, arrays, rows)})
             clear(self.path)
 
 
-def _array(group: Any, name: str, dims: tuple[str, ...] | None, words: dict[str, str], **how: Any) -> None:
-    """Make an array, replacing one that was left incomplete."""
-    group.create_array(
-        name,
+def _array(place: Path, dims: tuple[str, ...] | None, words: dict[str, Any], **how: Any) -> Any:
+    """Make an array, replacing one that was left incomplete; the signals of fingers end with a checksum in each chunk."""
+    import zarr
+    from zarr.codecs import Crc32cCodec
+
+    return zarr.create_array(
+        str(place),
         dimension_names=dims,
         attributes=words,
-        compressors=None if how.get("dtype") == "float32" else "auto",
+        compressors=[Crc32cCodec()] if how.get("dtype") == "float32" else "auto",
         config={"write_empty_chunks": True},
         overwrite=True,
         **how,

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import tomllib
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.diagnostics import Diagnostic, read_diagnostics
-from electrovib.core.errors import ElectrovibError
+from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.units import format_quantity
-from electrovib.scenario import scenario_of
-from electrovib.solve.simulate import simulate
+from electrovib.scenario import read_scenario
+from electrovib.scenario.space import read_space
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
+
+NOT_JUDGED: Final = "validity of the scenario with its own values; single fingers are not judged:"
+"""Heading of the diagnostics of a study."""
+_DRAWN: Final = 2000
+"""Fingers with which the values of the scenario are compared."""
+_FAR: Final = 0.8
+"""Share of the fingers on one side from which on a value is named."""
 
 
 def signal_words(found: xarray.Dataset, name: str) -> list[str]:
@@ -109,8 +116,8 @@ def method_words(found: xarray.Dataset) -> list[str]:
     return lines
 
 
-def nominal_validity(found: xarray.Dataset) -> list[Diagnostic]:
-    """Judge the scenario of a study with its own values; single fingers are not judged.
+def nominal_words(found: xarray.Dataset) -> list[str]:
+    """State which values of the scenario of a study are far from the middle of its population.
 
     Parameters
     ----------
@@ -119,10 +126,24 @@ def nominal_validity(found: xarray.Dataset) -> list[Diagnostic]:
 
     Returns
     -------
-    diagnostics : list of Diagnostic
-        Of the run of the scenario; empty if it cannot be run, or a model of it is missing.
+    lines : list of str
+        One sentence with each parameter beyond the middle 60 % of the fingers, the most extreme first; empty if there is none.
     """
-    try:
-        return list(read_diagnostics(simulate(scenario_of(found)).attrs["validity"]))
-    except ElectrovibError:
+    scenario = read_scenario(tomllib.loads(str(found.attrs["scenario_toml"])))
+    space = read_space(scenario, tomllib.loads(str(found.attrs["space_toml"])))
+    far = []
+    for path, values in space.draw(int(found.attrs["seed"]), 0, _DRAWN).items():
+        own = value_at(scenario, path)
+        if own is None:
+            continue
+        below, above = float(np.mean(values > own)), float(np.mean(values < own))
+        share, side = max((below, "below"), (above, "above"))
+        if share > _FAR:
+            shown = format_quantity(own, quantity_at(scenario, path).unit, digits=3)
+            far.append((share, f"{path} = {shown} ({side} {100 * share:.3g} % of the fingers)"))
+    if not far:
         return []
+    listed = ", ".join(text for _, text in sorted(far, reverse=True))
+    return [
+        f"the scenario with its own values is no typical finger of this population, and may lie outside its bands: {listed}"
+    ]

@@ -70,12 +70,10 @@ def sobol(space: Space, function: Callable[[Mapping[str, Real]], Real], *, n: in
 
     Notes
     -----
-    The estimators are those of Saltelli et al. 2010 (`scipy.stats.sobol_indices`), on scrambled Sobol points; inputs with
-    relations are random draws, because a draw that breaks a relation is repeated. The intervals are percentiles of a
-    bootstrap over the draws.
+    The estimators are those of Saltelli et al. 2010, as in `scipy.stats.sobol_indices` (which fails for a single input), on
+    scrambled Sobol points; inputs with relations are random draws, because a draw that breaks a relation is repeated. The
+    intervals are percentiles of a bootstrap over the draws.
     """
-    from scipy.stats import sobol_indices
-
     check_power(n)
     first, second = _draws(space, n, seed)
     mixtures = (
@@ -87,11 +85,12 @@ def sobol(space: Space, function: Callable[[Mapping[str, Real]], Real], *, n: in
     values = np.asarray(function(joined)).reshape(len(columns), n)
     _check_values(values, joined)
     a, b, mixed = values[0], values[1], values[2:]
-    found = sobol_indices(func={"f_A": a[None], "f_B": b[None], "f_AB": mixed[:, None]}, n=n)
-    low, high = _bootstrap(a, b, mixed, np.random.default_rng(seed))
+    terms = _terms(a, b, mixed)
+    first_order, total_order = _estimates(np.full((1, n), 1 / n), terms)[0]
+    low, high = _bootstrap(terms, np.random.default_rng(seed))
     return Indices(
-        first=np.asarray(found.first_order).reshape(-1),
-        total=np.asarray(found.total_order).reshape(-1),
+        first=first_order,
+        total=total_order,
         first_interval=np.stack([low[0], high[0]]),
         total_interval=np.stack([low[1], high[1]]),
         sample=np.concatenate([a, b]),
@@ -143,23 +142,31 @@ def _draws(space: Space, n: int, seed: int) -> tuple[dict[str, Real], dict[str, 
     return found
 
 
-def _bootstrap(a: Real, b: Real, mixed: Real, generator: np.random.Generator) -> tuple[Real, Real]:
+def _terms(a: Real, b: Real, mixed: Real) -> Real:
+    """Return the quantities whose means over the draws give all indices, shape (n, 2 + 2 inputs)."""
+    middle = 0.5 * (a.mean() + b.mean())
+    a, b, mixed = a - middle, b - middle, mixed - middle
+    return np.concatenate([[a + b, a * a + b * b], b * (mixed - a), 0.5 * (a - mixed) ** 2]).T
+
+
+def _estimates(weights: Real, terms: Real) -> Real:
+    """Return first-order and total indices for each row of weights of the draws, shape (rows, 2, inputs)."""
+    means = weights @ terms
+    variance = means[:, 1] / 2 - (means[:, 0] / 2) ** 2
+    found: Real = (means[:, 2:] / variance[:, None]).reshape(len(weights), 2, -1)
+    return found
+
+
+def _bootstrap(terms: Real, generator: np.random.Generator) -> tuple[Real, Real]:
     """Return the ends of percentile intervals of first-order and total indices, each of shape (2, inputs).
 
     The bootstrap of scipy forms all jackknife samples of its corrected intervals at once, which takes n**2 numbers.
     """
-    middle = 0.5 * (a.mean() + b.mean())
-    a, b, mixed = a - middle, b - middle, mixed - middle
-    terms = np.concatenate([[a + b, a * a + b * b], b * (mixed - a), 0.5 * (a - mixed) ** 2]).T
-    count, inputs = len(a), len(mixed)
-    found = []
+    count, found = len(terms), []
     for start in range(0, _RESAMPLES, _BLOCK):
         size = min(_BLOCK, _RESAMPLES - start)
         weights = generator.multinomial(count, np.full(count, 1 / count), size=size) / count
-        means = weights @ terms
-        variance = means[:, 1] / 2 - (means[:, 0] / 2) ** 2
-        found.append((means[:, 2:] / variance[:, None]).reshape(size, 2, inputs))
-    spread = np.concatenate(found)
+        found.append(_estimates(weights, terms))
     tail = (1 - LEVEL) / 2
-    low, high = np.quantile(spread, [tail, 1 - tail], axis=0)
+    low, high = np.quantile(np.concatenate(found), [tail, 1 - tail], axis=0)
     return np.asarray(low), np.asarray(high)

@@ -7,7 +7,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.units import format_quantity
+from electrovib.solve.quantities.validity import validity
 from electrovib.study.catalogue.columns import as_html, laid_out
 from electrovib.study.reproduction import Table
 
@@ -115,11 +117,21 @@ class Sensitivity:
     sample: Real
 
     def __repr__(self) -> str:
-        """Write what the command line prints: the answer, then the tables."""
-        return "\n".join([self.answer, "", *(laid_out(table) for table in self.tables)]).rstrip("\n")
+        """Write what the command line prints: the answer, the tables, then the warnings."""
+        shown = [self.answer, "", *(laid_out(table) for table in self.tables)]
+        return "\n".join([*shown, *warning_lines(self.diagnostics, brief=True)]).rstrip("\n")
 
     def _repr_html_(self) -> str:
-        return f"<p>{html.escape(self.answer)}</p>" + "".join(as_html(table) for table in self.tables)
+        answer, *others = (
+            f"<p>{html.escape(line)}</p>"
+            for line in (self.answer, *warning_lines(self.diagnostics, brief=True))
+        )
+        return "".join([answer, *(as_html(table) for table in self.tables), *others])
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with its own values, not of every draw."""
+        return validity(self.scenario)
 
     @property
     def mean(self) -> float:

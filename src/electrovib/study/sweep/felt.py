@@ -31,14 +31,15 @@ def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
     Returns
     -------
     value : float
-        Level [dB]; minus infinity where nothing moves, NaN where the level is not calibrated.
+        Level [dB]; minus infinity where nothing moves, NaN where no threshold is known.
     diagnostics : list of Diagnostic
-        One where the level is not calibrated.
+        One where the level rests on published values instead of measured ones.
     """
     found = perceive(scenario)
     if name == "relative level":
         return found.relative, []
-    if found.sensation is not None or not found.loudest:
-        return -math.inf if found.sensation is None else found.sensation, []
-    text = "detection level: not calibrated; set perception.threshold, or use 'relative level'"
-    return math.nan, [Diagnostic("detection level", "unknown", text)]
+    if not found.loudest:
+        return -math.inf, []
+    value = math.nan if found.sensation is None else found.sensation
+    text = f"{found.answer}; {found.to_measure}" if found.to_measure else ""
+    return value, [Diagnostic("detection level", "unknown", text)] if text else []

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 LARGEST: Final = (
     "reduction_error",
     "transfer_error",
+    "attraction_error",
     "step_error",
     "quadrature_error",
     "mechanics_error",

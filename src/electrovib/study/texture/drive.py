@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.time_profile import Steady
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.physics.texture.base import Texture
     from electrovib.physics.texture.path import FingerPath
     from electrovib.scenario import Scenario
@@ -95,6 +97,11 @@ class TextureDrive:
     trace: xarray.Dataset
     check: CheckResult
     notes: tuple[str, ...]
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the prediction."""
+        return tuple(diagnostics_of(self.trace))
 
     @property
     def misfit_in_words(self) -> str:

@@ -15,6 +15,7 @@ from electrovib.core.samples import Samples
 from electrovib.core.units import parse_quantity
 from electrovib.data.columns import read_columns
 from electrovib.data.readers.picture import read_picture
+from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.texture.base import Texture
 from electrovib.physics.texture.path import FingerPath
 from electrovib.physics.texture.picture import MOST_PIXELS, GreyscalePicture
@@ -133,23 +134,15 @@ def _table(source: object, name: str, example: str) -> tuple[dict[str, Any], Pat
             raise InputError(f"not valid TOML: {error}; for instance {example}", path=name) from None
     path = Path(source)
     if path.suffix.lower() == ".png" and name == "texture":
+        if not path.exists():
+            raise InputError("there is no such file", path=path)
         why = (
             "a picture is the file of a texture, and its size on the plate has to be given:"
             f' {{ model = "GreyscalePicture", file = "{path}", pixels_per_millimetre = 5 }}'
         )
         raise InputError(why, path=path)
-    note_input(path)
-    try:
-        content = read_toml(path.read_bytes().decode("utf-8-sig"))
-    except OSError as error:
-        why = f"{error.strerror or error}. Give a TOML file or a table such as {example}"
-        raise InputError(why, path=path) from None
-    except UnicodeDecodeError:
-        raise InputError(
-            f"not a text in UTF-8; give a TOML file with a table such as {example}", path=path
-        ) from None
-    except ValueError as error:
-        raise InputError(f"not valid TOML: {error}", path=path) from None
+    advice = f"Give a TOML file or a table such as {example}"
+    content = read_toml_file(path, kind=f"a {name}", advice=advice)
     inner = content.get(name)
     return dict(inner if isinstance(inner, Mapping) else content), path.parent
 

@@ -79,10 +79,10 @@ class RenderingSetUp:
         InputError
             Every mistake of an input.
         """
-        found = read_scenario(scenario, changes=changes)
+        found, read = read_scenario(scenario, changes=changes), read_texture(texture)
         declared = declared_limits(found, limits)
         refuse_unlimited(declared, what=what)
-        return cls(scenario=found, texture=read_texture(texture), declared=declared)
+        return cls(scenario=found, texture=read, declared=declared)
 
     def synthesis(self, *, carrier: float, frequency: float, ramp: float, rate: float) -> Synthesis:
         """Return what determines the samples.

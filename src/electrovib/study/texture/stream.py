@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.study.check import CheckResult
     from electrovib.study.texture.synthesis import Synthesis
 
@@ -83,6 +84,11 @@ class TextureStream:
         self._place: Real = np.zeros(2)
         self._sample_place: Real | None = None
         self._fallen, self._fall_from = 0, 0.0
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of a burst at the largest amplitude, beyond those that the check states."""
+        return self.check.diagnostics
 
     @property
     def rate(self) -> float:

@@ -6,21 +6,28 @@ import sys
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
+    from typing import TypeAlias
 
     import xarray
     from matplotlib.axes import Axes
 
     from electrovib.scenario import Scenario
+    from electrovib.study.check import CheckResult
+    from electrovib.study.compare.entry import Comparison
     from electrovib.study.compare.materials import MaterialComparison
     from electrovib.study.design.parameter.result import DesignedParameter
     from electrovib.study.percept import Percept
     from electrovib.study.reproduction import Table
 
+    Parts: TypeAlias = tuple[Sequence[str], Sequence[Table]]
+
 _SCENARIO: Final = ("electrovib.scenario.experiment", "Scenario")
 _DATASET: Final = ("xarray.core.dataset", "Dataset")
 _TABLE: Final = ("electrovib.study.reproduction", "Table")
 _MATERIALS: Final = ("electrovib.study.compare.materials", "MaterialComparison")
+_LAWS: Final = ("electrovib.study.compare.entry", "Comparison")
+_CHECKED: Final = ("electrovib.study.check.result", "CheckResult")
 _DESIGNED: Final = ("electrovib.study.design.parameter.result", "DesignedParameter")
 _PERCEPT: Final = ("electrovib.study.percept", "Percept")
 _AXES: Final = ("matplotlib.axes._axes", "Axes")
@@ -45,10 +52,18 @@ def register() -> bool:
         ("text/plain", _DATASET, _dataset_as_text),
         ("text/html", _TABLE, _table),
         ("text/plain", _TABLE, _table_as_text),
-        ("text/html", _MATERIALS, _materials),
-        ("text/plain", _MATERIALS, _materials_as_text),
-        ("text/html", _DESIGNED, _designed),
-        ("text/plain", _PERCEPT, _percept_as_text),
+        *(
+            (form, kind, as_form(parts))
+            for kind, parts in (
+                (_MATERIALS, _of_materials),
+                (_LAWS, _of_laws),
+                (_CHECKED, _of_check),
+                (_DESIGNED, _of_design),
+                (_PERCEPT, _of_percept),
+            )
+            for form, as_form in (("text/html", _in_html), ("text/plain", _in_text))
+            if (form, kind) != ("text/plain", _DESIGNED)  # whose sentences are its text
+        ),
         ("image/png", _AXES, _picture),
     )
     for form, (module, name), show in known:
@@ -90,29 +105,54 @@ def _table_as_text(table: Table, printer: Any, cycle: bool) -> None:
     printer.text(laid_out(table).rstrip())
 
 
-def _materials(comparison: MaterialComparison) -> str:
-    return "".join(map(_table, comparison.tables))
+def _of_materials(found: MaterialComparison) -> Parts:
+    return [], found.tables
 
 
-def _materials_as_text(comparison: MaterialComparison, printer: Any, cycle: bool) -> None:
-    for table in comparison.tables:
-        _table_as_text(table, printer, cycle)
-        printer.text("\n")
+def _of_laws(found: Comparison) -> Parts:
+    return [found.answer], found.tables
 
 
-def _designed(found: DesignedParameter) -> str:
-    """Show the answer, the tables, and the other sentences."""
-    from html import escape
+def _of_check(found: CheckResult) -> Parts:
+    from electrovib.view.checked import check_lines, tables_of
 
-    answer, *others = [f"<p>{escape(line)}</p>" for line in found.lines]
-    return "".join([answer, *map(_table, found.tables), *others])
+    return check_lines(found), tables_of(found)[:1]
 
 
-def _percept_as_text(percept: Percept, printer: Any, cycle: bool) -> None:
+def _of_design(found: DesignedParameter) -> Parts:
+    return found.lines, found.tables
+
+
+def _of_percept(found: Percept) -> Parts:
     from electrovib.view.percept import percept_lines
 
-    del cycle
-    printer.text("\n".join(percept_lines(percept)))
+    return percept_lines(found), []
+
+
+def _in_html(parts: Callable[[Any], Parts]) -> Callable[[Any], str]:
+    """Return a function that shows a result: its answer, its tables, then its other sentences."""
+
+    def show(found: Any) -> str:
+        from html import escape
+
+        lines, tables = parts(found)
+        paragraphs = [f"<p>{escape(line)}</p>" for line in lines]
+        return "".join([*paragraphs[:1], *map(_table, tables), *paragraphs[1:]])
+
+    return show
+
+
+def _in_text(parts: Callable[[Any], Parts]) -> Callable[[Any, Any, bool], None]:
+    """Return a function that writes a result: its sentences, then its tables."""
+
+    def show(found: Any, printer: Any, cycle: bool) -> None:
+        lines, tables = parts(found)
+        printer.text("\n".join(lines))
+        for table in tables:
+            printer.text("\n")
+            _table_as_text(table, printer, cycle)
+
+    return show
 
 
 def _picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:

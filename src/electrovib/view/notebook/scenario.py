@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.view import tables
-from electrovib.view.pages import page
+from electrovib.view.pages import filled
 from electrovib.view.plots.layers import values
 from electrovib.view.style import layer_colours
 from electrovib.view.units import pretty_quantity, typeset
@@ -88,7 +88,7 @@ def scenario_html(scenario: Scenario) -> str:
         for path, value, quantity in back.parameters()
         if value is not None
     }
-    return page(
+    return filled(
         "notebook_scenario.html.jinja",
         title=f"Scenario: {scenario.title or 'without a title'}",
         layers=layers_of(scenario),

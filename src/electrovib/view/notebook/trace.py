@@ -9,10 +9,11 @@ from electrovib.core.diagnostics import STATES
 from electrovib.core.signals import SIGNALS
 from electrovib.core.trace import FORMAT
 from electrovib.view import summary
-from electrovib.view.pages import page
+from electrovib.view.pages import filled
 from electrovib.view.plots import over_time, quantity
 from electrovib.view.style import new_figure, style
 from electrovib.view.svg import to_png
+from electrovib.view.swept import is_sweep, quantities_of, swept_texts
 from electrovib.view.units import pretty_unit
 
 if TYPE_CHECKING:
@@ -31,9 +32,7 @@ _MOST_DRAWN: Final = 2
 
 def is_own(dataset: xarray.Dataset) -> bool:
     """Return whether a Dataset is a Trace of this package, or a part of one that still runs over something."""
-    return dataset.attrs.get("format") == FORMAT and (
-        summary.is_sweep(dataset) or not _OVER.isdisjoint(dataset.dims)
-    )
+    return dataset.attrs.get("format") == FORMAT and (is_sweep(dataset) or not _OVER.isdisjoint(dataset.dims))
 
 
 def trace_html(trace: xarray.Dataset) -> str:
@@ -49,13 +48,13 @@ def trace_html(trace: xarray.Dataset) -> str:
     str
         A part of a page, which needs neither style sheets nor scripts; every text is escaped.
     """
-    return page(
+    return filled(
         "notebook_trace.html.jinja",
         title=_title(trace),
         diagnostics=_by_state(trace),
         sentences=_sentences(trace),
         numbers=_numbers(trace),
-        swept=summary.swept_texts(trace),
+        swept=swept_texts(trace),
         dimensions=_dimensions(trace),
         signals=_signals(trace),
         provenance=summary.provenance(trace),
@@ -89,7 +88,7 @@ def trace_text(trace: xarray.Dataset) -> str:
 
 
 def _title(trace: xarray.Dataset) -> str:
-    kind = "Sweep" if summary.is_sweep(trace) else "Trace"
+    kind = "Sweep" if is_sweep(trace) else "Trace"
     return f"{kind}: {trace.attrs.get('title') or trace.attrs.get('source') or 'without a title'}"
 
 
@@ -108,12 +107,13 @@ def _by_state(trace: xarray.Dataset) -> dict[str, list[dict[str, str]]]:
 
 def _numbers(trace: xarray.Dataset) -> dict[str, str]:
     """Return the key numbers of the signals, or of the quantities, that the Dataset still has."""
-    if summary.is_sweep(trace):
-        whole = all(name in trace for name in summary.quantities_of(trace))
+    if is_sweep(trace):
+        whole = all(name in trace for name in quantities_of(trace))
         return summary.key_numbers(trace) if whole else {}
     if not trace.sizes.get("time"):
         return {}
-    return summary.key_numbers(trace if "layer" in trace.dims else trace.drop_vars("field", errors="ignore"))
+    shown = trace if "layer" in trace.dims else trace.drop_vars("field", errors="ignore")
+    return summary.key_numbers(shown, quick=True)
 
 
 def _dimensions(trace: xarray.Dataset) -> str:
@@ -150,8 +150,8 @@ def _figure(trace: xarray.Dataset) -> str:
 
 
 def _drawn(trace: xarray.Dataset) -> Axes | None:
-    if summary.is_sweep(trace):
-        for name in summary.quantities_of(trace):
+    if is_sweep(trace):
+        for name in quantities_of(trace):
             many = [size for size in trace[name].sizes.values() if size > 1] if name in trace else []
             if 1 <= len(many) <= _MOST_DRAWN:
                 return quantity(trace, name, ax=_new_axes())

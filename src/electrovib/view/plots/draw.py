@@ -19,13 +19,17 @@ if TYPE_CHECKING:
     from electrovib.view.lines import Line
 
 _LONG_LABEL = 44
+_MOST_POINTS = 4000
+"""Points of a recording; of a longer one every nth sample."""
+_POINTS: Any = {"linestyle": "none", "marker": ".", "markersize": 3.5, "markeredgewidth": 0, "alpha": 0.6}
+"""Look of a recording under a model."""
 _PATH = re.compile(r"(?:^|, )([^\s,=]+) = ")
 _WIDE = 30.0
 """Ratio of largest to smallest value from which an axis is logarithmic."""
 
 
 def draw(ax: Axes, drawn: Sequence[Line]) -> None:
-    """Draw lines; long records as the envelope of their points.
+    """Draw lines, long ones as the envelope of their points, and recordings as points under them.
 
     Parameters
     ----------
@@ -34,10 +38,15 @@ def draw(ax: Axes, drawn: Sequence[Line]) -> None:
     drawn : sequence of Line
         Real values; NaN leaves a gap.
     """
+    alone = all(line.measured for line in drawn)
     for line in drawn:
-        x, y = envelope(line.x, np.asarray(line.y, dtype=float))
-        label = plain(", ".join(part for part in (line.label, line.kind) if part))
-        ax.plot(x, y, color=line.colour, linestyle=line.dash, label=label or "_nolegend_")
+        label = plain(", ".join(part for part in (line.label, line.kind) if part)) or "_nolegend_"
+        y = np.asarray(line.y, dtype=float)
+        if line.measured and not alone:
+            every = -(-y.size // _MOST_POINTS)
+            ax.plot(line.x[::every], y[::every], color=line.colour, label=label, zorder=1.5, **_POINTS)
+        else:
+            ax.plot(*envelope(line.x, y), color=line.colour, linestyle=line.dash, label=label)
 
 
 def finish(
@@ -79,11 +88,15 @@ def _colours_and_dashes(drawn: Sequence[Line]) -> tuple[list[Any], list[str]] | 
     """Return entries for colours, then for dashes, instead of one for each pair; None where only one of them has a meaning."""
     from matplotlib.lines import Line2D
 
-    colours = {line.label: line.colour for line in drawn if line.label}
+    colours = {line.label: line for line in drawn if line.label}
     dashes = {line.kind: line.dash for line in drawn if line.kind}
     if not (colours and dashes):
         return None
-    handles = [Line2D([], [], color=colour) for colour in colours.values()]
+    points = not all(line.measured for line in drawn)
+    handles = [
+        Line2D([], [], color=line.colour, **(_POINTS if line.measured and points else {}))
+        for line in colours.values()
+    ]
     handles += [Line2D([], [], color="#555555", linestyle=dash) for dash in dashes.values()]
     return handles, [plain(label) for label in (*colours, *dashes)]
 

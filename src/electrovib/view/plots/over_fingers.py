@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,7 +11,8 @@ from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import signal as declared
 from electrovib.study.population.words import percentile_words
 from electrovib.view.envelope import envelope
-from electrovib.view.plots.draw import finish
+from electrovib.view.lines import Traces, has, lines
+from electrovib.view.plots.draw import draw, finish
 from electrovib.view.style import COLOURS, drawing
 
 if TYPE_CHECKING:
@@ -22,9 +24,15 @@ if TYPE_CHECKING:
 _AXES: Final = {"time": ("time $t$", "s"), "frequency": ("frequency $f$", "Hz")}
 _FAINT, _STRONG = 0.18, 0.42
 """Opacity of the widest and of the narrowest band."""
+_WIDE: Final = 30.0
+"""Ratio of the ends of a band from which the lower one is not told from 0 on a linear axis."""
+_DEEPEST: Final = 1e-5
+"""Lowest value of a logarithmic axis, relative to the highest."""
 
 
-def bands(found: xarray.Dataset, signal: str = "", *, ax: Axes | None = None) -> Axes:
+def bands(
+    found: xarray.Dataset, signal: str = "", *, beside: Traces | None = None, ax: Axes | None = None
+) -> Axes:
     """Draw the percentiles of a signal over the fingers, pair by pair as bands, and its mean.
 
     Parameters
@@ -33,6 +41,8 @@ def bands(found: xarray.Dataset, signal: str = "", *, ax: Axes | None = None) ->
         Result of `electrovib.study`.
     signal : str
         Of the study; its first one if empty.
+    beside : Trace, sequence of Trace or mapping of str to Trace, optional
+        Runs and recordings that are drawn over the bands, where they have the signal.
     ax : Axes, optional
         Where to draw; a new figure if None.
 
@@ -40,7 +50,8 @@ def bands(found: xarray.Dataset, signal: str = "", *, ax: Axes | None = None) ->
     -------
     Axes
         Data in SI. The lowest percentile and the highest one bound the widest band, and so on; a percentile between them
-        is a line, the mean is dashed. Over frequency the horizontal axis is logarithmic.
+        is a line, the mean is dashed. Over frequency the horizontal axis is logarithmic; the vertical one too where the widest
+        band would touch 0 at most samples: where its ends differ by more than a factor of 30.
 
     Raises
     ------
@@ -59,6 +70,15 @@ def bands(found: xarray.Dataset, signal: str = "", *, ax: Axes | None = None) ->
         if f"{name}_percentile" in found:
             _draw_bands(axes, x, found[f"{name}_percentile"])
         axes.plot(*envelope(x, np.asarray(mean.values)), color=COLOURS[1], linestyle="--", label="mean")
+        drawn = [] if beside is None or not has(beside, name) else lines(beside, name, axis)
+        draw(
+            axes,
+            [
+                replace(each, colour=COLOURS[2 + place % (len(COLOURS) - 2)])
+                for place, each in enumerate(drawn)
+            ],
+        )
+        _logarithmic_if_near_zero(axes, found, name)
         known = declared(name)
         finish(axes, x=_AXES[axis], y=(f"{name.replace('_', ' ')} ${known.symbol}$", known.unit))
         return axes
@@ -99,6 +119,22 @@ def exceedance(found: xarray.Dataset, signal: str = "", *, ax: Axes | None = Non
         axes.set_ylim(-0.02, 1.02)
         finish(axes, x=_AXES[axis], y=("exceedance probability", "1"))
         return axes
+
+
+def _logarithmic_if_near_zero(ax: Axes, found: xarray.Dataset, name: str) -> None:
+    """Set a logarithmic axis where the lowest percentile is not told from 0 on a linear one."""
+    if f"{name}_percentile" not in found:
+        return
+    rows = np.asarray(found[f"{name}_percentile"].values)
+    low, high = rows[0], rows[-1]
+    known = np.isfinite(low) & (high > 0)
+    if not known.any() or (low[known] < 0).any():
+        return
+    if np.median(high[known] > _WIDE * low[known]) < 1 or not (low[known] > 0).any():
+        return
+    largest = int(np.nanargmax(np.where(low > 0, rows[len(rows) // 2], -1.0)))
+    ax.set_yscale("log")
+    ax.set_ylim(max(float(low[largest]) / 3, float(high[known].max()) * _DEEPEST), None)
 
 
 def _draw_bands(ax: Axes, x: Real, values: xarray.DataArray) -> None:

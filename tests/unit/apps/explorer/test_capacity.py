@@ -1,16 +1,35 @@
-"""How much the server takes: bytes of a request, and open pages."""
+"""How much the server takes: bytes of a request, open pages and connections."""
 
 from __future__ import annotations
 
 import asyncio
+import time
+import uuid
 
 import pytest
 
-from electrovib.apps.explorer.capacity import RequestLimits
-from electrovib.apps.explorer.limits import LARGEST_REQUEST, LARGEST_UPLOAD, MOST_PAGES
+from electrovib.apps.explorer.capacity import FIRST_CONNECTION, RequestLimits, has_room
+from electrovib.apps.explorer.limits import LARGEST_REQUEST, LARGEST_UPLOAD, MOST_CONNECTIONS, MOST_PAGES
+
+LOOP = asyncio.new_event_loop()
 
 
-def call(parts, *, headers=(), pages=0, path="/_nicegui/client/x/upload/1", kind="http", app=None):
+class Page:
+    """What is asked of an open page of the framework."""
+
+    def __init__(self, pages, *, connected=False, was_connected=False, age=0.0):
+        self.pages, self.id = pages, str(uuid.uuid4())
+        self.has_socket_connection, self.environ = connected, {} if was_connected or connected else None
+        self.created, self.waiting = time.time() - age, asyncio.Future(loop=LOOP)
+        self._delete_tasks = {"document": self.waiting} if was_connected else {}
+        pages[self.id] = self
+
+    def delete(self):
+        assert all(each.cancelled() for each in self._delete_tasks.values())
+        del self.pages[self.id]
+
+
+def call(parts, *, headers=(), full=False, path="/_nicegui/client/x/upload/1", kind="http", app=None):
     """Send a request in parts; return the bytes that the application received, and what was sent back."""
     received, sent, waiting = [], [], list(parts)
 
@@ -35,7 +54,10 @@ def call(parts, *, headers=(), pages=0, path="/_nicegui/client/x/upload/1", kind
         sent.append(message)
 
     scope = {"type": kind, "path": path, "headers": [(k.encode(), v.encode()) for k, v in headers]}
-    asyncio.run(RequestLimits(app or read, open_pages=lambda: pages)(scope, receive, send))
+    pages = {}
+    while full and len(pages) < MOST_PAGES:
+        Page(pages, connected=True)
+    asyncio.run(RequestLimits(app or read, pages=pages)(scope, receive, send))
     return sum(received), sent
 
 
@@ -75,12 +97,168 @@ def test_an_error_of_the_application_stays_one():
 
 
 def test_pages_are_limited_and_what_belongs_to_open_ones_is_served():
-    received, sent = call([1], pages=MOST_PAGES, path="/")
+    received, sent = call([1], full=True, path="/")
     assert (received, sent[0]["status"]) == (0, 503)
     assert b"as many as it shows at once" in sent[1]["body"]
-    assert call([1], pages=MOST_PAGES, path="/missing")[1][0]["status"] == 503
-    assert call([1], pages=MOST_PAGES - 1, path="/")[1][0]["status"] == 200
-    assert call([1], pages=MOST_PAGES)[1][0]["status"] == 200
+    assert call([1], full=True, path="/missing")[1][0]["status"] == 503
+    assert call([1], path="/")[1][0]["status"] == 200
+    assert call([1], full=True)[1][0]["status"] == 200
+
+
+LONG = 60 * FIRST_CONNECTION
+
+
+def filled(**first):
+    """Fill a server with connected pages, and with two before them that are described."""
+    pages = {}
+    found = [Page(pages, **first), Page(pages, **first)]
+    while len(pages) < MOST_PAGES:
+        Page(pages, connected=True, age=LONG)
+    return pages, found
+
+
+@pytest.mark.parametrize("first", [{"was_connected": True}, {"age": 1.01 * FIRST_CONNECTION}])
+def test_a_full_server_closes_the_page_that_was_left_first(first):
+    pages, (oldest, other) = filled(**first)
+    assert has_room(pages)
+    assert oldest.id not in pages
+    assert other.id in pages
+    assert len(pages) == MOST_PAGES - 1
+
+
+@pytest.mark.parametrize("first", [{"connected": True, "age": LONG}, {"age": 0.8 * FIRST_CONNECTION}])
+def test_a_full_server_closes_no_page_that_is_connected_or_awaited(first):
+    pages, _ = filled(**first)
+    assert not has_room(pages)
+    assert len(pages) == MOST_PAGES
+
+
+def test_a_server_that_is_not_full_closes_none():
+    pages, _ = filled(was_connected=True)
+    pages.popitem()
+    assert has_room(pages)
+    assert len(pages) == MOST_PAGES - 1
+
+
+def test_pages_beyond_the_limit_give_way_too():
+    pages, _ = filled(was_connected=True)
+    Page(pages, connected=True)
+    assert has_room(pages)
+    assert len(pages) == MOST_PAGES - 1
+
+
+async def opened(number, *, age, pages):
+    """Ask for pages at the same time; return the status of each answer."""
+    statuses = []
+
+    async def app(scope, receive, send):
+        for _ in range(5):
+            await asyncio.sleep(0)
+        Page(pages, age=age)
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await asyncio.sleep(0.01)  # the next one does not wait for a slow receiver
+
+    async def send(message):
+        statuses.append(message.get("status"))
+
+    limits = RequestLimits(app, pages=pages)
+    scope = {"type": "http", "path": "/", "headers": []}
+    await asyncio.gather(*(limits(scope, None, send) for _ in range(number)))
+    return [each for each in statuses if each is not None]
+
+
+@pytest.mark.parametrize("age", [0.0, LONG])
+def test_pages_that_are_asked_for_at_once_are_counted(age):
+    pages = {}
+    statuses = asyncio.run(opened(MOST_PAGES + 40, age=age, pages=pages))
+    assert (
+        MOST_PAGES <= statuses.count(200) <= MOST_PAGES + 1
+    )  # one of them had been opened when the others came
+    assert len(pages) == MOST_PAGES
+
+
+def test_one_of_two_that_come_at_once_gets_the_last_page():
+    pages, _ = filled(connected=True)
+    pages.popitem()
+    assert sorted(asyncio.run(opened(3, age=0.0, pages=pages))) == [200, 503, 503]
+    assert len(pages) == MOST_PAGES
+
+
+def test_a_slow_receiver_holds_up_nobody():
+    statuses = []
+
+    async def run():
+        begun, both = [], asyncio.Event()
+
+        async def app(scope, receive, send):
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+            begun.append(scope)
+            if len(begun) == 2:
+                both.set()
+            await both.wait()
+
+        async def send(message):
+            statuses.append(message.get("status"))
+
+        limits, scope = RequestLimits(app, pages={}), {"type": "http", "path": "/", "headers": []}
+        await asyncio.gather(*(limits(scope, None, send) for _ in range(2)))
+        for _ in range(MOST_PAGES + 5):
+            await limits(scope, None, send)
+
+    asyncio.run(asyncio.wait_for(run(), 10))
+    assert statuses == [200] * (MOST_PAGES + 7)
+
+
+def test_a_failed_page_does_not_hold_up_the_next():
+    async def broken(scope, receive, send):
+        raise ZeroDivisionError
+
+    async def run():
+        limits = RequestLimits(broken, pages={})
+        for _ in range(2):
+            with pytest.raises(ZeroDivisionError):
+                await limits({"type": "http", "path": "/", "headers": []}, None, None)
+
+    asyncio.run(asyncio.wait_for(run(), 10))
+
+
+def test_connections_of_a_page_and_of_none_are_limited():
+    pages = {}
+    first, second = Page(pages, connected=True), Page(pages, connected=True)
+    closed = []
+
+    async def run():
+        release = asyncio.Event()
+
+        async def app(scope, receive, send):
+            await release.wait()
+
+        async def receive():
+            return {"type": "websocket.connect"}
+
+        async def send(message):
+            closed.append(message["code"])
+
+        limits = RequestLimits(app, pages=pages)
+
+        def connect(query):
+            scope = {"type": "websocket", "path": "/_nicegui_ws/socket.io/", "query_string": query}
+            return asyncio.create_task(limits(scope, receive, send))
+
+        queries = [b"client_id=%s" % name for name in (first.id.encode(), second.id.encode(), b"other")]
+        tasks = [connect(query) for query in [*queries, b""] for _ in range(MOST_CONNECTIONS)]
+        await asyncio.sleep(0)
+        assert len(closed) == MOST_CONNECTIONS  # "other" and none count together
+        tasks += [connect(query) for query in queries]
+        await asyncio.sleep(0)
+        assert len(closed) == MOST_CONNECTIONS + 3
+        release.set()
+        await asyncio.gather(*tasks)
+        await connect(queries[0])
+        assert len(closed) == MOST_CONNECTIONS + 3
+
+    asyncio.run(asyncio.wait_for(run(), 10))
+    assert set(closed) == {1008}
 
 
 def test_other_scopes_reach_the_application():
@@ -90,5 +268,5 @@ def test_other_scopes_reach_the_application():
         seen.append(scope["type"])
 
     for kind in ("lifespan", "websocket"):
-        call([], kind=kind, path="/", pages=MOST_PAGES, app=app)
+        call([], kind=kind, path="/", full=True, app=app)
     assert seen == ["lifespan", "websocket"]

@@ -73,9 +73,8 @@ def test_both_ends_of_every_slider_show_plots_or_a_sentence(name):
                 json.dumps(content(tab, found, Further()).figures, allow_nan=False)
 
 
-def test_a_tab_states_that_its_content_is_being_computed_and_what_cannot_be_shown(shown):
+def test_a_tab_states_what_cannot_be_shown(shown):
     for tab in (FELT, SAFETY):
-        assert content(tab, shown, Further()).above == "<p>Being computed …</p>"
         assert content(tab, shown, Further(problems=("a < b",))).above == "<p>a &lt; b</p>"
     assert content(RECORDING, shown, Further()).above == ""
     fields = shown.trace[["field"]]
@@ -122,27 +121,22 @@ def test_a_calibrated_perception_is_stated_with_its_level():
         "perception.threshold": "1 um",
         "perception.threshold_uncertainty": 3,
     }
-    lacking = "not calibrated: set {} among the parameters"
-    threshold, both = (
-        "a threshold with its uncertainty",
-        "a threshold with its uncertainty and a compliance of the skin",
-    )
-    for given, words in (
-        ((), lacking.format(both)),
-        (list(changes)[1:], lacking.format("a compliance of the skin")),
-        (list(changes)[:1], lacking.format(threshold)),
-        (list(changes), ""),
+    threshold, compliance = "a detection threshold", "a compliance of the skin"
+    for given, assumed in (
+        ((), [threshold, compliance]),
+        (list(changes)[1:], [compliance]),
+        (list(changes)[:1], [threshold]),
+        (list(changes), []),
     ):
         scenario = ev.load("bau_2010/sine").replace({path: changes[path] for path in given})
         percept = ev.perceive(scenario)
         above = of_tab(FELT, compute(scenario)).above
-        if words:
-            assert f"{words}</p>" in above
-        else:
-            assert percept.sensation > 3
-            stated = (
-                f"{percept.sensation:.1f} dB above the detection threshold, whose uncertainty is 3 dB</p>"
-            )
-            assert f"<b>detectable</b>; strongest channel {percept.loudest}; {stated}" in above
+        assert f"<b>felt</b>, {percept.felt_by} channel: {percept.sensation:+.1f} dB (" in above
+        assert ("assumed from publications" in above) == bool(assumed)
+        if assumed:
+            assert f"assumed from publications: {' and '.join(assumed)}; " in above
     weak = ev.load("bau_2010/sine").replace({**changes, "perception.threshold": "1 mm"})
-    assert f"{-ev.perceive(weak).sensation:.1f} dB below the detection" in of_tab(FELT, compute(weak)).above
+    assert (
+        f"<b>not felt</b>, Pacinian channel: {ev.perceive(weak).sensation:+.1f} dB ("
+        in of_tab(FELT, compute(weak)).above
+    )

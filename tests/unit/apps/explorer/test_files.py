@@ -301,3 +301,12 @@ def test_parameters_that_change_no_signal_are_not_offered_to_fit():
     parts = {path.partition(".")[0] for path in fittable(scenario)}
     assert {"drive", "stack", "contact", "friction"} <= parts
     assert not parts & {"perception", "limits", "time", "frequency"}
+
+
+def test_a_sensor_is_scaled_as_the_visitor_states(here):
+    """Before, the page had no field for it, so that a force in V was refused."""
+    content = b"time (s),CH1 (V)\n" + b"\n".join(b"%.6f,%.6f" % (t / 1e3, t * t / 1e4) for t in range(50))
+    found = named("scope.csv", content, {"lateral_force": "CH1"}, scale={"lateral_force": "1.5 N/V"})
+    np.testing.assert_allclose(found.trace.lateral_force, 1.5e-4 * np.arange(50) ** 2, rtol=1e-6)
+    with pytest.raises(ElectrovibError, match="a force is needed"):
+        named("scope.csv", content, {"lateral_force": "CH1"})

@@ -30,7 +30,7 @@ from electrovib.apps.explorer.pictures.over_frequency import over_frequency
 from electrovib.apps.explorer.pictures.over_time import over_time
 from electrovib.apps.explorer.pictures.recorded import recorded
 from electrovib.apps.explorer.state import presets
-from electrovib.physics.perception import Perception
+from electrovib.physics.perception import NonPacinian, Pacinian, Perception
 
 
 @pytest.fixture(scope="module")
@@ -175,7 +175,7 @@ def test_every_other_law_is_run_or_left_out_with_a_reason(shown):
 
 def test_felt_and_safety(shown):
     percept = known_further(FELT, shown).percept
-    assert percept.verdict in verdict_words(percept)
+    assert percept.answer.partition(",")[2] in verdict_words(percept)
     assert f"{percept.channels[0].level:.1f}".replace("-", "−") in felt_words(percept)
     (plot,) = felt(percept, shown.scenario)
     largest = percept.spectrum.amplitude[percept.spectrum.frequency >= 1].max()
@@ -187,15 +187,24 @@ def test_felt_and_safety(shown):
     assert "250 µA" in text
 
 
-def test_a_sine_on_the_curve_of_equal_level_has_the_level_of_the_drive(shown):
+def test_without_a_calibration_the_curve_is_the_middle_of_the_published_thresholds(shown):
+    """At 250 Hz: 19.1 to 122 nm at weight 1, and skins of 323.2 N/m without and with 3.95 N s/m."""
     percept = known_further(FELT, shown).percept
     level, name = detection(percept, shown.scenario)
-    place = int(np.nanargmin(level))
-    frequency = float(np.geomspace(1, 2000, len(level))[place])
-    person = Perception()
-    alike = max(channel.weight(frequency) for channel in person.channels) * level[place]
-    assert 20 * np.log10(alike) == pytest.approx(percept.level, abs=1e-9)
-    assert "not calibrated" in name
+    frequency = np.geomspace(1, 2000, len(level))
+    weight, stiff = Pacinian().weight, np.abs(323.2 + 2j * np.pi * 3.95 * frequency)
+    ends = 0.03e-6 * weight(150.0) * 323.2, 0.13e-6 * weight(300.0) * stiff
+    high = frequency > 110  # where the other channel feels nothing
+    expected = np.sqrt(ends[0] * ends[1]) / weight(frequency)
+    np.testing.assert_allclose(level[high], expected[high], rtol=1e-6)
+    assert name == "detection threshold of a single sine (published, middle)"
+    nobody = Perception(channels=(NonPacinian(low=50.0),))  # its thresholds are below that band
+    alone = shown.scenario.replace({"perception": nobody})
+    level, name = detection(ev.perceive(alone), alone)
+    assert "no threshold is known" in name
+    alike = NonPacinian().weight(50.0) * np.nanmin(level)
+    assert 20 * np.log10(alike) == pytest.approx(ev.perceive(alone).level, abs=1e-9)
+    assert "felt or not: unknown without perception.threshold" in ev.perceive(alone).answer
 
 
 def test_a_calibrated_threshold_is_the_detection_level_at_the_best_frequency():
@@ -214,7 +223,7 @@ def test_a_calibrated_threshold_is_the_detection_level_at_the_best_frequency():
     moved = np.abs(scenario.perception.compliance.compliance(frequency)) * level
     best = int(np.argmin(np.abs(frequency - 250)))
     assert moved[best] == pytest.approx(1e-7, rel=0.01)
-    assert name == "detection threshold of a single sine"
+    assert name == "detection threshold of a single sine (of the perception)"
 
 
 def test_a_mistake_of_a_slice_becomes_a_sentence():

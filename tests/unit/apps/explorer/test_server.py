@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import socket
+from types import SimpleNamespace
 
 import pytest
 
 import electrovib as ev
 from electrovib.apps.explorer.ports import close, listening
+from electrovib.apps.explorer.server import _guard
 from electrovib.core.errors import InputError
 
 pytest.importorskip("nicegui")
@@ -88,3 +90,16 @@ def test_an_address_that_this_machine_does_not_have_is_left_out(monkeypatch):
 def test_addresses_that_do_not_exist_are_refused(options, words):
     with pytest.raises(InputError, match=words):
         ev.explore(browser=False, **options)
+
+
+def test_pages_stand_in_the_order_in_which_they_were_left(monkeypatch):
+    from nicegui import App, Client
+
+    app, pages = App(), {name: SimpleNamespace(id=name) for name in "abc"}
+    deleted = SimpleNamespace(id="d")
+    monkeypatch.setattr(Client, "instances", pages)
+    _guard(app, "127.0.0.1", 8080, "")
+    for each in (pages["b"], pages["a"], deleted):
+        for handler in app._disconnect_handlers:
+            handler(each)
+    assert list(pages) == ["c", "b", "a"]

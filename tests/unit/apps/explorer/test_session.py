@@ -22,7 +22,7 @@ LONGEST = 60.0
 """Time after which a visit fails that waits for what does not come [s]."""
 
 
-def visit(actions, *, own=None, state=None):
+def visit(actions, *, own=None, state=None, busy=bool):
     """Run a visit, and return the session with everything that was shown and complained of."""
     shown, complaints = [], []
 
@@ -34,6 +34,7 @@ def visit(actions, *, own=None, state=None):
                 Workers(executor, executor),
                 lambda found, further: shown.append((found, further)),
                 complaints.append,
+                busy,
             )
             await asyncio.wait_for(actions(session), LONGEST)
             while not session.is_idle:
@@ -141,6 +142,43 @@ def test_no_further_slice_begins_when_something_newer_waits(monkeypatch):
     visit(actions)
     assert len([volts for volts, _ in begun if volts == 1000]) < 20
     assert len([volts for volts, _ in begun if volts == 5]) == 40
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_visitor_is_told_of_work_that_takes_long_until_it_has_ended_or_failed(fails, monkeypatch):
+    told, release = [], threading.Event()
+
+    def held(known):
+        assert release.wait(LONGEST)
+        if fails:
+            raise ZeroDivisionError
+        return known
+
+    monkeypatch.setattr("electrovib.apps.explorer.session.slices", lambda *_: [held])
+    monkeypatch.setattr("electrovib.apps.explorer.runner.NOTICED", 0.02)
+
+    async def actions(session):
+        session.ask(session.state)
+        assert told == []
+        while not told:
+            await asyncio.sleep(0.005)
+        session.ask(session.state.changed("drive.high", "5 V"))  # which follows without a pause
+        release.set()
+
+    _, shown, _ = visit(actions, busy=told.append)
+    assert shown[-1][0].scenario.drive.high == 5
+    assert told == [True, False]
+
+
+def test_a_visitor_is_not_told_of_work_that_is_done_in_a_moment(monkeypatch):
+    monkeypatch.setattr("electrovib.apps.explorer.runner.NOTICED", LONGEST)
+    told = []
+
+    async def actions(session):
+        session.ask(session.state)
+
+    visit(actions, busy=told.append)
+    assert told == []
 
 
 def test_curves_are_kept_and_the_oldest_is_dropped():

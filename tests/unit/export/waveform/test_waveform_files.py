@@ -29,6 +29,11 @@ BURST = {
 SUFFIXES = tuple(FORMATS)
 
 
+def joined(path):
+    """The declaration that a format needs whose samples are joined by straight lines where they are played."""
+    return {} if str(path).endswith(".pwl") else {"edge": "line"}
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -39,7 +44,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize("changes", [{"limits": LIMITS}, BURST], ids=["pulse", "sine"])
 def test_a_file_read_back_is_the_drive_to_the_stated_error(folder, suffix, changes):
     scenario = ev.load(FIG6, changes=changes)
-    found = ev.export_waveform(scenario, f"drive{suffix}")
+    found = ev.export_waveform(scenario, f"drive{suffix}", **joined(suffix))
     times, voltages = read_back(found.path, found.full_scale)
     np.testing.assert_allclose(times, found.waveform.times, rtol=1e-14)
     np.testing.assert_array_equal(voltages, found.waveform.voltages)
@@ -53,7 +58,7 @@ def test_a_file_read_back_is_the_drive_to_the_stated_error(folder, suffix, chang
 
 @pytest.mark.parametrize("suffix", [".csv", ".npy", ".mat"])
 def test_a_file_is_checked_as_a_drive_again(folder, suffix):
-    found = ev.export_waveform(FIG6, f"drive{suffix}", limits=LIMITS)
+    found = ev.export_waveform(FIG6, f"drive{suffix}", limits=LIMITS, edge="line")
     again = ev.check(found.path, FIG6, limits=LIMITS)
     assert again.value("peak voltage") == found.check.value("peak voltage") == 1000
     assert again.value("peak current") == pytest.approx(found.check.value("peak current"), rel=1e-9)
@@ -61,7 +66,7 @@ def test_a_file_is_checked_as_a_drive_again(folder, suffix):
 
 def test_the_codes_of_the_generator(folder):
     scenario = ev.load(FIG6, changes=BURST)
-    found = ev.export_waveform(scenario, "drive.csv", instrument="hp_33120a", gain=20)
+    found = ev.export_waveform(scenario, "drive.csv", edge=1e-6, instrument="hp_33120a", gain=20)
     text = found.path.read_text(encoding="utf-8")
     table = np.array([line.split(",") for line in text.splitlines() if line[0].isdigit()], dtype=float)
     codes = table[:, 2]
@@ -101,18 +106,25 @@ def test_the_generator_has_limits_of_its_own(folder):
         ({"gain": 20, "rate": 50e3}, "is allowed"),
     ):
         with pytest.raises(InputError, match=words):
-            ev.export_waveform(scenario, "drive.csv", instrument="hp_33120a", **changed)
+            ev.export_waveform(scenario, "drive.csv", edge=1e-6, instrument="hp_33120a", **changed)
     with pytest.raises(InputError, match=r"written as \.csv"):
         ev.export_waveform(scenario, "drive.npy", instrument="hp_33120a", gain=20)
     with pytest.raises(InputError, match="hp_33120a"):
         ev.export_waveform(scenario, "drive.csv", instrument="hp_33120", gain=20)
     assert not list(folder.iterdir())
-    assert ev.export_waveform(scenario, "drive.csv", instrument="hp_33120a", gain=10).full_scale == 100
+    assert (
+        ev.export_waveform(scenario, "drive.csv", edge=1e-6, instrument="hp_33120a", gain=10).full_scale
+        == 100
+    )
+    smallest = ev.export_waveform(
+        scenario, "drive.csv", edge=1e-6, instrument="hp_33120a", gain=1999, force=True
+    )
+    assert any(f"{100 / 1999!r} V at the output" in note for note in smallest.notes), "0.1 V peak to peak"
 
 
 def test_the_scale_of_a_sound_file(folder):
     scenario = ev.load(FIG6, changes=BURST)
-    found = ev.export_waveform(scenario, "drive.wav", full_scale=400.0, rate=96e3)
+    found = ev.export_waveform(scenario, "drive.wav", full_scale=400.0, rate=96e3, edge="line")
     shares = read_wave(found.path).channels[0].values
     assert read_wave(found.path).step == pytest.approx(1 / 96e3)
     sent = np.append(scenario.drive.voltage(np.arange(len(shares) - 1) / 96e3), 0.0)
@@ -127,7 +139,10 @@ def test_the_scale_of_a_sound_file(folder):
         ({"rate": 44_100.5}, "whole number"),
     ):
         with pytest.raises(InputError, match=words):
-            ev.export_waveform(scenario, "other.wav", **changed)
+            ev.export_waveform(scenario, "other.wav", edge="line", **changed)
+    negative = {"drive": {"model": "Trapezium", "high": -100.0, "rise": 1e-3, "hold": 1e-3, "fall": 1e-3}}
+    with pytest.raises(InputError, match="less than its full scale"):
+        ev.export_waveform(scenario.replace(negative), "other.wav", full_scale=99.0, edge="line")
 
 
 def test_ngspice_plays_the_source(folder):
@@ -150,7 +165,7 @@ def test_ngspice_plays_the_source(folder):
 class TestRefused:
     def refused(self, words, scenario=FIG6, path="drive.csv", **options):
         with pytest.raises(InputError, match=words):
-            ev.export_waveform(scenario, path, **{"limits": LIMITS, **options})
+            ev.export_waveform(scenario, path, **{"limits": LIMITS, **joined(path), **options})
         assert not left_by_a_kill(Path(path))
 
     def test_without_limits(self, folder):
@@ -166,12 +181,16 @@ class TestRefused:
 
     @pytest.mark.parametrize("own", [{"saturation": 900.0}, {"source_current": 1e-9}, {"bandwidth": 0.1}])
     def test_a_voltage_that_only_the_amplifier_holds(self, own, folder):
-        for options in ({}, {"ramp": 1e-3}):
-            self.refused("reaches 1 kV, above 950 V.*does not count", limits=LIMITS | {"voltage": 950},
+        for options in ({"amplifier_present": True}, {"amplifier_present": True, "ramp": 1e-3}, {}):
+            words = "does not count" if options else "only where this very amplifier stands"
+            self.refused(f"reaches 1 kV, above 950 V.*{words}", limits=LIMITS | {"voltage": 950},
                 set={"circuit.amplifier": own}, **options)  # fmt: skip
         assert not list(folder.iterdir())
-        found = ev.export_waveform(FIG6, "drive.csv", limits=LIMITS, set={"circuit.amplifier": own})
-        assert any("in hardware" in note for note in found.notes) == ("saturation" not in own)
+        for options, present in (({}, False), ({"amplifier_present": True}, True)):
+            found = ev.export_waveform(
+                FIG6, "drive.csv", limits=LIMITS, set={"circuit.amplifier": own}, edge="line", **options
+            )
+            assert any("in hardware" in note for note in found.notes) == (present and "saturation" not in own)
 
     def test_not_zero_at_an_end(self):
         cosine = {"model": "Sine", "amplitude": 100, "frequency": 1e3, "phase": 1.57}
@@ -186,7 +205,9 @@ class TestRefused:
         self.refused("1 discontinuities, the first of 100 V at 1 ms", set={"drive": square})
         self.refused("is allowed", rate=51.0)
         assert (
-            ev.export_waveform(FIG6, "coarse.csv", limits=LIMITS, rate=51.0, largest_error=0.6).waveform.error
+            ev.export_waveform(
+                FIG6, "coarse.csv", limits=LIMITS, rate=51.0, largest_error=0.6, edge="line"
+            ).waveform.error
             > 10
         )
         for wrong in (0.0, -1.0, np.nan, np.inf):
@@ -201,16 +222,18 @@ class TestRefused:
         self.refused(r"written as \.csv, \.npy", path="drive.xyz")
         (folder / "mine.csv").write_text("mine\n", encoding="utf-8")
         self.refused("exists already", path="mine.csv")
-        assert ev.export_waveform(FIG6, "mine.csv", limits=LIMITS, force=True).path.exists()
-        assert ev.export_waveform(FIG6, "mine.csv", limits=LIMITS).path.exists(), (
+        assert ev.export_waveform(FIG6, "mine.csv", limits=LIMITS, force=True, edge="line").path.exists()
+        assert ev.export_waveform(FIG6, "mine.csv", limits=LIMITS, edge="line").path.exists(), (
             "what electrovib wrote is replaced"
         )
 
     def test_what_electrovib_wrote_is_replaced_where_the_format_has_a_mark(self):
         for suffix in (".mat", ".wav", ".pwl"):
             for _ in range(2):
-                assert ev.export_waveform(FIG6, f"drive{suffix}", limits=LIMITS).path.exists()
-        assert ev.export_waveform(FIG6, "drive.npy", limits=LIMITS).path.exists()
+                assert ev.export_waveform(
+                    FIG6, f"drive{suffix}", limits=LIMITS, **joined(suffix)
+                ).path.exists()
+        assert ev.export_waveform(FIG6, "drive.npy", limits=LIMITS, edge="line").path.exists()
         self.refused("exists already", path="drive.npy")
 
     def test_the_limits_file_is_never_replaced(self, folder):
@@ -238,24 +261,39 @@ def test_the_command_line(folder):
     (folder / "limits.toml").write_text(
         'limits = { voltage = "1 kV", current = "250 uA" }\n', encoding="utf-8"
     )
-    done = run("-o", "drive.csv", "--limits", "limits.toml", "--rate", "10 kHz")
+    done = run("-o", "drive.csv", "--limits", "limits.toml", "--rate", "10 kHz", "--edge", "line")
     assert done.exit_code == 0, done.exception
     assert "2721 samples at 10 kHz" in done.output
     assert "limits.voltage of limits.toml" in done.output
-    assert run("h.csv", "--as", "hp_33120a", "--gain", "100", "--limits", "limits.toml").exit_code == 0
+    held = ["h.csv", "--as", "hp_33120a", "--gain", "100", "--limits", "limits.toml"]
+    assert run(*held, "--edge", "10 us").exit_code == 0
     for words in (
         [],
         ["a.csv", "-o", "b.csv"],
         ["-o", "a.csv"],
         ["-o", "a.csv", "--rate", "3 V"],
         ["a.cir", "--as", "hp_33120a"],
+        ["a.cir", "--edge", "line"],
+        ["a.cir", "--amplifier-present"],
+        ["a.pwl", "--limits", "limits.toml", "--edge", "line"],
+        ["a.csv", "--limits", "limits.toml", "--edge", "lines"],
+        ["a.csv", "--limits", "limits.toml", "--edge", "0 s"],
+        [*held, "--edge", "line"],
+        held,
     ):
         assert isinstance(run(*words).exception, InputError), words
-    assert ev.export(FIG6, "again.csv", limits="limits.toml") == (folder / "again.csv").relative_to(folder)
+    assert ev.export(FIG6, "again.csv", limits="limits.toml", edge="line") == (
+        folder / "again.csv"
+    ).relative_to(folder)
 
 
 @pytest.mark.parametrize(
-    ("suffix", "options"), [(".csv", {}), (".wav", {}), (".csv", {"instrument": "hp_33120a", "gain": 10})]
+    ("suffix", "options"),
+    [
+        (".csv", {"edge": "line"}),
+        (".wav", {"edge": "line"}),
+        (".csv", {"instrument": "hp_33120a", "gain": 10, "edge": 1e-6}),
+    ],
 )
 def test_a_ramp_lets_a_drive_begin_and_end_at_zero(folder, suffix, options):
     """A cosine times an envelope of 2 ms; the bound of the error holds and is not far from the error itself."""
@@ -276,7 +314,7 @@ def test_a_ramp_lets_a_drive_begin_and_end_at_zero(folder, suffix, options):
     assert any("ramps of 2 ms" in note for note in found.notes)
     for wrong in (0.0, -1.0, np.nan, 6e-3):
         with pytest.raises(InputError, match="ramp"):
-            ev.export_waveform(scenario, "other.csv", ramp=wrong)
+            ev.export_waveform(scenario, "other.csv", ramp=wrong, edge="line")
 
 
 def test_a_ramp_bounds_the_switching_current(folder):
@@ -284,4 +322,42 @@ def test_a_ramp_bounds_the_switching_current(folder):
     carrier = {"model": "Sine", "amplitude": "100 V", "frequency": "100 Hz", "phase": 1.5707963267948966}
     scenario = ev.load(FIG6, changes={"drive": carrier, "limits": LIMITS, "time.duration": "50 ms"})
     assert ev.check(scenario).value("peak current") > 0.09
-    assert ev.export_waveform(scenario, "drive.csv", ramp=5e-3).check.value("peak current") < 5e-6
+    assert (
+        ev.export_waveform(scenario, "drive.csv", ramp=5e-3, edge="line").check.value("peak current") < 5e-6
+    )
+
+
+SQUARE = {"drive": {"model": "Trapezium", "high": 500.0, "rise": 1e-7, "hold": 5e-3, "fall": 1e-7}}
+
+
+def test_a_bandwidth_that_is_only_assumed_holds_no_current(folder):
+    """One pole at 1 Hz would leave nothing of the current of a pulse; without it 500 V charge the stack within 0.1 us."""
+    scenario = ev.load(FIG6, changes=SQUARE | {"circuit.amplifier": {"bandwidth": 1.0}})
+    options = {"limits": LIMITS, "rate": 1e7, "edge": "line"}
+    with pytest.raises(InputError, match=r"above 250 uA.*--amplifier-present"):
+        ev.export_waveform(scenario, "drive.csv", **options)
+    assert not list(folder.iterdir())
+    present = ev.export_waveform(scenario, "drive.csv", amplifier_present=True, **options)
+    assert present.check.value("peak current") < 250e-6
+    named = scenario.replace({"circuit.amplifier.hardware": "our amplifier, 1 Hz"})
+    found = ev.export_waveform(named, "drive.csv", **options)
+    assert found.check.value("peak current") == present.check.value("peak current")
+    assert any("(our amplifier, 1 Hz)" in note for note in found.notes)
+
+
+def test_what_is_written_states_how_it_is_played(folder):
+    scenario = ev.load(FIG6, changes=BURST)
+    for edge, words in (("line", "straight lines between the samples"), (1e-6, "edges of 1 us between them")):
+        found = ev.export_waveform(scenario, "drive.csv", edge=edge, largest_error=0.05)
+        assert any(f"was checked with {'each' if edge != 'line' else ''}" in note for note in found.notes)
+        assert words in found.path.read_text(encoding="utf-8")
+        assert found.waveform.held == (edge != "line")
+    steps = ev.export_waveform(
+        scenario,
+        "drive.csv",
+        limits={"current": "1 A"},
+        set={"limits.current": "1 A"},
+        instrument="hp_33120a",
+        gain=20,
+    )
+    assert any("and steps between them" in note for note in steps.notes)

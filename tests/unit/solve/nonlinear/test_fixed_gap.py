@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,6 +12,7 @@ from hypothesis import strategies as st
 from electrovib.core.discovery import papers
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
+from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.debye_sum import DebyeSum
@@ -19,8 +22,10 @@ from electrovib.physics.stack import Layer
 from electrovib.solve.electrics.leaks.branch import leaky_response
 from electrovib.solve.electrics.leaks.leak import leak_section
 from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.nonlinear.finger import follow_finger
+from electrovib.solve.nonlinear.electrics import Electrics
+from electrovib.solve.nonlinear.finger import FingerOverPlate, follow_finger
 from electrovib.solve.nonlinear.integrate import integrate
+from electrovib.solve.nonlinear.system import System
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.reduce import reduce_material
 from electrovib.solve.stack.section import modal_section
@@ -153,6 +158,7 @@ LEAKS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("leak", LEAKS)
 @pytest.mark.parametrize("name", ["trapezium", "square", "sine"])
 @pytest.mark.parametrize("element", ["bare", "floating"])
@@ -279,15 +285,15 @@ def test_a_stack_only_stores_and_loses(drawn, name):
     assert np.all(np.diff(lost) >= -1e-3 * np.max(stored))
 
 
+@pytest.mark.slow
 def test_states_stand_beside_others():
     """Another system may keep the electrics in a slice of its own state and mode."""
-    from electrovib.solve.nonlinear.electrics import Electrics
 
     layers, drive = finger(), read_model(Drive, DRIVES["square"])
     times = np.linspace(0, END, 31)
     space = stack_states(layers, debye_of(layers), area=AREA, element=ELEMENTS["body"])
 
-    class Beside:
+    class Beside(System):
         """The electrics and one state that lags behind the attraction."""
 
         def __init__(self):
@@ -320,3 +326,49 @@ def test_states_stand_beside_others():
     found = system.electrics.signals(times, solved.states[:-1], gap=None, closing=0.0)
     assert worst(alone.found, found) < 1e-8
     assert 0 < solved.states[-1, -1] < 4.4271e-12 * np.max(alone.found[FieldOf("gap")] ** 2)
+
+
+AMPLIFIERS = {
+    "voltage": Amplifier(gain=2.0, saturation=70.0),
+    "voltage and pole": Amplifier(gain=2.0, bandwidth=800.0, saturation=45.0),
+    "current": Amplifier(source_current=12e-6, sink_current=8e-6),
+    "all": Amplifier(
+        gain=1.8, bandwidth=1500.0, saturation=70.0, source_current=12e-6, stray_capacitance=3e-11
+    ),
+}
+
+
+@pytest.mark.parametrize("amplifier", AMPLIFIERS)
+@pytest.mark.parametrize("drive", ["square", "sine"])
+def test_several_times_at_once_are_one_after_the_other(amplifier, drive):
+    """The stages of a step are evaluated together: the same rates and switching functions in every mode."""
+    layers = finger(leak=LEAKS["field"], gap_leak=LEAKS["polarity"])
+    space = stack_states(layers, debye_of(layers), area=AREA, element=ELEMENTS["body"])
+    electrics = Electrics(space, read_model(Drive, DRIVES[drive]), end=END, amplifier=AMPLIFIERS[amplifier])
+    system = FingerOverPlate(electrics)
+    state, _ = system.begin()
+    system.jump(state, time=0.0)
+    times = np.array([1e-3, 2e-3, 5e-3])
+    states = np.random.default_rng(1).normal(size=(system.scale.size, 3)) * system.scale[:, None]
+    for clipped, held, sign in itertools.product((-1, 0, 1), (-1, 0, 1), (-1, 1)):
+        if (clipped and electrics.volts == 100) or (held and not electrics.limited):
+            continue
+        mode = (clipped, held, sign)
+        for together, one in (
+            (system.rates, System.rates),
+            (system.watched, System.watched),
+        ):
+            expected = one(system, states, mode, times=times)
+            found = together(states, mode, times=times)
+            size = np.max(np.abs(expected), axis=1, keepdims=True)
+            assert np.all(np.abs(found - expected) <= 1e-12 * size)
+
+
+def test_an_edge_that_has_decayed_costs_no_steps():
+    """60 V over 1 kohm fall within microseconds: they are followed to a billionth of themselves, not of the drive's slope."""
+    layers = finger(gap_leak=LEAKS["polarity"])
+    space = stack_states(layers, debye_of(layers), area=AREA, element=ELEMENTS["body"])
+    drive, times = read_model(Drive, DRIVES["square"]), np.linspace(0, END, 61)
+    found = follow_finger(space, drive, times, amplifier=AMPLIFIERS["voltage"])
+    edges = len(drive.corners(END)[0])
+    assert found.steps < 300 * (edges + len(found.events))

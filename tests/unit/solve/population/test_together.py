@@ -23,8 +23,9 @@ _SPEC.loader.exec_module(fingers_of)
 difference, draw, times_of = fingers_of.difference, fingers_of.draw, fingers_of.times_of
 
 EQUAL = 1e-12
-SCALED = 1e-11
-"""Where a permittivity is scaled: a reduction of the scaled permittivity itself differs by some 1e-12 of the permittivity."""
+SCALED = 2e-11
+"""Where a permittivity is scaled: a reduction of the scaled permittivity itself differs by some 1e-12 of the permittivity.
+The rounding depends on the processor: at most 1e-11 on one with vectors of 512 bits, 1.52e-11 on one without."""
 GAP = "vezzoli_2014/fig6_gap"
 CASES = {
     GAP: (
@@ -347,13 +348,15 @@ def test_what_is_one_by_one_has_a_reason(scenario, free, names, words):
     assert many.kernel == "one scenario at a time"
 
 
-def test_laws_of_users_pass_their_tests():
-    """In a process of their own, because a law that is declared is offered everywhere from then on."""
-    file = Path(__file__).with_name("laws_of_users.py")
+@pytest.mark.slow
+@pytest.mark.parametrize(("file", "count"), [("laws_of_users", 3), ("models_of_users", 26)])
+def test_models_of_users_pass_their_tests(file, count):
+    """In a process of their own, because a model that is declared is offered everywhere from then on."""
+    file = Path(__file__).with_name(f"{file}.py")
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(file)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-3000:]
-    assert "3 passed" in done.stdout
+    assert f"{count} passed" in done.stdout
 
 
 def test_values_outside_their_range_are_refused():

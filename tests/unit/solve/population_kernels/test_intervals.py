@@ -57,6 +57,7 @@ def test_a_value_that_is_no_number_has_no_quantiles_at_its_times(kernel):
         square_quantiles(**given, voltage=voltage, time=time, outputs=[0], probabilities=[2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fingers", [1, 2500])
 @pytest.mark.parametrize("threads", [1, 2])
 def test_counts_are_those_of_stored_responses(kernel, fingers, threads):

@@ -16,6 +16,7 @@ from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.slew import slew_of
 from electrovib.physics.limits import Limits
+from electrovib.solve.diagnostics.steepness import discontinuities
 from electrovib.solve.quantities import of_record
 from electrovib.study.check import (
     CheckResult,
@@ -209,6 +210,19 @@ def test_a_limit_that_is_exceeded_is_refused_with_value_and_source():
         cleared_for_output(ev.load(FIG6), limits={"voltage": "900 V"})
 
 
+@pytest.mark.parametrize("gain", [200.0, -200.0])
+@pytest.mark.parametrize("holding", [{"saturation": "900 V"}, {"bandwidth": "0.1 Hz"}])
+def test_what_an_amplifier_leaves_of_a_demanded_voltage_does_not_clear_it(gain, holding):
+    """10 V times 200 are 2 kV whatever the sign, although the plate never reaches the limit of 1 kV."""
+    scenario = ev.load(FIG6, changes={"drive.high": "10 V", "circuit.amplifier": {"gain": gain} | holding})
+    limits = {"voltage": "1 kV", "current": "1 A"}
+    assert row(ev.check(scenario, limits=limits), "peak voltage").state == "pass"
+    with pytest.raises(
+        InputError, match=r"times the gain of the amplifier reaches 2 kV, above 1 kV: .*does not count"
+    ):
+        cleared_for_output(scenario, limits=limits)
+
+
 def test_a_discontinuity_without_resistance_has_no_bound():
     step = {"model": "Step", "level": "1 V"}
     result = ev.check(step, FIG6, set={"circuit.return_path.resistance": 0}, limits={"current": "1 A"})
@@ -228,7 +242,14 @@ def test_a_declared_limit_that_could_not_be_compared_is_refused():
         state="unknown",
         text="the charge is not known",
     )
-    rows = {"title": "", "duration": 1.0, "comparisons": (), "numbers": (), "notes": ()}
+    rows = {
+        "title": "",
+        "duration": 1.0,
+        "comparisons": (),
+        "numbers": (),
+        "notes": (),
+        "scenario": ev.load("vezzoli_2014/fig6"),
+    }
     with pytest.raises(InputError, match=r"the charge is not known\. Nothing was played"):
         CheckResult(rows=(unknown,), **rows).refuse("Nothing was played")
     CheckResult(rows=(replace(unknown, limit=None),), **rows).refuse()
@@ -294,6 +315,16 @@ def test_slew_of_a_pulse_is_that_of_its_steepest_edge():
     assert slew_of(drive, 0.05) == pytest.approx(1000 / 36e-3)
 
 
+@pytest.mark.parametrize("gain", [1.0, -3.0])
+def test_the_slew_of_a_periodic_state_is_that_of_its_whole_period(gain):
+    """The fall of 1 ms lies beyond the 50 ms of output times, and has passed in every period before."""
+    drive = {"model": "Trapezium", "high": 100, "rise": 0.03, "hold": 0.1, "fall": 1e-3, "repeat": 0.3}
+    changes = {"drive": drive, "time.duration": 0.05, "circuit.amplifier": {"gain": gain}}
+    for state, expected in (("PeriodicState", 100 / 1e-3), ("AtRest", 100 / 0.03)):
+        scenario = ev.load(FIG6, changes=changes | {"time.initial_state": {"model": state}})
+        assert ev.check(scenario).value("slew rate") == pytest.approx(abs(gain) * expected)
+
+
 def diagnostics(trace):
     return {each.name: each for each in read_diagnostics(trace.attrs["validity"])}
 
@@ -348,6 +379,8 @@ def test_the_root_mean_square_of_a_current_without_a_bound_is_not_known():
     )
     checked = ev.check(scenario)
     assert (row(checked, "rms current").state, row(checked, "rms current").value) == ("unknown", None)
+    published = [each for each in checked.comparisons if each.quantity == "rms body current"]
+    assert {(each.value, each.state) for each in published} == {(math.inf, "fail")}, "0.5 mA are exceeded"
     for found in (diagnostics(ev.run(scenario)), diagnostics(ev.simulate(scenario))):
         assert (found["rms current"].state, found["rms current"].value) == ("unknown", None)
         assert found["rms voltage"].value == pytest.approx(100, rel=1e-6)
@@ -413,6 +446,30 @@ class TestCommandLine:
         assert "not a claim of medical safety" in page
         assert self.run(FIG6, "-o", str(path)).exit_code == 0
 
+    def test_the_verdict_is_a_few_lines_and_all_the_rest_is_asked_for(self):
+        short, full = self.run(FIG6).output, self.run(FIG6, "--all").output
+        verdict, closest, undeclared, warning, meaning = short.splitlines()
+        assert warning.startswith("warning: the voltage across the stack reaches 1 kV, above 661 V")
+        assert verdict.startswith("no limit exceeded, 5 not judged")
+        rows = ev.check(FIG6).rows
+        least = min((each for each in rows if each.margin), key=lambda each: each.margin)
+        assert closest.startswith(f"closest limit: {least.quantity}, ")
+        assert closest.endswith(f"limit/value {least.margin:.3g}, not judged")
+        assert undeclared == "not compared: peak voltage, charge, stored energy, peak body current"
+        assert "no claim of medical safety" in meaning
+        assert "Comparison with published currents" not in short
+        for text in (
+            "Comparison with published currents",
+            "Values without a limit",
+            "healthy adults",
+            verdict,
+            closest,
+        ):
+            assert text in full
+        failed = self.run(FIG6, "--set", "limits.voltage=900 V").output.splitlines()
+        assert failed[1] == "closest limit: peak voltage, 1 kV of 900 V, limit/value 0.9"
+        assert len(failed) == 5
+
     def test_series_resistor(self):
         shown = self.run(FIG6, "--series-resistor").output
         assert "4 Mohm" in shown
@@ -435,6 +492,31 @@ def test_a_saturating_amplifier_passes_discontinuities_on(resistance, stray):
     held = ev.check({"model": "Square", "high": 900, "low": 300, "frequency": 60}, FIG6, set=path)
     first = 200 / resistance if resistance else math.inf
     assert held.value("peak body current") == pytest.approx(first, rel=1e-5)
+
+
+def test_a_jump_up_to_the_saturation_is_the_part_below_it():
+    """From 50 to 150 V behind 100 V the plate jumps by 50 V; from 150 to 250 V it does not jump."""
+    path = {
+        "circuit.return_path.resistance": 1e4,
+        "circuit.amplifier": {"saturation": 100},
+        "time.duration": 9e-3,
+    }
+    for low, high, later in ((50, 150, 50), (150, 250, 0), (-150, -50, 50)):
+        square = {"model": "Square", "high": low, "low": high, "frequency": 60}
+        scenario = ev.load(FIG6, changes=path | {"drive": square})
+        first = min(abs(low), 100) / 1e4
+        assert ev.check(scenario).value("peak body current") == pytest.approx(
+            max(first, later / 1e4), rel=1e-5
+        )
+        passed = discontinuities(scenario, end=9e-3)
+        assert (passed[0], passed[1] > 0) == (abs(low), later > 0)
+
+
+def test_a_bandwidth_alone_bounds_the_current_of_a_step():
+    """The pole charges the film with C V 2 pi f at first; without it the current has no bound."""
+    amplifier = {"circuit.amplifier": {"bandwidth": "1 kHz"}, "circuit.return_path.resistance": 0}
+    result = ev.check({"model": "Step", "level": "100 V"}, FIG6, set=amplifier)
+    assert result.value("peak current") == pytest.approx(CAPACITANCE * 100 * 2 * math.pi * 1e3, rel=1e-3)
 
 
 def test_a_discontinuity_charges_the_stray_capacitance_at_once():

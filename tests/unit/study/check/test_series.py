@@ -15,6 +15,7 @@ from electrovib.physics.series_resistor import (
     smallest_series_resistance,
     stored_energy_behind,
 )
+from electrovib.view.checked import resistor_table
 
 FIG6 = "vezzoli_2014/fig6"
 
@@ -28,7 +29,23 @@ def test_resistance_power_and_what_remains_behind():
     assert found.time_constant == pytest.approx(4e6 * found.capacitance)
     assert found.stored_energy == pytest.approx(found.capacitance * 1e6 / 2)
     assert found.corner == pytest.approx(1 / (2 * math.pi * found.time_constant))
-    assert found.supply_voltage == 0
+    assert found.supply_voltage is None, "no resistor is there that could allow a voltage"
+
+
+def test_a_resistor_that_is_not_there_allows_no_voltage_in_the_table():
+    rows = {row[0]: row[1:] for row in resistor_table(ev.series_resistor(FIG6)).rows}
+    assert "largest supply voltage with it" not in rows
+    assert rows["present series resistance"] == ("none", "circuit.source_resistance of the scenario is 0")
+    there = resistor_table(ev.series_resistor(FIG6, set={"circuit.source_resistance": "1 Mohm"})).rows
+    assert [row[1] for row in there[-2:]] == ["1 Mohm", "250 V"], "250 uA times 1 Mohm"
+
+
+def test_a_gap_counts_to_the_capacitance_behind_the_resistor():
+    """A film of 90 um and 3 um of air in series store less than the film alone; the skin counts as a conductor."""
+    found = ev.series_resistor(
+        "vezzoli_2014/fig6_gap", set={"stack.gap.thickness": "3 um"}, limits={"current": 1e-3}
+    )
+    assert found.capacitance == pytest.approx(8.8541878128e-12 * 1e-4 / (90e-6 / 3.35 + 3e-6), rel=1e-9)
 
 
 def test_limits_and_body_count():

@@ -197,6 +197,7 @@ def test_dc_without_a_leak_is_the_square_root(scenarios):
     assert designed.is_achieved
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("forces", "limits"),
     [
@@ -266,6 +267,7 @@ def test_limits_of_dc_are_traded_as_by_brute_force(scenarios, forces, limits):
     )
 
 
+@pytest.mark.slow
 def test_searches_over_many_samples_take_over_what_those_over_few_values_find():
     """Forces at random, of which the voltage serves some: the first three starts alone end at 79.32 %."""
     random = np.random.default_rng(2)
@@ -468,7 +470,7 @@ def test_the_command_writes_a_drive_that_check_passes(tmp_path):
         "--carrier",
         "2 kHz",
     ]
-    run = CliRunner().invoke(app, [*words, "--limits", str(limits), "-o", str(out)])
+    run = CliRunner().invoke(app, [*words, "--limits", str(limits), "--edge", "line", "-o", str(out)])
     assert run.exit_code == 0, run.output
     head = [line for line in out.read_text().splitlines() if line.startswith("#")]
     assert any("departs from the target by" in line for line in head)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
-from electrovib.study.design.parameter.roots import solutions
+from electrovib.study.design.parameter.roots import look_between, solutions
 from electrovib.study.design.parameter.scale import EVEN, first_values
 from electrovib.study.design.parameter.search import Function, explore, sharpen_extremes
 
@@ -51,10 +51,10 @@ def test_half_as_many_values_where_each_takes_long():
 
 
 def test_a_power_law_needs_no_added_values():
-    roots, jumps, is_all, function = found(lambda x: 3 * x**2, 12.0, 1e-6, 1e6)
+    roots, jumps, beyond, function = found(lambda x: 3 * x**2, 12.0, 1e-6, 1e6)
     assert [each.value for each in roots] == [pytest.approx(2, rel=1e-12)]
     assert not jumps
-    assert is_all
+    assert not beyond
     assert len(function.values) < 60
 
 
@@ -151,9 +151,28 @@ def test_where_nothing_can_be_computed_the_rest_is_searched():
 
 
 def test_more_crossings_than_are_refined_are_reported():
-    roots, _, is_all, _ = found(math.sin, 0.5, 1.0, 1e4)
-    assert not is_all
+    roots, _, beyond, _ = found(math.sin, 0.5, 1.0, 1e4)
+    assert beyond > 0
     assert all(math.sin(each.value) == pytest.approx(0.5, abs=1e-6) for each in roots)
+
+
+def sparse_sine():
+    """A sine over 20 periods, at 47 values."""
+    function = Function(math.sin)
+    for at in np.linspace(0.0, 40 * math.pi, 47):
+        function(at)
+    return function
+
+
+def test_a_function_that_goes_up_and_down_is_looked_at_between_its_crossings():
+    """sin x = 0.9 forty times; a few values in a period show fewer."""
+    roots, _, beyond = solutions(sparse_sine(), 0.9)
+    assert len(roots) + beyond < 40
+    function = sparse_sine()
+    assert look_between(function, 0.9, most_added=2000)
+    roots, _, beyond = solutions(function, 0.9)
+    assert len(roots) + beyond == 40
+    assert not look_between(sparse_sine(), 0.9, most_added=50)
 
 
 @settings(max_examples=60, deadline=None)

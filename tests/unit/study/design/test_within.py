@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import pytest
 
+import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.study.check.result import FAIL, PASS, CheckResult, CheckRow
 from electrovib.study.design.parameter.scale import first_values
 from electrovib.study.design.parameter.search import Function, explore
 from electrovib.study.design.parameter.within import Limited, obtainable
+
+EMPTY = {"title": "", "duration": 1, "comparisons": (), "numbers": (), "notes": ()}
+EMPTY["scenario"] = ev.load("vezzoli_2014/fig6")
 
 
 def limited(**shares):
@@ -27,7 +31,15 @@ def limited(**shares):
             )
             for name, share in shares.items()
         ]
-        return CheckResult(title="", duration=1, rows=tuple(rows), comparisons=(), numbers=(), notes=())
+        return CheckResult(
+            title="",
+            duration=1,
+            rows=tuple(rows),
+            comparisons=(),
+            numbers=(),
+            notes=(),
+            scenario=ev.load("vezzoli_2014/fig6"),
+        )
 
     return Limited(check)
 

@@ -236,6 +236,34 @@ def test_without_a_binding_limit_the_ranges_decide():
     assert at_amplitude(inside.best) == 100
 
 
+def test_without_limits_the_answer_is_called_a_corner_of_the_ranges():
+    found = plate("bau_2010/sine", {"drive.amplitude": [100.0, 200.0]}, materials=["silica", "parylene C"])
+    first, *rest = found.answer.split(". ")
+    both = plate("bau_2010/sine", {"drive.amplitude": [1.0, 2.0], "stack.insulator.thickness": [1e-6, 2e-6]})
+    assert "at a corner of the ranges: stack.insulator.thickness = 1 um" in both.answer.replace(
+        "drive.amplitude = 2 V, ", ""
+    )
+    assert "at an end of the ranges: " in first
+    assert "limits.voltage and limits.current are not declared, so they were not compared" in rest
+    within = plate(STATIC, {"drive.amplitude": [100.0, 200.0]}, limits={"voltage": 150.0, "current": 1.0})
+    assert "end of the ranges" not in within.answer
+    assert "not declared" not in within.answer
+
+
+def test_the_closest_limit_is_that_with_the_smallest_ratio_in_the_table():
+    """In a gap of 3 um field emission at 75 MV/m is nearer than the strength of the film, although it decides nothing."""
+    found = plate("bau_2010/sine", {"drive.amplitude": [100.0, 200.0]}, set={"limits.voltage": "1 kV"})
+    rows = next(table for table in found.tables if table.title.startswith("Limits at")).rows
+    ratios = {each[1]: float(each[4]) for each in rows if each[4]}
+    least = min(ratios, key=ratios.get)
+    assert least == "field emission"
+    assert ratios[least] < 2 < ratios["film strength, insulator"]
+    assert f"Closest limit: field emission, {ratios[least]:.3g} (not judged) (59" in found.answer
+    pareto = next(table for table in found.tables if table.title.startswith("Pareto"))
+    column = pareto.headings.index("closest limit")
+    assert all(row[column].startswith("field emission, ") for row in pareto.rows)
+
+
 def test_nothing_within_the_limits_names_the_limit_and_the_nearest_candidate():
     found = plate(STATIC, {"drive.amplitude": [100.0, 200.0]}, limits={"voltage": 50.0})
     assert found.best is None
@@ -299,7 +327,7 @@ def test_undeclared_limits_forbid_nothing_and_are_named():
     assert rows["peak voltage"].limit is None
     assert rows["peak voltage"].state == "unknown"
     assert rows["peak voltage"].value == 100
-    assert any("limits.voltage is not declared" in note for note in found.notes)
+    assert "limits.voltage and limits.current are not declared" in found.answer
 
 
 def test_the_strictest_of_several_limits_counts():
@@ -315,8 +343,8 @@ def test_materials_take_their_own_strength_and_its_status():
     )
     assert [each.material for each in found.candidates[::2]] == ["silica", "parylene_c", "ptfe"]
     by = {each.material: each for each in found.candidates}
-    assert row(by["silica"], "film strength, insulator").limit == pytest.approx(10_000 / 25.4e-6)
-    assert "unverified" in by["silica"].doubts[0]
+    assert row(by["silica"], "film strength, insulator").limit == pytest.approx(660e6)
+    assert "a thickness that its source does not state" in by["silica"].doubts[0]
     assert by["parylene_c"].doubts
     assert any(
         "stack.insulator.breakdown_field belongs to the material of the scenario" in note
@@ -327,7 +355,7 @@ def test_materials_take_their_own_strength_and_its_status():
 
 def test_a_field_above_an_unverified_strength_forbids_and_the_row_says_unverified():
     thin = STATIC.replace({"stack.insulator.thickness": "100 nm", "stack.gap.thickness": "1 nm"})
-    found = plate(thin, {"drive.amplitude": [1.0, 100.0]}, materials=["silica"])
+    found = plate(thin, {"drive.amplitude": [1.0, 100.0]}, materials=["parylene C"])
     film = row(found.candidates[1], "film strength, insulator")
     assert film.value > film.limit
     assert film.state == "fail"
@@ -386,10 +414,13 @@ def test_a_change_of_friction_below_the_threshold_forbids():
     assert row(near.candidates[0], PERCEIVED).state == "unknown"
 
 
-def test_perception_without_a_threshold_is_not_judged():
+def test_perception_without_a_threshold_forbids_nothing_and_is_answered_from_publications():
     found = plate(STATIC.replace({"perception": {}}), {"drive.amplitude": [100.0]})
     assert not [each for each in found.candidates[0].rows if each.quantity == PERCEIVED]
-    assert any("no calibrated threshold" in note for note in found.notes)
+    best = ev.perceive(STATIC, set={"drive.amplitude": 100.0})
+    assert best.verdict == "detectable"
+    (note,) = [note for note in found.notes if note.startswith("The best plate: ") and "felt" in note]
+    assert note == f"The best plate: {best.answer}. {best.to_measure}. This forbids no candidate."
 
 
 WRONG = {

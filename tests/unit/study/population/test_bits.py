@@ -109,11 +109,13 @@ def test_the_result_in_memory_is_that_of_the_store(quick, tmp_path):
     assert found["electrostatic_force_variance"].attrs["units"] == "N^2"
 
 
+@pytest.mark.parametrize("count", [1, 20])
 @pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
-def test_a_finger_that_is_not_known_makes_its_samples_unknown(quick, monkeypatch, memory):
-    monkeypatch.setattr(StandInPopulation, "unknown", True)
+def test_a_finger_that_is_not_known_makes_its_samples_unknown(quick, monkeypatch, memory, count):
+    thickness = np.sort(read_space(load("vezzoli_2014/fig6"), SPACE).draw(3, 0, 5000)[PATH])
+    monkeypatch.setattr(StandInPopulation, "unknown", thickness[-count])
     found = quick(n=5000, budget_memory=memory)
-    assert found["electrostatic_force_unknown"].values[3] > 0
+    assert found["electrostatic_force_unknown"].values[3] == count
     assert found["electrostatic_force_unknown"].values[[0, 1, 2, 4, 5, 6]].sum() == 0
     for name in ("percentile", "mean", "variance"):
         known = np.isfinite(found[f"electrostatic_force_{name}"].values)
@@ -174,7 +176,7 @@ def test_threads_do_not_change_a_bit(monkeypatch, memory, exceed):
 @pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
 def test_a_tile_of_many_parts_is_reduced_as_its_parts(monkeypatch, memory):
     monkeypatch.setattr("electrovib.solve.population.population", stand_in)
-    monkeypatch.setattr(StandInPopulation, "unknown", True)
+    monkeypatch.setattr(StandInPopulation, "unknown", 6e-4)
     monkeypatch.setattr("electrovib.study.population.tiles._BYTES", 1024 * 7 * 8)
     asked = {"signal": "electrostatic_force", "percentiles": (5, 50), "exceed": "1 mN", "draws": False}
     declared = read_study("vezzoli_2014/fig6", SPACE, n=5000, seed=3, budget_memory=memory, **asked)

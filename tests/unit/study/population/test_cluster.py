@@ -104,6 +104,24 @@ def test_a_scheduler_that_does_not_answer_is_an_error(monkeypatch):
         ev.study(SCENARIO, SPACE, n=10, seed=1, scheduler="tcp://127.0.0.1:9")
 
 
+@pytest.mark.slow
+def test_an_address_that_cannot_be_used_is_answered_in_a_sentence_alone():
+    """Dask prints a traceback, when a process ends, for a client that was never connected."""
+    script = (
+        "import electrovib as ev\n"
+        "from electrovib.core.errors import InputError\n"
+        "for address in ('nowhere', 'tls://127.0.0.1:9', 'http://x'):\n"
+        "    try:\n"
+        f"        ev.study({SCENARIO!r}, {SPACE!r}, n=10, seed=1, scheduler=address)\n"
+        "    except InputError as error:\n"
+        "        print(error)\n"
+    )
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [": no answer (" in line for line in done.stdout.splitlines()] == [True] * 3
+
+
 @pytest.mark.parametrize(
     ("where", "words"),
     [

@@ -8,9 +8,8 @@ import pytest
 from electrovib.scenario import load
 from electrovib.solve.population.fingers import Population
 from electrovib.solve.population.kernels.choice import compiled
-from electrovib.study.population import study, tile
+from electrovib.study.population import open_study, study, tile
 from electrovib.study.population.declared import read_study
-from electrovib.study.population.existing import open_study
 from electrovib.study.population.run import StudyCancelledError
 from electrovib.study.population.tile import Evaluator
 from electrovib.study.population.worker import tile_on_worker

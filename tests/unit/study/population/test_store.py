@@ -12,6 +12,7 @@ from stand_in_population import StandInPopulation
 from zarr.storage import LocalStore
 
 from electrovib.core.errors import InputError
+from electrovib.data import atomic
 from electrovib.study.population import StudyCancelledError, open_study
 from electrovib.study.population.lock import locked
 from electrovib.study.population.writer import CheckpointWriter
@@ -106,14 +107,12 @@ def test_an_incomplete_study_is_not_opened(quick, tmp_path):
 
 def test_another_kernel_is_refused_while_incomplete(quick, tmp_path, monkeypatch):
     path = ended(quick, tmp_path / "a.zarr")
-    monkeypatch.setattr(StandInPopulation, "kernel", "numba 0.68.1, width 4")
-    with pytest.raises(
-        InputError, match=r"begun with kernel 'stand-in; .*', here 'numba 0.68.1, width 4; .*'"
-    ):
+    monkeypatch.setattr(StandInPopulation, "kernel", "another stand-in")
+    with pytest.raises(InputError, match=r"begun with kernel 'stand-in; .*', here 'another stand-in; .*'"):
         quick(n=5000, output=path)
     monkeypatch.setattr(StandInPopulation, "kernel", "stand-in")
     quick(n=5000, output=path)
-    monkeypatch.setattr(StandInPopulation, "kernel", "numba 0.68.1, width 4")
+    monkeypatch.setattr(StandInPopulation, "kernel", "another stand-in")
     quick(n=5000, output=path)  # complete
 
 
@@ -133,15 +132,23 @@ def test_another_memory_that_changes_the_percentiles_is_refused(quick, tmp_path)
 
 def faulty(monkeypatch, at, error):
     """Let the write of number `at` to a store fail; return the list of what was written."""
-    written, original = [], LocalStore.set
+    written, of_array, of_group = [], LocalStore.set, atomic._complete
 
-    async def put(self, key, value):
+    def note(key):
         written.append(key)
         if len(written) == at:
             raise error
-        await original(self, key, value)
+
+    async def put(self, key, value):
+        note(key)
+        await of_array(self, key, value)
+
+    def complete(temporary, place, form):
+        note(place)
+        of_group(temporary, place, form)
 
     monkeypatch.setattr(LocalStore, "set", put)
+    monkeypatch.setattr(atomic, "_complete", complete)
     return written
 
 
@@ -284,3 +291,34 @@ def test_a_file_system_without_locks_uses_the_name_of_the_process(tmp_path, monk
     monkeypatch.setattr("electrovib.study.population.lock._kind", Without)
     with locked(tmp_path), pytest.raises(InputError, match="If it has ended, remove"), locked(tmp_path):
         pass
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"n": 10**12}, "for 1e.12 fingers; allowed are 10 min and 4 GB. Draw fewer fingers"),
+        ({"n": 10**12, "draws": True}, "for 1e.12 fingers; allowed are 10 min"),
+        ({"workers": 10**5}, "25 TB, for 100000 workers; allowed are 10 min and 4 GB. Start fewer workers"),
+        ({"budget_memory": 1}, "the signals of a block"),
+        ({"scheduler": "tcp://127.0.0.1:9"}, "no answer"),
+        ({"seed": -1}, "seed = -1: expected a whole number"),
+    ],
+)
+def test_a_refused_study_leaves_nothing(quick, tmp_path, monkeypatch, asked, words):
+    monkeypatch.setattr("electrovib.study.population.cluster._CONNECT", 0.5)
+    with pytest.raises(InputError, match=words):
+        quick(**{"n": 100} | asked, output=tmp_path / "a.zarr")
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_refused_study_leaves_what_is_not_its_own(quick, tmp_path, monkeypatch):
+    """An empty folder of the user stays, and so do the fingers of an earlier call."""
+    monkeypatch.setattr("electrovib.study.population.cluster._CONNECT", 0.5)
+    (tmp_path / "empty.zarr").mkdir()
+    begun = ended(quick, tmp_path / "begun.zarr", n=100)
+    before = content(begun)
+    for path in (tmp_path / "empty.zarr", begun):
+        with pytest.raises(InputError, match="no answer"):
+            quick(n=100, output=path, scheduler="tcp://127.0.0.1:9")
+    assert content(begun) == before
+    assert not [*(tmp_path / "empty.zarr").iterdir()]

@@ -300,7 +300,11 @@ def test_every_texture_on_every_path_with_and_without_carrier(texture, path, car
 @pytest.mark.parametrize("suffix", [".csv", ".npy", ".mat", ".pwl"])
 def test_a_drive_is_exported_as_it_is(suffix, grating, tmp_path):
     written = ev.export_waveform(
-        grating.scenario, tmp_path / f"drive{suffix}", limits=LIMITS, rate=grating.rate
+        grating.scenario,
+        tmp_path / f"drive{suffix}",
+        limits=LIMITS,
+        rate=grating.rate,
+        **({} if suffix == ".pwl" else {"edge": "line"}),
     )
     np.testing.assert_array_equal(written.waveform.voltages, grating.voltages)
     assert written.waveform.error == 0
@@ -313,6 +317,6 @@ def test_a_drive_for_the_generator_has_its_number_of_points_or_is_refused(gratin
         )
     slow = drive(GRATING | {"amplitude": "50 uN"}, carrier=None, path="200 mm/s")
     written = ev.export_waveform(
-        slow.scenario, tmp_path / "drive.csv", limits=LIMITS, instrument="hp_33120a", gain=100
+        slow.scenario, tmp_path / "drive.csv", limits=LIMITS, instrument="hp_33120a", gain=100, edge=1e-6
     )
     assert len(written.waveform.times) <= 16_000

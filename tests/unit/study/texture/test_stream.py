@@ -313,6 +313,7 @@ def test_a_stream_that_could_not_be_held_is_not_made(case):
         stream(**options)
 
 
+@pytest.mark.slow
 def test_textures_of_users_pass_their_tests():
     """In a process of its own: a model that is defined in a test is known to every test after it."""
     file = Path(__file__).with_name("textures_of_users.py")

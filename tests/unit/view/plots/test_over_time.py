@@ -140,7 +140,10 @@ def test_nothing_is_drawn_after_the_end_of_a_shorter_record(scenario):
     swept = sweep(
         scenario.replace({"drive": record, "time": {}}), {"time.duration": [1e-3, 3e-3]}, records=True
     )
-    assert [len(line.get_xdata()) for line in plots.force(swept).lines] == [2, 3]
+    drawn, stated = [line.get_xdata() for line in plots.force(swept).lines], swept.time.values
+    assert [times[-1] for times in drawn] == pytest.approx([1e-3, 3e-3])
+    assert [len(times) for times in drawn] == np.isfinite(stated).sum(axis=1).tolist()
+    assert len(drawn[0]) < len(drawn[1]) == stated.shape[1]
 
 
 def percent(ax):

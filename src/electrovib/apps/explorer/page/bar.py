@@ -31,6 +31,8 @@ class Bar:
         Of the visitor.
     ask : callable
         Called with the state to show next.
+    reset : callable
+        Called to take all changes back.
     redraw : callable
         Called when the present result has to be drawn again.
     toggle : callable
@@ -42,6 +44,7 @@ class Bar:
         session: Session,
         *,
         ask: Callable[[PageState], None],
+        reset: Callable[[], None],
         redraw: Callable[[], None],
         toggle: Callable[[], None],
     ) -> None:
@@ -66,7 +69,7 @@ class Bar:
             self._select.props(
                 "dense dark options-dense use-input hide-selected fill-input input-debounce=0"
             ).classes("ev-scenario")
-            _button("Reset", lambda: ask(self._session.state.reset()), "Take all changes back")
+            _button("Reset", reset, "Take all changes back")
             _button("Keep curve", self._pin, "Keep the present curves, dashed, beside the next ones")
             _button("Drop curves", self._unpin, "Remove the curves that were kept")
             with _button("Download", None, "Scenario, numbers, figures, report and references"), ui.menu():
@@ -118,7 +121,7 @@ class Bar:
             ui.download.content(content, wanted.name, wanted.media_type)
 
     def _choose(self, name: str) -> None:
-        if name != self._session.state.preset:
+        if name in self._names and name != self._session.state.preset:
             self._ask(PageState(name))
 
     def show(self, name: str) -> None:

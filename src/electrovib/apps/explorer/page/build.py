@@ -85,11 +85,13 @@ class VisitorPage:
                 PageState(first),
                 "The link could not be read: " + "; ".join(map(str, error.problems)),
             )
-        self.session = Session(own, state, workers, self._show, self._complain)
+        self.session = Session(own, state, workers, self._show, self._complain, self._busy)
         self.client, self.first = ui.context.client, first
         ui.add_css(_STYLE)
         ui.colors(primary=_PRIMARY)
-        self.bar = Bar(self.session, ask=self._ask, redraw=self._redraw, toggle=self._toggle)
+        self.bar = Bar(
+            self.session, ask=self._ask, reset=self._reset, redraw=self._redraw, toggle=self._toggle
+        )
         self.knobs = Knobs(self.session, ask=self._ask)
         with ui.column().classes("w-full gap-2"):
             self.message = ui.label(mistake).props("role=alert").classes("text-negative whitespace-pre-line")
@@ -138,11 +140,16 @@ class VisitorPage:
             (history.push if is_step else history.replace)(f"/?{state.to_query()}")
         self._change(state)
 
+    def _reset(self) -> None:
+        """Take all changes back, with the models and materials that replaced others."""
+        self._ask(self.session.state.reset())
+        self.knobs.rebuild()
+
     def _change(self, state: PageState) -> None:
         other = state.preset != self.session.state.preset
         self.session.ask(state)
         self.message.set_text("")
-        if other or not state.changes:
+        if other:
             self.knobs.rebuild()
 
     def _went_back(self, event: events.GenericEventArguments) -> None:
@@ -162,6 +169,10 @@ class VisitorPage:
         with self.client:
             self.knobs.show(found)
             self.plots.show(found, further)
+
+    def _busy(self, is_busy: bool) -> None:
+        with self.client:
+            self.plots.busy(is_busy)
 
     def _redraw(self) -> None:
         if self.session.computed is not None:

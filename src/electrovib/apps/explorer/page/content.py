@@ -74,7 +74,7 @@ def content(
     Returns
     -------
     Content
-        A sentence above takes the place of a plot or table that cannot be shown, or is still being computed.
+        A sentence above takes the place of a plot or table that cannot be shown.
     """
     above = "".join(f"<p>{escape(each)}</p>" for each in further.problems)
     kept = [each.computed for each in pinned]
@@ -94,8 +94,6 @@ def content(
         shown = Content(felt(percept, found.scenario), above + verdict_words(percept), felt_words(percept))
     elif tab == SAFETY and further.check is not None:
         shown = Content([], above, safety_words(further.check))
-    elif tab in (FELT, SAFETY) and not above:
-        shown = Content([], "<p>Being computed …</p>")
     elif tab == RECORDING and measured is not None:
         figures = recorded(found, measured)
         lacking = "" if figures else "<p>No signal of this recording is over time or over frequency.</p>"

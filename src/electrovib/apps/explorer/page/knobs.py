@@ -50,7 +50,8 @@ class Knobs:
         self._accepted: dict[str, str] = {}
         self._open = {"drive": True, "stack": True}
         self._silent = False
-        self._moving = self._unread = ""
+        self._moving = ""
+        self._unread: set[str] = set()  # what is being typed
         self._drawer = ui.left_drawer(value=None, bordered=True).props("width=320").classes("p-1")
         with self._drawer:
             self._choices = ui.column().classes("w-full gap-0 px-3")
@@ -83,7 +84,7 @@ class Knobs:
     def _rebuild_rows(self, scenario: Scenario) -> None:
         """Make the controls of a scenario; they begin at its values."""
         offered: list[Control | Blank] = [*controls(scenario), *blanks(scenario)]
-        self._rows, self._moving = {}, ""
+        self._rows, self._moving, self._unread = {}, "", set()
         self._place.clear()
         with self._place:
             for section, heading in SECTIONS.items():
@@ -94,18 +95,19 @@ class Knobs:
                             self._rows[each.path] = self._row(each)
 
     def show(self, found: Computed) -> None:
-        """Write the values of a result into fields and sliders."""
+        """Write the values of a result into fields and sliders; an earlier one only into the field of a slider that moves."""
         values = {path: value for path, value, _ in parameters_of(found.scenario)}
-        if any(path.startswith("perception.") and path not in values for path in self._rows):
-            self._rebuild_if_other()
-        self._give_sliders(found.scenario, values)
+        if is_latest := self._session.shown == self._session.state:
+            if any(path.startswith("perception.") and path not in values for path in self._rows):
+                self._rebuild_if_other()
+            self._give_sliders(found.scenario, values)
         self._silent = True
         for path, row in self._rows.items():
-            if path not in values:
+            if path not in values or not (is_latest or path == self._moving):
                 continue
             value = values[path]
             text = "" if value is None else row.declared.written(value)
-            if row.field.value != text and path != self._unread:  # what is being typed stays
+            if row.field.value != text and path not in self._unread:
                 row.field.set_value(text)
             if (
                 row.slider is not None
@@ -198,34 +200,24 @@ class Knobs:
                 .classes("w-24 ev-field")
             )
         field.on("blur", lambda _: self._typed(declared, field))
-        field.on("keydown.enter", lambda _: self._entered(declared, field))
+        field.on("keydown.enter", lambda _: self._typed(declared, field))
         field.on("keydown.esc", lambda _: self._give_up(declared, field))
         return field
 
     def _begins(self, declared: Declared) -> None:
         """Remember that a value is being typed, so that no result replaces it."""
         if not self._silent:
-            self._unread = declared.path
+            self._unread.add(declared.path)
 
     def _give_up(self, declared: Declared, field: Any) -> None:
         """Show the present value again in place of what was typed, and take a value back that was refused."""
         path, state = declared.path, self._session.state
         value = self._value(path)
         field.set_value("" if value is None else declared.written(value))
-        self._unread = ""
+        self._unread.discard(path)
         if path in state.changes and self._is_refused():
             text = self._accepted.get(path, "")
             self._ask(state.changed(path, text) if text else state.reset(path), True)
-            self._keep_focus(path, field)
-
-    def _keep_focus(self, path: str, field: Any) -> None:
-        """Focus the field of a parameter if it was made again, as it is where no change is left."""
-        if self._rows[path].field is not field:
-            self._rows[path].field.run_method("focus")
-
-    def _entered(self, declared: Declared, field: Any) -> None:
-        self._typed(declared, field)
-        self._keep_focus(declared.path, field)
 
     def _moved(self, control: Control, position: float) -> str:
         """Ask for the value at a position of a slider, and return it with its unit."""
@@ -237,17 +229,19 @@ class Knobs:
 
     def _typed(self, declared: Declared, field: Any) -> None:
         """Take what was typed; an empty field gives the parameter back the value of the scenario."""
-        text, state = (field.value or "").strip(), self._session.state
-        self._unread = ""
-        if text == state.changes.get(declared.path):
+        path, text, state = declared.path, str(field.value or "").strip(), self._session.state
+        if path not in self._unread:
             return
-        value = self._value(declared.path)
-        if text == ("" if value is None else declared.written(value)) and not self._is_refused():
+        self._unread.discard(path)
+        if text == state.changes.get(path):
+            return
+        value, is_refused = self._value(path), self._is_refused()
+        if text == ("" if value is None else declared.written(value)) and not is_refused:
             return
         self._moving = ""
-        if not self._is_refused():
-            self._accepted[declared.path] = state.changes.get(declared.path, "")
-        self._ask(state.changed(declared.path, text) if text else state.reset(declared.path), True)
+        if not is_refused:
+            self._accepted[path] = state.changes.get(path, "")
+        self._ask(state.changed(path, text) if text else state.reset(path), True)
 
     def _is_refused(self) -> bool:
         """Return whether the scenario of the page has a mistake, so that an earlier result is shown."""
@@ -258,10 +252,8 @@ class Knobs:
         return False
 
     def _value(self, path: str) -> float | None:
-        """Return the value of a parameter in the result that is shown."""
-        found = self._session.computed
-        values = {} if found is None else {path: value for path, value, _ in parameters_of(found.scenario)}
-        return values.get(path)
+        """Return the value of a parameter in the scenario of the page."""
+        return {each: value for each, value, _ in parameters_of(self._scenario())}.get(path)
 
 
 def _label(declared: Declared) -> str:

@@ -52,8 +52,9 @@ class ParameterSlider(ui.slider, component="parameter_slider.js"):
 
     def _moved(self, event: Any) -> None:
         """State the value of the new position, in the update that returns the position to the browser."""
-        if not self._is_silent:
-            self._state(self._on_move(event.value))
+        position = event.value
+        if not self._is_silent and isinstance(position, int | float):
+            self._state(self._on_move(position))
 
     def _state(self, text: str) -> None:
         if self._props["text"] != text:

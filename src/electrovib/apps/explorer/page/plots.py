@@ -64,9 +64,15 @@ class Plots:
                 ui.tab(name)
         tabs.set_value(TABS[0])
         self._recording = make_recording()
-        self._lead = ui.html("", sanitize=False).classes("w-full text-sm").props("aria-live=polite")
-        self._grid = ui.element("div").classes("w-full grid grid-cols-1 xl:grid-cols-2 gap-2")
-        self._words = ui.html("", sanitize=False).classes("w-full text-sm overflow-x-auto")
+        with ui.element("div").classes("w-full relative"):
+            self._status = (
+                ui.label().classes("ev-status").props("role=status")
+            )  # which is read out, unlike the panel
+            self._panel = ui.column().classes("w-full gap-2 ev-panel").props("aria-busy=false")
+        with self._panel:
+            self._lead = ui.html("", sanitize=False).classes("w-full text-sm").props("aria-live=polite")
+            self._grid = ui.element("div").classes("w-full grid grid-cols-1 xl:grid-cols-2 gap-2")
+            self._words = ui.html("", sanitize=False).classes("w-full text-sm overflow-x-auto")
         self._plots: list[Any] = []
         self._sent: dict[Any, str] = {}
         self._height = ""
@@ -88,6 +94,11 @@ class Plots:
                 if plot.props.get("aria-label") != title:
                     plot.props(f'role=img aria-label="{title}"')
                 plot.update_figure(themed)
+
+    def busy(self, is_busy: bool) -> None:
+        """Show whether the open tab is being computed."""
+        self._panel.props(f"aria-busy={str(is_busy).lower()}")
+        self._status.set_text("Computing …" if is_busy else "")
 
     def _make_room(self, count: int) -> None:
         """Make the elements of some plots, higher ones where there are few, and remove the others."""

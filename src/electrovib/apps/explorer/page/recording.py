@@ -21,6 +21,7 @@ from electrovib.apps.explorer.uploads import (
     read_uploaded_scenario,
 )
 from electrovib.core.errors import ElectrovibError
+from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.session import Session
@@ -121,31 +122,42 @@ class RecordingPanel:
         assert found.recorded is not None
         channels = [each for each in found.recorded.channels if each.name != found.recorded.time]
         signals = {_UNUSED: "not used"} | {each: each.replace("_", " ") for each in OVER_TIME}
-        rows: list[tuple[str, Any, Any]] = []
+        rows: list[tuple[str, Any, Any, Any]] = []
+        proposed = {each.column: each for each in proposed_columns(found.recorded)}
         with self._columns:
-            ui.label(f"{found.name}: {found.recorded.size} samples. Which column is which signal?").classes(
-                "text-sm"
-            )
-            for place, each in enumerate(channels[:MOST_COLUMNS]):
+            asked = f"{found.name}: {found.recorded.size} samples. Which column is which signal?"
+            ui.label(asked).classes("text-sm")
+            for each in channels[:MOST_COLUMNS]:
+                first = proposed.get(each.name, ProposedColumn(column=each.name, signal=_UNUSED))
                 with ui.row().classes("items-end"):
                     ui.label(f"{each.name} [{each.unit or 'unit not stated'}]").classes("text-sm w-40 pb-2")
                     signal = ui.select(
                         signals,
                         label=f"signal of {each.name}",
-                        value=_UNUSED if place else "lateral_force_measured",
+                        value=self._as_read(first.signal),
                     ).classes("w-60 max-w-full")
-                    unit = ui.input(f"unit of {each.name}, for instance V").classes("w-72 max-w-full")
-                    unit.set_visibility(not each.unit)
-                    rows.append((each.name, signal, unit))
+                    unit = ui.input(f"unit of {each.name}, for instance V", value=first.unit)
+                    unit.classes("w-72 max-w-full").set_visibility(not each.unit)
+                    sign = "" if "/" in first.scale else first.scale  # of a sensor only the visitor knows it
+                    scale = ui.input(f"scale of {each.name}, for instance 1.5 N/V", value=sign)
+                    scale.classes("w-72 max-w-full")
+                    rows.append((each.name, signal, unit, scale))
             step = ui.input("time between samples, for instance 0.1 ms").classes("w-80 max-w-full")
             step.set_visibility(not found.recorded.time and found.recorded.step is None)
             ui.button("Compare", on_click=lambda: self._import(rows, str(step.value))).props("no-caps")
 
-    async def _import(self, rows: Sequence[tuple[str, Any, Any]], step: str) -> None:
+    def _as_read(self, signal: str) -> str:
+        """Return a proposed signal, as the tribometer reads it where the scenario has a rig."""
+        shown = self._session.computed
+        measured = f"{signal}_measured"
+        return measured if shown and shown.scenario.rig and measured in OVER_TIME else signal
+
+    async def _import(self, rows: Sequence[tuple[str, Any, Any, Any]], step: str) -> None:
         assert self._uploaded is not None
         name, content = self._uploaded.name, self._content
         wanted: dict[str, str] = {}
-        for column, signal, unit in rows:
+        scales: dict[str, str] = {}
+        for column, signal, unit, scale in rows:
             if signal.value == _UNUSED:
                 continue
             if signal.value in wanted:
@@ -155,11 +167,14 @@ class RecordingPanel:
                 return
             text = str(unit.value or "").strip()
             wanted[signal.value] = f"{column} [{text}]" if text else column
+            if factor := str(scale.value or "").strip():
+                scales[signal.value] = factor
         if not wanted:
             self._complain("No column is chosen; state for at least one which signal it is.")
             return
         try:
-            found = await self._session.read(lambda: named(name, content, wanted, step=step.strip()))
+            options = {"step": step.strip(), "scale": scales}
+            found = await self._session.read(lambda: named(name, content, wanted, **options))
         except ElectrovibError as error:
             self._complain(str(error))
             return

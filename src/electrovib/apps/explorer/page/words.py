@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.apps.explorer.pictures.figure import PINNED
 from electrovib.core.diagnostics import STATES, Diagnostic
+from electrovib.view.summary import quantities_of_scenario
 from electrovib.view.units import pretty_quantity, typeset
 
 if TYPE_CHECKING:
@@ -68,22 +69,11 @@ def law_words(found: Computed, further: Further) -> str:
 
 
 def verdict_words(percept: Percept) -> str:
-    """State the verdict of perception, the strongest channel, and where nothing varies."""
-    strongest = f"; strongest channel {percept.loudest}" if percept.loudest else ""
-    if percept.sensation is None:
-        lacking = ["a threshold with its uncertainty"] * (percept.uncertainty is None)
-        lacking += ["a compliance of the skin"] * (percept.unit == "N")
-        strongest += (
-            "; whether it is felt is not stated, because perception is not calibrated: set"
-            f" {' and '.join(lacking)} among the parameters"
-        )
-    elif percept.loudest:
-        side = "above" if percept.sensation >= 0 else "below"
-        strongest += (
-            f"; {abs(percept.sensation):.1f} dB {side} the detection threshold,"
-            f" whose uncertainty is {percept.uncertainty:g} dB"
-        )
-    words = f"<p><b>{escape(percept.verdict)}</b>{escape(strongest)}</p>"
+    """State whether it is felt, what that rests on, and where nothing varies."""
+    head, comma, rest = percept.answer.partition(",")
+    words = f"<p><b>{escape(head)}</b>{escape(comma + rest)}</p>"
+    if percept.to_measure:
+        words += f"<p>{escape(percept.to_measure)}</p>"
     if not percept.loudest:
         words += "<p>The force does not vary between 1 Hz and 2 kHz, so there is no spectrum to show.</p>"
     return words
@@ -153,9 +143,12 @@ def fit_words(result: FitResult) -> str:
 
 
 def _peak(found: Computed) -> float:
+    """Return the largest attraction of a run; at the output times alone for a solver that advances in steps."""
     if not found.has("electrostatic_force"):
         return float("nan")
-    return float(np.nanmax(np.abs(found.values("electrostatic_force"))))
+    name = "peak electrostatic_force"
+    largest = float(np.nanmax(np.abs(found.values("electrostatic_force"))))
+    return quantities_of_scenario(found.scenario, (name,), quick=True).get(name, largest)
 
 
 def _decibels(value: float, unit: str = "") -> str:

@@ -11,6 +11,7 @@ from electrovib.apps.explorer.pictures.axis import Axis
 from electrovib.apps.explorer.pictures.figure import PlottedCurve, figure
 from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
 from electrovib.physics.perception import Perception
+from electrovib.study.sensation import just_felt
 from electrovib.view.style import COLOURS
 from electrovib.view.units import prefix_for, pretty_unit
 
@@ -38,8 +39,8 @@ def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
     Returns
     -------
     figures : list of dict
-        One plot with a bar for each line, and the amplitude over frequency of a single sine at the detection threshold, or,
-        without a calibrated threshold, of one that is felt as strongly as the drive; empty where nothing varies.
+        One plot with a bar for each line, and the amplitude over frequency of a single sine at the detection threshold; empty
+        where nothing varies.
     """
     lines = percept.spectrum
     kept = (lines.frequency >= LOWEST) & (lines.frequency <= HIGHEST) & (lines.amplitude > 0)
@@ -90,7 +91,7 @@ def detection(percept: Percept, scenario: Scenario) -> tuple[NDArray[Any], str]:
     amplitude : ndarray, shape (n,)
         Amplitude [N or m], in the unit of the spectrum, from `LOWEST` to `HIGHEST`; NaN where no channel is sensitive.
     name : str
-        The detection threshold; without a calibrated one, the sine that is felt as strongly as the drive.
+        The detection threshold, measured or published; without any, the sine that is felt as strongly as the drive.
 
     Notes
     -----
@@ -99,10 +100,17 @@ def detection(percept: Percept, scenario: Scenario) -> tuple[NDArray[Any], str]:
     """
     person = scenario.perception or Perception()
     given = person.compliance or scenario.finger
+    if percept.sensation is not None:
+        low, high = just_felt(percept.spectrum, person, given, _FREQUENCIES)
+        middle = np.sqrt(low * high)
+        whose = "published, middle" if percept.left else "of the perception"
+        return np.where(
+            np.isfinite(middle), middle, np.nan
+        ), f"detection threshold of a single sine ({whose})"
     weight = np.max([channel.weight(_FREQUENCIES) for channel in person.channels], axis=0)
     if given is not None and percept.spectrum.signal != "skin_displacement":
         weight = weight * np.abs(given.compliance(_FREQUENCIES))
-    level, name = percept.level, "a single sine felt as strongly (threshold not calibrated)"
-    if percept.sensation is not None:
-        level, name = percept.level - percept.sensation, "detection threshold of a single sine"
-    return np.divide(10 ** (level / 20), weight, out=np.full(weight.shape, np.nan), where=weight > 0), name
+    felt_alike = np.divide(
+        10 ** (percept.level / 20), weight, out=np.full(weight.shape, np.nan), where=weight > 0
+    )
+    return felt_alike, "a single sine felt as strongly (no threshold is known)"

@@ -163,7 +163,7 @@ def rows() -> tuple[Row, ...]:
             None,
             (min(ratios), max(ratios)),
             "1",
-            "open",
+            "ours",
             "The paper states that there is a difference, but neither its sign nor its size. Every candidate is in the table of"
             " the falling edge.",
             brief="sign and size of the difference are not printed",
@@ -174,7 +174,7 @@ def rows() -> tuple[Row, ...]:
             None,
             (min(decays), max(decays)),
             "ms",
-            "open",
+            "ours",
             "The other reading of the paper's discharging parts: time to 1/e. The paper's model gives"
             f" {own:.3g} ms, half of the time constant of its voltage, (C_i + C_s) R_s, or twice that if its 7.7 ms is the"
             " decay of the force. Every candidate is in the table of the falling edge.",

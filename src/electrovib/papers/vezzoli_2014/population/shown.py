@@ -19,7 +19,7 @@ from electrovib.papers.vezzoli_2014.population.predicted import (
     population,
     predicted,
 )
-from electrovib.study.reproduction import REFERENCE, Curve, Panel, Row, Table
+from electrovib.study.reproduction import REFERENCE, Curve, Panel, Row, Table, verdict_over
 
 _FINGERS: Final = 2000
 """Draws of figure 7."""
@@ -41,12 +41,12 @@ def rows() -> tuple[Row, ...]:
     """Return the range of eight drawn fingers, with the part of the variance that each input holds, for both laws."""
     found = []
     measured = (values.FORCE_MEASURED[0] / 1e-3, values.FORCE_MEASURED[1] / 1e-3)
-    names = ("law_1", "eight drawn fingers, law (1)"), ("gap", "the same, gap")
+    names = ("law_1", "eight drawn fingers, law (1)"), ("gap", "the same, Maxwell stress in a leaky gap")
     for (name, short), each, dry in zip(names, predicted(), predicted("dry"), strict=True):
-        low, high = each.central
+        (low, high), ours = each.central, _millinewtons(each)
         thickness, resistivity = each.shares[forms.SKIN][0], each.shares[_GROUPS][0]
         found.append(
-            Row(f"population_{name}", short, measured, _millinewtons(each), "mN", "open",
+            Row(f"population_{name}", short, measured, ours, "mN", verdict_over(measured, ours),
                 f"{each.law}: smallest and largest lateral force of {SUBJECTS} fingers drawn from the population 'fingers',"
                 f" medians over many such groups, at 1 cm2 and a ramp of 36 ms; 5 to 95 % of all fingers lie between"
                 f" {low / 1e-3:.2g} and {high / 1e-3:.3g} mN, and dry fingers alone give {_words(dry)} mN. First-order Sobol"

@@ -16,7 +16,7 @@ from electrovib.physics.material.library.values import (
 _DEAL = "Brigham Young University cleanroom, constants of thermal oxide after B. E. Deal, cleanroom.byu.edu/OxideTimeCalc"
 _MCPHERSON = "J. W. McPherson, World J. Condens. Matter Phys. 2016, no. 2, 152"
 _EMESH = "I. Emesh et al., J. Electrochem. Soc. 136, 3404 (1989)"
-_HEARSAY = "hearsay in a mailing list, pupman.com, April 1995, without a source of its own"
+_HENEIN = "Henein, Topolancik and Siebein, MRS Adv. 3, no. 4 (2018), nist.gov"
 _VALLEY = "Valley Design, soda-lime float glass, valleydesign.com/soda-lime-glass"
 _MAKE_SODA = "makeitfrom.com, Soda-Lime (Float) Glass"
 _CORNING = "Corning code 0080, from memory: log10 of the resistivity in ohm cm 12.4"
@@ -41,7 +41,7 @@ SUBSTANCES: Final = (
             strength(2500 * MEGAVOLT_PER_METRE, 2e-9, "about", _MCPHERSON, "abstract"),
             strength(1000 * MEGAVOLT_PER_METRE, 50e-9, "about", _MCPHERSON, "abstract"),
             strength(660 * MEGAVOLT_PER_METRE, None, "at least; PECVD from TEOS", _EMESH, "abstract"),
-            strength(10_000 / 25.4e-6, 1e-6, "sputtered, order of magnitude", _HEARSAY, "unverified"),
+            strength(700 * MEGAVOLT_PER_METRE, 100e-9, "at least; ion-beam sputtered", _HENEIN, "abstract"),
         ),
     ),
     Substance(

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 MOST_CHANGES = 1_000_000
+MOST_AT_ONCE = 16
+"""Changes of the regime at one time, one after the other, beyond which none will last; those that last need two."""
 _FORESEEN = 300
 """Number of changes after which the duration of the rest is predicted."""
 _CLOSER = 32
@@ -88,7 +90,7 @@ class LimitedMarch:
         Raises
         ------
         ElectrovibError
-            If it changes more than `MOST_CHANGES` times.
+            If it changes more than `MOST_CHANGES` times, or more than `MOST_AT_ONCE` times without time passing.
         """
         found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
         self.meter = self._fresh_meter()
@@ -96,7 +98,7 @@ class LimitedMarch:
         rest = Span(start=0.0, mode=0, held=0, course=None, states=np.zeros(len(self.plate.rates)))
         first_span = self._begin(rest, 0.0)
         changes = [0.0] if first_span.mode else []
-        self.kinks = []
+        self.kinks, at_once = [], 0
         span: Span | None = first_span
         while span is not None:
             following = self._next(span)
@@ -109,10 +111,10 @@ class LimitedMarch:
                 if len(changes) == _FORESEEN:
                     share = max(following.start / self.looks.end, 1e-9)
                     self._fresh_meter().expect(int(self.meter.steps / share))
-            if len(changes) > MOST_CHANGES:
-                raise ElectrovibError(
-                    f"the amplifier changed more than {MOST_CHANGES} times before {span.start} s"
-                )
+            at_once = at_once + 1 if stop <= span.start else 0
+            if len(changes) > MOST_CHANGES or at_once > MOST_AT_ONCE:
+                most = f"{MOST_AT_ONCE} times at" if at_once else f"{MOST_CHANGES} times before"
+                raise ElectrovibError(f"the amplifier changed more than {most} {span.start:.6g} s")
             if following is not None:
                 self.kinks.append(following.start)
             span = following

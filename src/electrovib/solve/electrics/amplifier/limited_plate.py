@@ -161,14 +161,10 @@ class LimitedPlate:
         Returns
         -------
         side : int
-            Sign of the largest voltage, or 0 where the target is not held.
+            Sign of the largest voltage, or 0 where the target is not held; at the largest voltage itself the margins tell.
         """
         wanted = self.amplifier.gain * float(self.drive.voltage(when))
-        side, distance = int(np.sign(wanted)), abs(wanted) - self.largest
-        if abs(distance) > _NOISE * self.scale:
-            return side if distance > 0 else 0
-        rises = side * self.amplifier.gain * float(self.drive.slope(when)) > 0
-        return side if rises else 0
+        return int(np.sign(wanted)) if abs(wanted) - self.largest > _NOISE * self.scale else 0
 
     def state(self, span: Span, *, when: float) -> tuple[float, Real]:
         """Return the voltage of the plate and the states of the modes at a time.

@@ -85,6 +85,18 @@ def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
     )
 
 
+def amplified(transfers: Mapping[Any, Transfer], amplifier: Amplifier) -> dict[Any, Transfer]:
+    """Return quantities per volt of the drive from those per volt of the plate, with those of the plate itself."""
+    none = np.zeros(0)
+    own = {
+        "plate_voltage": Transfer(rates=none, gains=none, direct=1.0),
+        "stray current": Transfer(
+            rates=none, gains=none, direct=0.0, slope=amplifier.stray_capacitance, static=0.0
+        ),
+    }
+    return {name: behind(transfer, amplifier) for name, transfer in (dict(transfers) | own).items()}
+
+
 def without_limits(
     transfers: Mapping[Any, Transfer],
     drive: Drive,
@@ -113,16 +125,7 @@ def without_limits(
     found : dict of str to ndarray
         The wanted quantities, `plate_voltage` and `amplifier_current`.
     """
-    none = np.zeros(0)
-    wanted = dict(transfers) | {
-        "plate_voltage": Transfer(rates=none, gains=none, direct=1.0),
-        "stray current": Transfer(
-            rates=none, gains=none, direct=0.0, slope=amplifier.stray_capacitance, static=0.0
-        ),
-    }
-    found = transient(
-        {name: behind(transfer, amplifier) for name, transfer in wanted.items()}, drive, time, settled=settled
-    )
+    found = transient(amplified(transfers, amplifier), drive, time, settled=settled)
     found["amplifier_current"] = found.pop("stray current") + found["current"]
     return found
 

@@ -38,6 +38,7 @@ TOLERANCE = 2e-5
 MOST_HALVINGS = 4
 _CHUNK = 1 << 14
 _ROUNDING = 16 * float(np.finfo(float).eps)
+_ROOT = float(np.sqrt(np.finfo(float).eps)) / 4
 
 
 def leaky_response(
@@ -160,7 +161,7 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
     before, after, flow_before, flow_after = np.zeros((4, len(grid)))
     after[0] = free[0]
     flow_after[0] = leak.current_density(free[0])
-    state, density = np.zeros(len(rates)), float(flow_after[0])
+    state, density, field, trend = np.zeros(len(rates)), float(flow_after[0]), float(after[0]), 0.0
     for begin in range(0, len(grid) - 1, _CHUNK):
         steps = np.diff(grid[begin : begin + _CHUNK + 1])
         decays, firsts, lasts = hold_weights(-np.outer(steps, rates))
@@ -169,8 +170,9 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
             now = begin + index + 1
             state = decays[index] * state + firsts[index] * density
             known = float(free[now] - jumps[now] + gains @ state)
-            field = field_under_leak(leak, known=known, weight=weight)
-            density = float(leak.current_density(field))
+            last, size = field, float(steps[index])
+            field = field_under_leak(leak, known=known, weight=weight, guess=last + trend * size)
+            trend, density = (field - last) / size, float(leak.current_density(field))
             state = state + lasts[index] * density
             before[now], flow_before[now] = field, density
             if jumps[now]:
@@ -180,7 +182,7 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
     return LeakMarch(grid=grid, before=before, after=after, flow_before=flow_before, flow_after=flow_after)
 
 
-def field_under_leak(leak: Conduction, *, known: float, weight: float) -> float:
+def field_under_leak(leak: Conduction, *, known: float, weight: float, guess: float | None = None) -> float:
     """Solve E + weight J(E) = known for the field E.
 
     Parameters
@@ -191,6 +193,8 @@ def field_under_leak(leak: Conduction, *, known: float, weight: float) -> float:
         Field without the leak of this step [V/m].
     weight : float
         Decrease of the field by a unit of leak within the step [ohm m], >= 0.
+    guess : float, optional
+        Where to begin [V/m]; by default at `known`.
 
     Returns
     -------
@@ -202,12 +206,15 @@ def field_under_leak(leak: Conduction, *, known: float, weight: float) -> float:
     Newton's method within a shrinking bracket.
     """
     low, high = sorted((0.0, known))
-    field = known
+    field = known if guess is None else min(max(guess, low), high)
     for _ in range(200):
         excess = field + weight * float(leak.current_density(field)) - known
         low, high = (low, min(high, field)) if excess > 0 else (max(low, field), high)
         step = excess / (1 + weight * float(leak.slope(field)))
-        if abs(step) <= _ROUNDING * abs(field) or low == high:
+        if low == high:
             break
-        field = field - step if low < field - step < high else (low + high) / 2
+        inside = low <= field - step <= high
+        field = field - step if inside else (low + high) / 2
+        if abs(step) <= (_ROOT if inside else _ROUNDING) * abs(field):  # the next step is its square
+            break
     return field

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from electrovib.core.changes import derived_at, stored_path
 from electrovib.physics.contact import FixedArea
@@ -91,20 +91,6 @@ def refuse_columns(scenario: Scenario, free: tuple[str, ...]) -> None:
         if not stored_path(scenario, path).startswith(_COLUMNS):
             raise NotTogetherError(
                 f"{path} is no number of the layers, the circuit, the drive, the law, the area, the load or the friction"
-            )
-        _refuse_checks(scenario, stored_path(scenario, path))
-
-
-def _refuse_checks(scenario: Scenario, path: str) -> None:
-    """Refuse a model of a user that checks several of its numbers together: columns are checked by their ranges alone."""
-    owner: Any = scenario
-    for key in path.split(".")[:-1]:
-        owner = owner[int(key)] if isinstance(owner, tuple) else getattr(owner, key)
-        kind = type(owner)
-        own = getattr(kind, "__pydantic_decorators__", None)
-        if own is not None and not kind.__module__.startswith("electrovib.") and own.model_validators:
-            raise NotTogetherError(
-                f"{kind.__name__} checks its parameters together, for each finger by itself"
             )
 
 

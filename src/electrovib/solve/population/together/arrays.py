@@ -9,20 +9,18 @@ import numpy as np
 
 from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError
-from electrovib.physics.material.plain import Constant
-from electrovib.physics.material.relaxations import ColeCole, Debye, Prony
+from electrovib.core.model import Model
 from electrovib.solve.population.together.refusal import NotTogetherError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Complex, Real
-    from electrovib.core.model import Model
     from electrovib.core.quantity import Quantity
     from electrovib.physics.material import Material
     from electrovib.scenario import Scenario
 
-M = TypeVar("M", bound="Model")
+M = TypeVar("M", bound=Model)
 
 Column = Any
 """A number that all fingers share, or a column of shape (fingers, 1)."""
@@ -73,11 +71,13 @@ def _copied(model: Any, tree: Mapping[str, Any]) -> Any:
     return copied
 
 
-def check_ranges(quantities: Mapping[str, Quantity], columns: Mapping[str, Real]) -> None:
-    """Refuse values outside the range of their parameters.
+def check_values(scenario: Scenario, quantities: Mapping[str, Quantity], columns: Mapping[str, Real]) -> None:
+    """Refuse values outside the range of their parameters, and those that a model refuses together.
 
     Parameters
     ----------
+    scenario : Scenario
+        Experiment with the values that all fingers share.
     quantities : mapping of str to Quantity
         Dotted path to the declaration of a parameter.
     columns : mapping of str to ndarray, shape (fingers,)
@@ -86,7 +86,8 @@ def check_ranges(quantities: Mapping[str, Quantity], columns: Mapping[str, Real]
     Raises
     ------
     InputError
-        For each path with the first value that is not finite or outside its range, and its finger.
+        For each path with the first value that is not finite or outside its range, and its finger; for each model that
+        checks several of its parameters, with the first finger that it refuses.
     """
     problems = []
     for path, values in columns.items():
@@ -99,6 +100,53 @@ def check_ranges(quantities: Mapping[str, Quantity], columns: Mapping[str, Real]
             )
     if problems:
         raise InputError(problems)
+    problems = [
+        why for part, own in _parts(scenario, columns).items() if (why := _refused(scenario, part, own))
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def _parts(scenario: Scenario, columns: Mapping[str, Real]) -> dict[str, dict[str, Real]]:
+    """Return the columns within each member of a family that checks parameters together, by the path of the member."""
+    found: dict[str, dict[str, Real]] = {}
+    for path, values in columns.items():
+        keys = stored_path(scenario, path).split(".")
+        for place in range(1, len(keys)):
+            part = ".".join(keys[:place])
+            if checks_together(type(value_of(scenario, part))):
+                found.setdefault(part, {})[".".join(keys[place:])] = values
+    return found
+
+
+def checks_together(kind: type) -> tuple[str, ...]:
+    """Return the methods of a member of a family that check several of its parameters; none of any other class."""
+    if not (issubclass(kind, Model) and kind.is_member):
+        return ()
+    found = kind.__pydantic_decorators__.model_validators.items()
+    return tuple(name for name, each in found if each.info.mode == "after")
+
+
+def _refused(scenario: Scenario, part: str, columns: Mapping[str, Real]) -> str:
+    """Return why a model refuses values, with the first finger; empty if it accepts them all."""
+    model = value_of(scenario, part)
+    try:  # a check of other parameters than these runs once for all fingers
+        _checked(with_columns(model, {path: values[:, None] for path, values in columns.items()}))
+    except (TypeError, ValueError, AssertionError):
+        pass
+    else:
+        return ""
+    for finger in range(len(next(iter(columns.values())))):
+        try:
+            _checked(with_columns(model, {path: float(values[finger]) for path, values in columns.items()}))
+        except (ValueError, AssertionError) as error:
+            return f"{part}: {error} (finger {finger} of the call)"
+    return ""
+
+
+def _checked(model: Model) -> None:
+    for name in checks_together(type(model)):
+        getattr(model, name)()
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,33 +256,14 @@ def debye_of(path: str, material: Any, free: tuple[str, ...]) -> ManyDebye | Non
     NotTogetherError
         If the bound permittivity differs between fingers and its terms are not parameters of the material.
     """
-    varied = [name for name in free if name != "conductivity"]
-    if not varied:
-        exact = material.debye()  # does not depend on the conductivity
-        return None if exact is None else ManyDebye(exact.high, exact.strengths, exact.relaxation_times)
-    if isinstance(material, Constant):
-        return ManyDebye(material.permittivity)
-    if isinstance(material, Debye):
-        return ManyDebye(material.permittivity_high, (material.strength,), (material.relaxation_time,))
-    if isinstance(material, Prony) or _is_unbroadened(material):
-        strengths = tuple(term.strength for term in material.terms)
-        return ManyDebye(
-            material.permittivity_high, strengths, tuple(term.relaxation_time for term in material.terms)
-        )
     try:
-        exact = material.debye()  # refuses columns: a sum without them is the same for all fingers
+        exact = material.debye()
     except (TypeError, ValueError):
         raise NotTogetherError(
-            f"{path}.material.{varied[0]} is not a term of a finite sum of relaxations, so that each finger needs a"
+            f"{path}.material.{free[0]} is not a term of a finite sum of relaxations, so that each finger needs a"
             " formula of its own"
         ) from None
     return None if exact is None else ManyDebye(exact.high, exact.strengths, exact.relaxation_times)
-
-
-def _is_unbroadened(material: Any) -> bool:
-    if not isinstance(material, ColeCole):
-        return False
-    return all(isinstance(term.broadening, float) and term.broadening == 0 for term in material.terms)
 
 
 def free_of_material(free: tuple[str, ...], name: str) -> tuple[str, ...]:

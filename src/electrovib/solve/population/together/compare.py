@@ -43,15 +43,15 @@ def compare(together: OverTime | OverFrequency, alone: OneByOne, scenario: Scena
     """
     draws = _two(alone, scenario)
     try:
+        expected = alone.signals(draws)
+    except ElectrovibError as error:
+        raise NotTogetherError(f"not all values next to those of the scenario are allowed: {error}") from None
+    try:
         found = together.signals(draws)
     except (TypeError, ValueError, AttributeError, AssertionError) as error:
         raise NotTogetherError(
             f"a formula of the scenario does not run on arrays ({type(error).__name__})"
         ) from None
-    try:
-        expected = alone.signals(draws)
-    except ElectrovibError as error:
-        raise NotTogetherError(f"not all values next to those of the scenario are allowed: {error}") from None
     for name, rows in expected.items():
         for mine, its in zip(found[name], rows, strict=True):
             if not _agree(mine, its):

@@ -15,7 +15,7 @@ from electrovib.solve.electrics.attraction import PHASES, attraction, total_pull
 from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.together.accepted import refuse_columns
 from electrovib.solve.population.together.amplitude import shared_drive
-from electrovib.solve.population.together.arrays import check_ranges, with_columns
+from electrovib.solve.population.together.arrays import check_values, with_columns
 from electrovib.solve.population.together.mean_force import has_modal_mean_force, modal_mean_force
 from electrovib.solve.population.together.phasors import ManyPhasors
 from electrovib.solve.population.together.quadratic import is_quadratic
@@ -102,7 +102,7 @@ class OverFrequency:
         InputError
             If a value is outside its range; names the first such finger.
         """
-        check_ranges(self._quantities, draws)
+        check_values(self.scenario, self._quantities, draws)
         fingers = len(next(iter(draws.values())))
         tiles, at_once = [], AT_ONCE[self._is_modal]
         for begin in range(0, fingers, at_once):

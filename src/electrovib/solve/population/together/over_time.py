@@ -15,7 +15,7 @@ from electrovib.scenario import PeriodicState
 from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.together.accepted import refuse_apart
 from electrovib.solve.population.together.amplitude import shared_drive
-from electrovib.solve.population.together.arrays import check_ranges
+from electrovib.solve.population.together.arrays import check_values
 from electrovib.solve.population.together.forces import squares_of, write_forces, write_friction
 from electrovib.solve.population.together.quadratic import is_quadratic
 from electrovib.solve.population.together.reduced import count_poles, shared_reductions
@@ -114,7 +114,7 @@ class OverTime:
         InputError
             If a value is outside its range; names the first such finger.
         """
-        check_ranges(self._quantities, draws)
+        check_values(self.scenario, self._quantities, draws)
         fingers = len(next(iter(draws.values())))
         found: dict[str, Any] = dict(out or {})
         for name in self.names:
@@ -154,7 +154,7 @@ class OverTime:
         InputError
             If a value is outside its range; names the first such finger.
         """
-        check_ranges(self._quantities, draws)
+        check_values(self.scenario, self._quantities, draws)
         if not self.has_squares:
             return None
         rows = (out or {}).get("electrostatic_force")

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.diagnostics import warning_lines
 from electrovib.core.units import format_quantity
 from electrovib.study.design.drive.harmonics import harmonics
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult, DeclaredLimit, LimitsSource
     from electrovib.study.design.drive.found import FoundDrive
@@ -137,7 +139,14 @@ class DesignedDrive:
     @property
     def lines(self) -> tuple[str, ...]:
         """Sentences and numbers for people, the answer first."""
-        return (*self.notes, *self._doubts())
+        return (*self.notes, *self._doubts(), *warning_lines(self.diagnostics, brief=True))
+
+    verdict = lines
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario under the drive, beyond those that the check states."""
+        return self.check.diagnostics
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -160,6 +169,7 @@ class DesignedDrive:
             "searches": {"made": self.solution.searches, "agreeing": self.solution.agreeing},
             "harmonics": {str(order): value for order, value in self.harmonics.items()},
             "lines": list(self.lines),
+            "diagnostics": [each.to_dict() for each in self.diagnostics],
             "samples": {"time": self.times.tolist(), self.quantity: self.values.tolist()},
             "force": {
                 "edges": self.edges.tolist(),
@@ -171,13 +181,10 @@ class DesignedDrive:
     def _drive_lines(self) -> list[str]:
         unit = "V" if self.quantity == "voltage" else "A"
         peak = format_quantity(float(np.max(np.abs(self.values))), unit, digits=4)
-        carried = (
-            ""
-            if self.carrier is None
-            else f" with a carrier of {format_quantity(self.carrier, 'Hz', digits=6)}"
-        )
-        ramps = ""
-        if self.carrier is None:
+        carried = ramps = ""
+        if self.carrier is not None:
+            carried = f" with a carrier of {format_quantity(self.carrier, 'Hz', digits=6)}"
+        else:
             lead = format_quantity(float(self.edges[0]), "s", digits=4)
             ramps = f"; straight ramps of {lead} from and to 0 V before and after the target"
         return [
@@ -195,12 +202,9 @@ class DesignedDrive:
         ]
         if self.harmonics:
             first, *others = self.harmonics.values()
-            small = max(others, default=0.0) < _NEGLIGIBLE
-            listed = (
-                f"below {100 * _NEGLIGIBLE:g} %"
-                if small
-                else ", ".join(f"{100 * each:.2g} %" for each in others)
-            )
+            listed = f"below {100 * _NEGLIGIBLE:g} %"
+            if max(others, default=0.0) >= _NEGLIGIBLE:
+                listed = ", ".join(f"{100 * each:.2g} %" for each in others)
             found.append(
                 f"amplitude of the predicted force at the frequency of the target: {100 * first:.4g} % of the wanted one; at"
                 f" 2 to {len(others) + 1} times that frequency: {listed}"
@@ -231,8 +235,7 @@ class DesignedDrive:
 
     def _doubts(self) -> list[str]:
         found = [row.text for row in self.check.failed]
-        missing = [name for name in ("voltage", "current") if name not in self.bounds]
-        if missing:
+        if missing := [name for name in ("voltage", "current") if name not in self.bounds]:
             named = " and ".join(f"limits.{name}" for name in missing)
             found.append(
                 f"{named} not declared: the drive was not designed to hold it, and cannot be written as a waveform"

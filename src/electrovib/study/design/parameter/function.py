@@ -11,9 +11,10 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.scenario.space import read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.study.check import checked, declared_limits
+from electrovib.study.check.result import not_in_rows
 from electrovib.study.design.parameter.evaluation import Evaluation, estimate, refuse_long
 from electrovib.study.design.parameter.result import DesignedParameter, Explored, FoundValue, found_value
-from electrovib.study.design.parameter.roots import Root, solutions
+from electrovib.study.design.parameter.roots import Root, look_between, solutions
 from electrovib.study.design.parameter.scale import first_values
 from electrovib.study.design.parameter.search import MOST_ADDED, Function, explore, sharpen_extremes
 from electrovib.study.design.parameter.uncertain import (
@@ -39,6 +40,8 @@ _FLAT_LEVEL: Final = 1e-5
 _LONG: Final = 0.1
 """Estimated computing time of an evaluation from which on fewer are made [s]."""
 _FEW_ADDED: Final = 12
+_BETWEEN: Final = 2000
+"""Largest number of values that are added among many solutions."""
 """Largest number of values that are then added where the quantity is bent."""
 _DRAWS: Final = 200
 """Number of draws from a space."""
@@ -116,7 +119,8 @@ def design_parameter(
     _refuse_unknown(function, evaluation)
     _refuse_constant(function, wanted)
     sharpen_extremes(function, wanted.value)
-    roots, jumps, is_all = solutions(function, wanted.value)
+    is_settled = look_between(function, wanted.value, most_added=_FEW_ADDED if sparse else _BETWEEN)
+    roots, jumps, beyond = solutions(function, wanted.value)
     limited = Limited(lambda at: checked(evaluation.scenario({wanted.free: at}), limits=list(given)))
     found = sorted((_compared(each, limited) for each in roots), key=lambda each: _order(each, wanted))
     near = None
@@ -127,7 +131,7 @@ def design_parameter(
         base=scenario,
         wanted=wanted,
         solutions=tuple(found),
-        explored=_explored(function, jumps, is_all=is_all),
+        explored=_explored(function, jumps, beyond=beyond, is_settled=is_settled),
         obtainable=near,
         influences=() if main is None or over is not None else _influences(scenario, wanted, main),
         distribution=None
@@ -142,7 +146,7 @@ def design_parameter(
             linear=over.linear,
             progress=progress,
         ),
-        diagnostics=() if main is None else _diagnostics(evaluation, {wanted.free: main}),
+        diagnostics=_diagnostics(evaluation, {wanted.free: wanted.begin if main is None else main}),
         limits=given,
     )
 
@@ -248,7 +252,7 @@ def _order(each: FoundValue, wanted: Wanted) -> tuple[bool, bool, float]:
     return (not each.is_allowed, not alike, distance)
 
 
-def _explored(function: Function, jumps: list[float], *, is_all: bool) -> Explored:
+def _explored(function: Function, jumps: list[float], *, beyond: int, is_settled: bool) -> Explored:
     points = function.known
     return Explored(
         count=len(function.values),
@@ -257,7 +261,8 @@ def _explored(function: Function, jumps: list[float], *, is_all: bool) -> Explor
         refused=dict(function.refused),
         unknown=len(function.values) - len(points) - len(function.refused),
         jumps=tuple(jumps),
-        is_all=is_all,
+        beyond=beyond,
+        is_settled=is_settled,
     )
 
 
@@ -274,7 +279,7 @@ def _influences(scenario: Scenario, wanted: Wanted, value: float) -> tuple[Influ
 
 def _diagnostics(evaluation: Evaluation, at: dict[str, float]) -> tuple[Diagnostic, ...]:
     try:
-        return tuple(evaluation.warnings(at))
+        return not_in_rows(evaluation.warnings(at))
     except ElectrovibError:  # the check states why
         return ()
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from electrovib.study.design.parameter.tables import tables_of
-from electrovib.study.design.parameter.words import lines_of
+from electrovib.study.design.parameter.words import lines_of, verdict_of
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
@@ -74,8 +74,10 @@ class Explored:
         Number of values at which the quantity is not known.
     jumps : tuple of float
         Values of the free parameter at which the quantity passes the wanted value discontinuously.
-    is_all : bool
-        False if the quantity passes the wanted value more often than is listed.
+    beyond : int
+        How often the quantity passes the wanted value beyond the solutions that are listed.
+    is_settled : bool
+        False if finer values kept showing further solutions until the search ended.
     """
 
     count: int
@@ -84,7 +86,13 @@ class Explored:
     refused: dict[float, str]
     unknown: int
     jumps: tuple[float, ...]
-    is_all: bool
+    beyond: int
+    is_settled: bool
+
+    @property
+    def is_all(self) -> bool:
+        """Whether every solution that was seen is listed, and none appeared between finer values."""
+        return self.is_settled and not self.beyond
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -109,7 +117,7 @@ class DesignedParameter:
     distribution : NeededValues or None
         Of the value that is needed, over a space.
     diagnostics : tuple of Diagnostic
-        Of the first solution, those that are not ``ok``.
+        Of the first solution, else of the scenario as it is, beyond those that the check states.
     limits : tuple of LimitsSource
         Further limits that were given.
     """
@@ -150,6 +158,11 @@ class DesignedParameter:
         return self.best is not None
 
     @property
+    def verdict(self) -> tuple[str, ...]:
+        """The sentences among `lines` that are needed first, warnings included."""
+        return verdict_of(self)
+
+    @property
     def lines(self) -> tuple[str, ...]:
         """Sentences and numbers for people, the answer first."""
         return lines_of(self)
@@ -183,6 +196,7 @@ class DesignedParameter:
                 "highest": {"at": self.explored.highest[0], "quantity": self.explored.highest[1]},
                 "discontinuities": list(self.explored.jumps),
                 "is_all": self.explored.is_all,
+                "beyond": self.explored.beyond,
                 "evaluations": self.explored.count,
             },
             "obtainable_within_limits": None

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeAlias
 
 from electrovib.study.design.parameter.scale import coordinate
 from electrovib.study.design.parameter.search import CannotBeComputedError, Function, coordinates, middle
@@ -17,12 +17,18 @@ MISSED: Final = 1e-6
 """Relative deviation above which a change of sign is a discontinuity and no solution."""
 MOST_SOLUTIONS: Final = 30
 """Largest number of solutions that are refined."""
+MANY: Final = 6
+"""Number of crossings from which on the function is one that goes up and down, of which more may lie between the values."""
+QUIET: Final = 2
+"""Number of halvings in succession that have to show no further crossing."""
 _HALVINGS: Final = 40
 """Number of bisections for the end of an interval."""
 _OF_INTERVAL: Final = 2
 """Number of first values with the wanted value that are an interval, and not the neighbourhood of an extreme."""
 _SAME: Final = 1e-7
 """Relative distance up to which two solutions are one."""
+
+_Point: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,7 @@ class Root:
     is_extreme: bool = False
 
 
-def solutions(function: Function, target: float) -> tuple[list[Root], list[float], bool]:
+def solutions(function: Function, target: float) -> tuple[list[Root], list[float], int]:
     """Find all values at which a function has a wanted value, between the values at which it is known.
 
     Parameters
@@ -63,21 +69,15 @@ def solutions(function: Function, target: float) -> tuple[list[Root], list[float
         In increasing order of the variable.
     jumps : list of float
         Values of the variable at which the function passes the wanted value discontinuously.
-    is_all : bool
-        False if the function passes the wanted value more often than `MOST_SOLUTIONS`.
+    beyond : int
+        How often the function passes the wanted value beyond the first `MOST_SOLUTIONS` times.
     """
     points = function.known
     met = _met(points, target)
     found = _exact(function, points, met, target)
     jumps: list[float] = []
-    crossings = [
-        (first, second)
-        for (first, second), (at_first, at_second) in zip(
-            itertools.pairwise(points), itertools.pairwise(met), strict=True
-        )
-        if (first[1] - target) * (second[1] - target) < 0 and not (at_first or at_second)
-    ]
-    for first, second in crossings[:MOST_SOLUTIONS]:
+    between = _crossings(points, met, target)
+    for first, second in between[:MOST_SOLUTIONS]:
         at = _root(function, first, second, target)
         if at is None:
             continue
@@ -85,7 +85,54 @@ def solutions(function: Function, target: float) -> tuple[list[Root], list[float
             found.append(Root(at, function(at)))
         else:
             jumps.append(at)
-    return _merged(found), jumps, len(crossings) <= MOST_SOLUTIONS
+    return _merged(found), jumps, max(len(between) - MOST_SOLUTIONS, 0)
+
+
+def look_between(function: Function, target: float, *, most_added: int) -> bool:
+    """Halve the distances of the values among many crossings until no further crossing appears.
+
+    Parameters
+    ----------
+    function : Function
+        After `explore` and `sharpen_extremes`.
+    target : float
+        Wanted value.
+    most_added : int
+        Largest number of added values.
+
+    Returns
+    -------
+    bool
+        Whether the number of crossings has settled; it has where there are fewer than `MANY`.
+    """
+    added, quiet = 0, 0
+    counted = _count(function, target)
+    while counted >= MANY and quiet < QUIET:
+        places = [at for at, _ in function.known]
+        fresh = [middle(first, second) for first, second in itertools.pairwise(places)]
+        added += len(fresh)
+        if added > most_added:
+            return False
+        for each in fresh:
+            function(each)
+        before, counted = counted, _count(function, target)
+        quiet = quiet + 1 if counted == before else 0
+    return True
+
+
+def _count(function: Function, target: float) -> int:
+    return len(_crossings(function.known, _met(function.known, target), target))
+
+
+def _crossings(points: Sequence[_Point], met: Sequence[bool], target: float) -> list[tuple[_Point, _Point]]:
+    """Return the neighbouring values between which a function passes the wanted value."""
+    return [
+        (first, second)
+        for (first, second), (at_first, at_second) in zip(
+            itertools.pairwise(points), itertools.pairwise(met), strict=True
+        )
+        if (first[1] - target) * (second[1] - target) < 0 and not (at_first or at_second)
+    ]
 
 
 def _met(points: Sequence[tuple[float, float]], target: float) -> list[bool]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.diagnostics import warning_lines
 from electrovib.core.units import format_quantity
-from electrovib.study.check import NEEDED
 from electrovib.study.check.result import UNKNOWN
+from electrovib.study.check.rows import not_compared
 
 if TYPE_CHECKING:
     from electrovib.study.check import CheckRow
@@ -16,10 +17,6 @@ if TYPE_CHECKING:
 _MOST_INFLUENCES: Final = 6
 _NEGLIGIBLE: Final = 0.01
 """Elasticity below which a parameter is not listed."""
-_OF_CHECK: Final = ("film strength", "Paschen", "field emission")
-"""Beginnings of the names of diagnostics that the comparison with the limits states already."""
-_DECLARED: Final = "(limits."
-"""Part of the text of a diagnostic of a declared limit, which that comparison states too."""
 
 
 def lines_of(found: DesignedParameter) -> tuple[str, ...]:
@@ -35,15 +32,13 @@ def lines_of(found: DesignedParameter) -> tuple[str, ...]:
     lines : tuple of str
         The answer, other solutions, limits, what the answer depends on, and how it was sought.
     """
-    return (
-        *_answer(found),
-        *_others(found),
-        *_limits(found),
-        *_spread(found),
-        *_influences(found),
-        *_warnings(found),
-        *_how(found),
-    )
+    return (*verdict_of(found), *_influences(found), *_how(found))
+
+
+def verdict_of(found: DesignedParameter) -> tuple[str, ...]:
+    """Return the sentences that a user needs first: the answer, other solutions, limits, the spread, and warnings."""
+    warned = warning_lines(found.diagnostics, brief=True)
+    return (*_answer(found), *_others(found), *_limits(found), *_spread(found), *warned)
 
 
 def _answer(found: DesignedParameter) -> list[str]:
@@ -94,8 +89,16 @@ def _others(found: DesignedParameter) -> list[str]:
     for each in others:
         forbidden = f" (forbidden: {each.failed[0].text})" if each.failed else ""
         words.append(f"{_span(found, each)}{_extreme(each)}{forbidden}")
-    more = "" if found.explored.is_all else ", and more that are not listed"
-    return [f"Other solutions: {'; '.join(words)}{more}."]
+    return [f"Other solutions{_share_listed(found)}: {'; '.join(words)}."]
+
+
+def _share_listed(found: DesignedParameter) -> str:
+    """Return how many of all solutions are listed, in parentheses; nothing if all of them are."""
+    listed, explored = len(found.solutions), found.explored
+    if explored.is_all:
+        return ""
+    least = "" if explored.is_settled else "at least "
+    return f" ({listed} with the first, of {least}{listed + explored.beyond}; a narrower range, between, finds the others)"
 
 
 def _span(found: DesignedParameter, each: FoundValue) -> str:
@@ -121,17 +124,8 @@ def _limits(found: DesignedParameter) -> list[str]:
         lines.append(f"Nearest limit: {row.text} ({_share(row):.3g} of that limit).")
     open_rows = [row for row in best.check.rows if row.state == UNKNOWN and row.limit is not None]
     lines += [f"Not judged: {row.text}." for row in open_rows]
-    missing = [f"limits.{name}" for name in NEEDED if f"peak {name}" in _undeclared(best)]
-    if missing:
-        verb = "is" if len(missing) == 1 else "are"
-        lines.append(
-            f"{' and '.join(missing)} {verb} not declared, so {'it was' if len(missing) == 1 else 'they were'} not compared."
-        )
+    lines += not_compared(best.check.rows)
     return lines
-
-
-def _undeclared(each: FoundValue) -> set[str]:
-    return set() if each.check is None else {row.quantity for row in each.check.rows if row.limit is None}
 
 
 def _share(row: CheckRow) -> float:
@@ -174,15 +168,6 @@ def _spread(found: DesignedParameter) -> list[str]:
             f"{spread.unsolved} of {count} draws have no value in the range; the percentiles are those of the others."
         )
     return [*lines, *spread.remarks]
-
-
-def _warnings(found: DesignedParameter) -> list[str]:
-    told = [
-        each
-        for each in found.diagnostics
-        if not each.name.startswith(_OF_CHECK) and _DECLARED not in each.text
-    ]
-    return [f"{each.name} ({each.state}): {each.text}" for each in told if each.state == "warning"]
 
 
 def _how(found: DesignedParameter) -> list[str]:

@@ -6,9 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from electrovib.study.design.robust.words import lines_of
+from electrovib.solve.quantities.validity import validity
+from electrovib.study.check.result import not_in_rows
+from electrovib.study.design.robust.words import lines_of, verdict_of
 
 if TYPE_CHECKING:
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.scenario.space import Space
     from electrovib.study.check import CheckResult, CheckRow, LimitsSource
@@ -114,6 +117,17 @@ class DesignedForShare:
         return self.base.replace({self.wanted.free: self.value}) if self.is_achieved else None
 
     @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with its own values and the value that was found, beyond those that the check states."""
+        judged = self.base if self.top is None else self.base.replace({self.wanted.free: self.top.value})
+        return not_in_rows(validity(judged))
+
+    @property
+    def verdict(self) -> tuple[str, ...]:
+        """The sentences among `lines` that are needed first, warnings included."""
+        return verdict_of(self)
+
+    @property
     def lines(self) -> tuple[str, ...]:
         """Sentences and numbers for people, the answer first."""
         return lines_of(self)
@@ -155,6 +169,7 @@ class DesignedForShare:
             "draws_compared_with_limits": self.checked,
             "method": self.method,
             "scenario": None if self.scenario is None else self.scenario.to_dict(),
+            "diagnostics": [each.to_dict() for each in self.diagnostics],
             "text": list(self.lines),
         }
 

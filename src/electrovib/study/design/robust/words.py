@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from electrovib.core.diagnostics import warning_lines
 from electrovib.core.units import format_quantity
 from electrovib.study.check.result import shown
 
@@ -25,14 +26,16 @@ def lines_of(design: DesignedForShare) -> tuple[str, ...]:
     lines : tuple of str
         The answer first, then its uncertainty, the limits, and how it was computed.
     """
+    drawn = f"{design.n} draws, seed {design.seed}; the quantity of each: {design.method}."
+    return (*verdict_of(design), drawn, *design.space.remarks)
+
+
+def verdict_of(design: DesignedForShare) -> tuple[str, ...]:
+    """Return the sentences that a user needs first: the answer, its uncertainty, the limits, and warnings."""
     lines = [_answer(design)]
     if design.found is not None:
         lines += _uncertainty(design, design.found)
-    lines += _limits(design)
-    lines += [
-        f"{design.n} draws, seed {design.seed}; the quantity of each: {design.method}.",
-        *design.space.remarks,
-    ]
+    lines += [*_limits(design), *warning_lines(design.diagnostics, brief=True)]
     return tuple(lines)
 
 
@@ -68,12 +71,19 @@ def _uncertainty(design: DesignedForShare, found: ShareAt) -> list[str]:
         _number(design, each) if math.isfinite(each) else "no bound (too few draws)"
         for each in design.value_interval
     )
-    ranges = " and ".join(f"{_number(design, a)} to {_number(design, b)}" for a, b in design.ranges)
+    ranges = " and ".join(_range(design, low, high) for low, high in design.ranges)
     return [
         f"95 % interval of the value for {design.n} draws: {low} to {high}. The share is reached from {ranges}.",
         f"Of {design.n} further draws {_percent(found.fresh_share)} have it there: 95 % interval of the share of the"
         f" population {_interval(found)}.",
     ]
+
+
+def _range(design: DesignedForShare, low: float, high: float) -> str:
+    """Write a range; an end that is only the end of the search is called so."""
+    begins = "the beginning of the searched range, " if low <= design.wanted.low else ""
+    ends = "the end of the searched range, " if high >= design.wanted.high else ""
+    return f"{begins}{_number(design, low)} to {ends}{_number(design, high)}"
 
 
 def _limits(design: DesignedForShare) -> list[str]:

@@ -407,3 +407,23 @@ def test_the_command_prints_the_answer_and_writes(tmp_path):
     assert table["found"]["share"] >= 0.8
     failed = CliRunner().invoke(app, [*arguments[:-2], "--between", "1V:2V"])
     assert failed.exit_code == 1
+
+
+def test_an_end_of_the_search_is_not_given_as_an_end_of_the_answer():
+    """At least a force is reached by every larger voltage: the upper end is that of the range that was searched."""
+    reached = at_least(n=50).lines[1].partition("The share is reached from ")[2]
+    assert reached.endswith(" V to the end of the searched range, 100 kV.")
+    inside = ev.design(
+        STATIC,
+        want=MEAN,
+        free="drive.amplitude",
+        space=THICKNESS,
+        share=0.5,
+        band="5 mN:50 mN",
+        n=50,
+        seed=3,
+    ).lines[1]
+    assert "reached from" in inside
+    assert "end of the searched" not in inside
+    least = at_least(n=50, between=("1 kV", "2 kV")).lines[1]
+    assert "reached from the beginning of the searched range, 1 kV to the end" in least

@@ -1,0 +1,120 @@
+"""Reduced swipes as a page: the forces over time with the windows, the numbers and the choices of the zero."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.data.marks import Form
+from electrovib.recordings.swipe.table import swipe_rows
+from electrovib.study.reproduction import REFERENCE, Curve, Page, Panel, Table
+from electrovib.view.envelope import envelope
+from electrovib.view.measured import measured_page, numbers_csv, numbers_table
+from electrovib.view.units import pretty_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from electrovib.recordings.swipe import SwipeResult
+
+FILES: Final[dict[str, Form]] = {"report.html": Form.PAGE, "swipes.csv": Form.TABLE}
+"""Files of reduced swipes and their forms."""
+
+
+def swipe_files(swipes: Sequence[SwipeResult], *, source: str = "") -> dict[str, str]:
+    """Write the texts of the files of `FILES`.
+
+    Parameters
+    ----------
+    swipes : sequence of SwipeResult
+        Of one recording.
+    source : str
+        Its name, for the title.
+
+    Returns
+    -------
+    texts : dict of str to str
+        Name of the file to its text.
+    """
+    rows = swipe_rows(swipes)
+    page = measured_page(
+        title=f"{'Swipe' if len(swipes) == 1 else 'Swipes'}{f' in {source}' if source else ''}",
+        answer=" ".join(text for each in swipes for text in _answer(each)),
+        panels=swipe_panels(swipes),
+        tables=[numbers_table("Friction and forces", rows), _zeros(swipes)],
+        pages=[
+            Page("Limits" if len(swipes) == 1 else f"Limits of swipe {number}", each.words)
+            for number, each in enumerate(swipes, start=1)
+        ],
+    )
+    return {"report.html": page, "swipes.csv": numbers_csv(rows)}
+
+
+def swipe_panels(swipes: Sequence[SwipeResult]) -> list[Panel]:
+    """Make the figures of swipes: both forces of the record, with the windows over which they are averaged.
+
+    Parameters
+    ----------
+    swipes : sequence of SwipeResult
+        Of one recording.
+
+    Returns
+    -------
+    panels : list of Panel
+        One figure for each swipe, because each has a zero of its own.
+    """
+    return [_panel(each, number if len(swipes) > 1 else 0) for number, each in enumerate(swipes, start=1)]
+
+
+def _panel(swipe: SwipeResult, number: int) -> Panel:
+    time = np.asarray(swipe.trace["time"].values)
+    before, after = swipe.contact
+    margin = 0.3 * (after - before)
+    near = (time >= before - margin) & (time <= after + margin)
+    window = (time >= swipe.window[0]) & (time <= swipe.window[1])
+    curves = []
+    for look, name in enumerate(("normal_force_measured", "lateral_force_measured")):
+        values, label = np.asarray(swipe.trace[name].values), name.removesuffix("_measured").replace("_", " ")
+        x, y = envelope(time[near], values[near])
+        curves.append(Curve(label=label, x=x, y=y, look=REFERENCE))
+        x, y = envelope(time[window], values[window])
+        curves.append(Curve(label=f"{label} in the window", x=x, y=y, look=look))
+    return Panel(
+        id=f"swipe{number or ''}",
+        title=f"Forces of swipe {number}" if number else "Forces of the swipe",
+        caption="Grey: the record, with the zero of the sensors subtracted. Colour: the window over which it is averaged.",
+        x=("time", "s"),
+        y=("force", "N"),
+        curves=tuple(curves),
+    )
+
+
+def _answer(swipe: SwipeResult) -> list[str]:
+    lower, upper = swipe.friction.interval
+    said = [
+        f"Friction {swipe.friction.value:.3f} ({lower:.3f} to {upper:.3f}) under"
+        f" {pretty_quantity(swipe.normal_force.value, 'N', digits=3)}"
+        + (f" at {pretty_quantity(swipe.speed, 'm/s', digits=3)}." if swipe.speed else ".")
+    ]
+    return said + [text for text in swipe.words if text.startswith("Warning")]
+
+
+def _zeros(swipes: Sequence[SwipeResult]) -> Table:
+    rows = tuple(
+        (
+            f"swipe {number}",
+            name,
+            f"{each.friction.by_baseline[name]:.4g}",
+            pretty_quantity(each.normal_force.by_baseline[name], "N", digits=4),
+            pretty_quantity(each.lateral_force.by_baseline[name], "N", digits=4),
+        )
+        for number, each in enumerate(swipes, start=1)
+        for name in each.friction.by_baseline
+    )
+    return Table(
+        "Choice of the zero",
+        ("Swipe", "Zero of the sensors", "Friction", "Normal force", "Lateral force"),
+        rows,
+        caption="Before or after the contact, their mean, or interpolated in time between them.",
+    )

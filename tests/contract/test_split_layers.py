@@ -1,0 +1,181 @@
+"""A layer in two pieces of the same material is the same layer: no signal and no answer at any door changes."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.discovery import papers
+from electrovib.recordings.fit import fit_scenario
+from electrovib.scenario import load
+from electrovib.solve.simulate import simulate
+
+SAME = 1e-9
+"""Largest change of a signal over its peak."""
+SHARE = 0.3
+"""Share of the thickness that the piece towards the plate has."""
+AS_IT_IS = {"vezzoli_2014/fig2_tremor": "gap"}
+"""Layers that have no two pieces: a gap that moves, whose thickness is that of one layer."""
+
+
+def shipped():
+    return {
+        f"{paper}/{name}": scenario
+        for paper, module in papers().items()
+        for name, scenario in getattr(module, "scenarios", dict)().items()
+    }
+
+
+SHIPPED = shipped()
+LAYERS = [
+    (name, layer)
+    for name, scenario in SHIPPED.items()
+    for layer in scenario.stack.layers
+    if AS_IT_IS.get(name) != layer
+]
+
+
+def split(scenario, *names):
+    """Cut layers in two; of a gap the piece towards the plate is air on the plate, because an interface has one gap."""
+    found = {}
+    for name, layer in scenario.stack.layers.items():
+        if name in names:
+            role = scenario.stack.roles[name]
+            first = {
+                "thickness": SHARE * layer.thickness,
+                "initial_charge": 0.0,
+                "role": "plate" if role == "gap" else role,
+            }
+            found[f"{name}_outside"] = layer.model_copy(update=first)
+            found[name] = layer.model_copy(update={"thickness": (1 - SHARE) * layer.thickness})
+        else:
+            found[name] = layer
+    return scenario.replace({"stack": type(scenario.stack).model_validate(found)})
+
+
+def changes(whole, cut):
+    """Largest change of each signal over its peak; voltages of pieces add up, fields are equal."""
+    found = {}
+    for name, row in whole.data_vars.items():
+        if "layer" not in row.dims:
+            found[name] = change(row.values, cut[name].values)
+            continue
+        for layer in row.layer.values:
+            pieces = [each for each in (f"{layer}_outside", layer) if each in cut.layer]
+            rows = [cut[name].sel(layer=each).values for each in pieces]
+            rows = [sum(rows)] if name == "field_gain" else rows
+            found[f"{name} {layer}"] = max(change(row.sel(layer=layer).values, each) for each in rows)
+    return found
+
+
+def change(one, other):
+    known = np.isfinite(one)
+    assert np.array_equal(known, np.isfinite(other))
+    peak = np.max(np.abs(one[known]), initial=0.0)
+    return float(np.max(np.abs(one[known] - other[known]), initial=0.0) / (peak or 1.0))
+
+
+@functools.cache
+def whole(name):
+    return simulate(SHIPPED[name])
+
+
+def check(name, *layers):
+    found = changes(whole(name), simulate(split(SHIPPED[name], *layers)))
+    assert {signal: size for signal, size in found.items() if not size <= SAME} == {}
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_all_layers_of_a_scenario_in_two_change_no_signal(name):
+    check(name, *(layer for layer in SHIPPED[name].stack.layers if AS_IT_IS.get(name) != layer))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "layer"), LAYERS)
+def test_one_layer_of_a_scenario_in_two_changes_no_signal(name, layer):
+    check(name, layer)
+
+
+def test_only_a_gap_that_moves_is_not_cut():
+    layers = sum(len(scenario.stack.layers) for scenario in SHIPPED.values())
+    assert len(LAYERS) == layers - 1
+    assert SHIPPED["vezzoli_2014/fig2_tremor"].motion.moved_gap is not None
+    assert not any(
+        scenario.motion.moved_gap is not None for name, scenario in SHIPPED.items() if name not in AS_IT_IS
+    )
+
+
+def test_the_force_of_the_film_in_pieces_is_that_of_equation_1():
+    """0.5655 mN at 100 V, by arithmetic; it was 0.889, 1.097 and 1.910 mN for film, skin and both in two."""
+    base = load("vezzoli_2014/fig6_static").replace({"drive": {"model": "Step", "level": 100.0}})
+    expected = 8.8541878e-12 * 1e-4 * 100.0**2 / 2 / (90e-6 / 3.35 + 200e-6 / 1560) / 290e-6
+    assert expected == pytest.approx(0.5655e-3, rel=1e-4)
+    for layers in ((), ("insulator",), ("stratum_corneum",), ("insulator", "stratum_corneum")):
+        trace = simulate(split(base, *layers), time=np.array([0.05]))
+        assert float(trace.electrostatic_force[-1]) == pytest.approx(expected, rel=1e-6)
+
+
+BOTH = ("insulator", "stratum_corneum")
+AREA = {"contact.area": {"model": "LogNormal", "median": 1e-4, "factor": 1.3}}
+SINE = {
+    "drive": {"model": "Sine", "amplitude": 100.0, "frequency": 100.0},
+    "time": {"duration": 0.02, "samples": 201, "initial_state": {"model": "PeriodicState"}},
+    "motion.speed": 0.05,
+    "limits": {"voltage": 1e3, "current": 1e-3},
+}
+DOORS = {
+    "texture": lambda scenario: ev.texture_drive(
+        scenario,
+        texture={"model": "Grating", "period": "2 mm", "amplitude": "1 mN"},
+        path={"model": "ConstantSpeed", "speed": "50 mm/s", "stroke": "3 mm"},
+    ).voltages,
+    "target": lambda scenario: ev.design(scenario, target="sine 50 Hz 0.5 mN", method="carrier").values,
+    "value": lambda scenario: (
+        ev.design(scenario, want="mean electrostatic_force = 0.3 mN", free="drive.amplitude").best.value
+    ),
+    "share": lambda scenario: (
+        ev.design(
+            scenario, want="mean electrostatic_force = 0.3 mN", free="drive.amplitude", share=0.9,
+            space=AREA, seed=1, n=50,
+        ).value
+    ),
+    "perceive": lambda scenario: ev.perceive(scenario).level,
+    "compare": lambda scenario: [
+        entry.static for entry in ev.compare(scenario, models=[type(scenario.force).__name__]).entries
+    ],
+    "study": lambda scenario: ev.study(scenario, AREA, n=64, seed=1)["electrostatic_force_mean"].values,
+    "fit": lambda scenario: [
+        *fit_scenario(scenario, recorded(type(scenario.force).__name__), free=["contact.area"])
+        .estimate.values.values()
+    ],
+}  # fmt: skip
+
+
+@functools.cache
+def founding(law):
+    return load("vezzoli_2014/fig6_static").replace({"force.model": law} | SINE)
+
+
+@functools.cache
+def recorded(law):
+    """A recording of a finger of 1 cm2, with noise of a hundredth."""
+    trace = simulate(founding(law)).copy(deep=True)
+    force = trace.electrostatic_force
+    noise = np.random.default_rng(1).normal(0.0, 0.01 * float(force.max()), force.shape)
+    return trace[["electrostatic_force"]].assign(electrostatic_force=force + noise)
+
+
+@functools.cache
+def answered(law, door):
+    return DOORS[door](founding(law))
+
+
+@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.parametrize("law", ["EffectiveMedium", "Vezzoli2014Causal"])
+def test_every_door_answers_the_same_for_layers_in_two(law, door):
+    """Texture asked 265.9 V and then 212.1 V, the fit 1 and then 0.636 cm2."""
+    whole, cut = answered(law, door), DOORS[door](split(founding(law), *BOTH))
+    np.testing.assert_allclose(cut, whole, rtol=1e-6, atol=1e-6 * np.max(np.abs(whole)))

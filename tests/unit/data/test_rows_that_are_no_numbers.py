@@ -1,0 +1,138 @@
+"""Headings above rows without numbers, and tables of several steps: layouts made here, as CETR tribometers write them."""
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.errors import DataFileError
+from electrovib.data.readers.oscilloscope_binary import _step
+from electrovib.data.readers.registry import read_recorded
+
+T = 0.5 * np.arange(60)
+V = 1e3 * np.sin(T / 9)
+F = 0.4 + 0.01 * np.cos(1.7 * T)
+
+
+def written(tmp_path, first, heading="Time (ms),Voltage (mV),Force (N)\n"):
+    rows = "".join(f"{t:.1f},{v:.5f},{f:.5f}\n" for t, v, f in zip(T, V, F, strict=True))
+    (tmp_path / "a.csv").write_text(f"{heading}{first}{rows}")
+    return read_recorded(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(
+    ("first", "kept"),
+    [
+        ("", True),
+        ("OVLD,OVLD,OVLD\n", True),
+        ("-0.5,OVLD,0.41\n", True),
+        ("ERR7,ERR7,ERR7\n", False),
+        ("-1.0,Sat.,0.41\n-0.5,Sat.,Sat.\n", False),
+    ],
+)
+@pytest.mark.parametrize("units_apart", [False, True])
+def test_a_heading_stays_one_above_rows_without_numbers(tmp_path, first, kept, units_apart):
+    heading = "Time,Voltage,Force\n(ms),(mV),(N)\n" if units_apart else "Time (ms),Voltage (mV),Force (N)\n"
+    found = written(tmp_path, first, heading)
+    assert [(each.name, each.unit) for each in found.channels] == [
+        ("Time", "ms"), ("Voltage", "mV"), ("Force", "N"),
+    ]  # fmt: skip
+    assert found.time == "Time" or first.startswith("OVLD")
+    np.testing.assert_allclose(found.channels[1].values[-60:], V, atol=1e-5)
+    assert ("left_out" in found.attributes) is not kept
+    assert found.size == 60 + (first.count("\n") if kept else 0)
+
+
+def test_a_row_of_settings_or_of_units_is_no_row_without_numbers(tmp_path):
+    assert written(tmp_path, "", "x-axis,1,2\nsecond,Volt,Volt\n").channels[1].name == "1"
+    found = written(tmp_path, "", "Interval,2,ms\nTime,U,F\nms,mV,N\n")
+    assert [each.unit for each in found.channels] == ["ms", "mV", "N"]
+
+
+STEP = """Step No. {number}
+
+Step Type Code: 0
+Radius       = 3.9
+Velocity     = {speed}
+Data Count   = {count}
+Started at: 10:00:0{number}.100 01 Jan 2020
+
+Fx,Fz,Z,V1,T,Ff,COF
+g,g,mm,mm/sec,sec,g,
+
+"""
+
+
+def steps(*counts, label="Step No. {number}"):
+    """Write a synthetic export in the layout that public exports of CETR Data Viewer 2.19 show."""
+    text = "Created by CETR Data Viewer ver.2\nTotal number of steps = 2\nC:\\a_002.tst\n\nRun # 1\n"
+    for number, count in enumerate(counts, 1):
+        text += STEP.replace("Step No. {number}", label).format(number=number, speed=10 * number, count=count)
+        for place in range(count):
+            fx, fz = 80 * np.sin(place / 9) * number, -100 - 0.01 * place
+            text += f"{fx:.6f},{fz:.6f},-0.6620,0.0035,{place * 0.02:.4f},{abs(fx):.6f},{abs(fx / fz):.6f}\n"
+        text += "\n\n"
+    return text
+
+
+def test_steps_of_a_tribometer_are_parts_with_their_units(tmp_path):
+    path = tmp_path / "cetr.csv"
+    path.write_text(steps(50, 70, 30))
+    for part, count, number in ((None, 70, 2), ("step 1", 50, 1), ("step 3", 30, 3)):
+        found = read_recorded(path, part=part)
+        assert [(each.name, each.unit) for each in found.channels] == [
+            ("Fx", "gf"), ("Fz", "gf"), ("Z", "mm"), ("V1", "mm/s"), ("T", "s"), ("Ff", "gf"), ("COF", ""),
+        ]  # fmt: skip
+        assert found.time == "T"
+        np.testing.assert_allclose(found.times(), 0.02 * np.arange(count), atol=1e-9)
+        np.testing.assert_allclose(
+            found.channels[0].values, 80 * np.sin(np.arange(count) / 9) * number, atol=1e-6
+        )
+        assert found.attributes["table"] == f"step {number}"
+        assert f"step {number}" not in found.attributes["omitted"]
+        assert found.attributes["Velocity"] == f"{10 * number}"
+    with pytest.raises(DataFileError, match=r"there is no such table.*step 1, step 2, step 3"):
+        read_recorded(path, part="step 4")
+
+
+def test_tables_without_numbers_of_their_own_are_counted(tmp_path):
+    path = tmp_path / "cetr.csv"
+    path.write_text(steps(20, 30, label="Next"))
+    assert read_recorded(path, part="table 1").size == 20
+    path.write_text(steps(20))
+    found = read_recorded(path)
+    assert (found.size, "table" in found.attributes) == (20, False)
+    with pytest.raises(DataFileError, match="does not consist of parts"):
+        read_recorded(path, part="table 1")
+
+
+@pytest.mark.parametrize("first_ends", [True, False])
+def test_two_records_of_different_length_in_a_sheet_are_both_read(tmp_path, first_ends):
+    """Before, the columns of the shorter one were omitted without a word."""
+    openpyxl = pytest.importorskip("openpyxl", reason="needs the extra 'formats'")
+    book = openpyxl.Workbook()
+    book.active.append(["t (s)", "F (N)", "t2 (s)", "U (V)"])
+    for at in range(60):
+        one, two = [0.1 * at, 1.0 * at], [0.2 * at, 5.0 * at]
+        short = at < 25
+        book.active.append(
+            [*(one if short or not first_ends else [None] * 2), *(two if short or first_ends else [])]
+        )
+    book.save(tmp_path / "a.xlsx")
+    found = read_recorded(tmp_path / "a.xlsx")
+    assert [each.name for each in found.channels] == ["t", "F", "t2", "U"]
+    assert [int(np.isfinite(each.values).sum()) for each in found.channels] == (
+        [25, 25, 60, 60] if first_ends else [60, 60, 25, 25]
+    )
+    signal, time = ("lateral_force", "t") if first_ends else ("drive_voltage", "t2")
+    trace = ev.import_file(tmp_path / "a.xlsx", {signal: "F" if first_ends else "U"}, time=time)
+    np.testing.assert_allclose(trace.time, (0.1 if first_ends else 0.2) * np.arange(25))
+    np.testing.assert_allclose(trace[signal], (1.0 if first_ends else 5.0) * np.arange(25))
+
+
+def test_stamps_that_a_package_spreads_over_one_interval_less_are_mended():
+    """8192 samples over the time of 8192 samples, ends included, were 122 ppm long."""
+    times = np.linspace(-0.5, 0.5, 8192)
+    assert _step(times, 1 / 8192) == 1 / 8192
+    assert _step(times, None) == pytest.approx(1 / 8191, rel=1e-12)
+    assert _step(times, 2 / 8192) == pytest.approx(1 / 8191, rel=1e-12)  # another statement is not believed
+    assert _step(1e-3 * np.arange(100), 1e-3) == pytest.approx(1e-3, rel=1e-12)

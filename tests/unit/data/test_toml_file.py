@@ -1,0 +1,90 @@
+"""TOML files of the user: no door opens a pipe, a device, a folder, a socket or what is too large."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+from pathlib import Path
+
+import pytest
+
+import electrovib as ev
+from electrovib.bench.settings import read_settings
+from electrovib.core.errors import InputError
+from electrovib.recordings.swipe.opened import recording_of
+from electrovib.scenario.space.tables import tables_of
+from electrovib.study.check.declared import limits_from
+from electrovib.study.texture.reading import read_texture
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes and devices with names are of POSIX")
+DOORS = {
+    "scenario": ev.load,
+    "bench": read_settings,
+    "limits": limits_from,
+    "space": tables_of,
+    "texture": read_texture,
+    "channels": lambda path: recording_of("a.csv", speed=None, channels=path),
+}
+
+
+def _socket(path):
+    with socket.socket(socket.AF_UNIX) as each:
+        each.bind(path.name)
+
+
+def _large(path):
+    path.touch()
+    os.truncate(path, 64_000_001)
+
+
+MADE = {
+    "pipe": (os.mkfifo if hasattr(os, "mkfifo") else None, "not an ordinary file"),
+    "device": (lambda path: path.symlink_to("/dev/zero"), "not an ordinary file"),
+    "socket": (_socket, "not an ordinary file"),
+    "folder": (Path.mkdir, "is a folder"),
+    "large": (_large, "larger than 64 MB"),
+}
+
+
+@pytest.fixture
+def soon():
+    """End a test that waits for a pipe."""
+
+    def late(*_):
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, 5.0)
+    yield
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.parametrize("kind", MADE)
+@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.usefixtures("soon")
+def test_what_is_no_ordinary_file_is_refused(door, kind, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    make, words = MADE[kind]
+    make(Path("a.toml"))
+    with pytest.raises(InputError, match=rf"a\.toml: (is )?{words}"):
+        DOORS[door]("a.toml")
+
+
+def test_no_other_module_reads_a_file_as_toml():
+    """Except files of the package, and the page, whose uploads are read in a process of their own."""
+    folder = Path(ev.__file__).parent
+    reading = {
+        str(path.relative_to(folder))
+        for path in folder.rglob("*.py")
+        for text in [path.read_text(encoding="utf-8")]
+        if "read_toml(" in text and (".read_bytes()" in text or ".open(" in text or ".read_text(" in text)
+    }
+    assert reading == {
+        "data/toml_file.py",
+        "apps/explorer/reading.py",
+        "bench/settings.py",
+        "scenario/space/shipped/__init__.py",
+    }

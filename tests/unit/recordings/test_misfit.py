@@ -1,0 +1,190 @@
+"""A fit of a wrong model says so, one of the right model does not, and intervals include what noise does not explain."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+from twins import GAP, LEAK, PAIRS, TIMES, exact, noisy, pair, plate
+
+from electrovib.core.trace import make_trace
+from electrovib.recordings.fit import MeasuredTrace, fit_scenario
+from electrovib.recordings.fit.components import Components
+from electrovib.recordings.fit.measured import Observed
+from electrovib.recordings.fit.residuals import Residuals
+from electrovib.recordings.fit.table import parameter_table
+
+FORCE = "electrostatic_force"
+PLATE = plate()
+LONG = np.linspace(0, 30e-3, 1000)
+
+
+def left(noise, *, stated=None, x=None, y=None, resolution=0.0):
+    """The components of residuals alone, with the degrees of freedom of a mean."""
+    x = np.arange(noise.size) * 1e-3 if x is None else x
+    level = np.zeros(noise.size) if y is None else y
+    observed = Observed(
+        signal=FORCE, axis="time", x=x, y=level + noise, noise=stated, scale=np.ones(noise.size), offset=False,
+        resolution=resolution, noise_alone=stated,
+    )  # fmt: skip
+    sigma = stated or float(np.std(noise))
+    of = Residuals(recording="a", observed=observed, predicted=level, noise=sigma)
+    return Components(of=of, sloped=np.full((noise.size, 1), noise.size**-0.5))
+
+
+def chance(components):
+    signs = components.signs()
+    return min(each.chance for each in signs) * len(signs)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_a_wrong_model_is_named_and_the_right_one_is_not(name):
+    for wrong in (True, False):
+        trace, model, free = pair(name, wrong=wrong)
+        for seed in range(3):
+            found = fit_scenario(model, noisy(trace, np.random.default_rng([31, seed])), free=free)
+            assert bool(found.misfit.reasons) is wrong, (seed, found.misfit.reasons)
+            assert (set(found.states.values()) == {"misfit"}) is wrong
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stated", [None, 1.0])
+@pytest.mark.parametrize(("count", "memory"), [(60, 0.0), (1000, 0.0), (1000, 0.8), (4000, 0.95)])
+def test_noise_is_no_misfit_also_where_it_is_correlated(count, memory, stated):
+    """At most 7 of 400: 0.3 % of correlated noise and of independent one; 7 or more by chance in 2 of 10 000."""
+    said = 0
+    for seed in range(400):
+        drawn = np.random.default_rng([32, seed]).normal(size=count + 400)
+        noise = lfilter([np.sqrt(1 - memory**2)], [1, -memory], drawn)[400:]
+        said += chance(left(noise - noise.mean(), stated=stated)) < 0.003
+    assert said <= (7 if memory < 0.9 else 14)
+
+
+@pytest.mark.parametrize(
+    ("shape", "where"),
+    [
+        (lambda t: np.exp(-t / 0.1), "slow"),
+        (lambda t: t / t[-1], "slow"),
+        (lambda t: np.sign(np.sin(2 * np.pi * 37 * t)), "at 37 Hz"),
+        (lambda t: 0.5 * np.sin(2 * np.pi * 123 * t), "at 123 Hz"),
+    ],
+)
+def test_a_slow_and_a_periodic_misfit_in_noise_are_seen(shape, where):
+    time = np.arange(1000) * 1e-3
+    for seed in range(20):
+        noise = np.random.default_rng([33, seed]).normal(size=time.size) + 1.5 * shape(time)
+        found = left(noise - noise.mean(), x=time)
+        assert chance(found) < 1e-3
+    best = min(found.signs(), key=lambda each: each.chance)
+    assert where in best.reason
+
+
+def test_the_part_of_the_record_is_named():
+    time = np.arange(1000) * 1e-3
+    noise = np.random.default_rng(1).normal(size=time.size) + 3 * np.exp(-(((time - 0.3) / 0.05) ** 2))
+    said = min(left(noise - noise.mean(), x=time).signs(), key=lambda each: each.chance).reason
+    first, last = said.split("largest from ")[1].split(" to ")
+    assert 0.22 <= float(first.split()[0]) * 1e-3 < 0.3 < float(last.split()[0]) * 1e-3 <= 0.38
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.04, 1.5])
+def test_a_noise_that_is_larger_than_stated_is_a_misfit_from_5_per_cent_on(factor):
+    said = 0
+    for seed in range(20):
+        noise = factor * np.random.default_rng([34, seed]).normal(size=4000)
+        said += chance(left(noise - noise.mean(), stated=1.0)) < 0.003
+    assert said == (20 if factor > 1.1 else 0)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 2.5, 8.0, 30.0])
+@pytest.mark.parametrize("stated", [True, False])
+def test_rounding_is_no_misfit(ratio, stated):
+    """A slow signal whose steps are much larger than its noise leaves residuals that are no noise, and no misfit."""
+    said = 0
+    for seed in range(40):
+        rng = np.random.default_rng([35, seed])
+        course = 20 * np.exp(-np.arange(1000) / 300) * ratio / 30 + rng.uniform(0, ratio)
+        read = np.round((course + rng.normal(size=1000)) / ratio) * ratio
+        found = left(read - course, stated=1.0 if stated else None, y=course, resolution=ratio)
+        said += chance(found) < 0.003
+    assert said <= 2
+
+
+@pytest.mark.slow
+def test_correlated_noise_widens_the_interval_as_much_as_it_has_to():
+    """The scatter of 60 estimates is that of their intervals, which independent noise would make 2.8 times too narrow."""
+    clean, errors, stated = exact(PLATE, "step", times=LONG), [], []
+    for seed in range(60):
+        drawn = np.random.default_rng([36, seed]).normal(size=LONG.size + 200)
+        trace = clean.copy(deep=True)
+        noise = lfilter([0.6], [1, -0.8], drawn)[200:]
+        trace[FORCE].values[:] += 0.01 * trace[FORCE].values.max() * noise
+        found = fit_scenario(PLATE, trace, free=[GAP])
+        if found.misfit.reasons:
+            continue
+        assert "correlated" in found.misfit.sentence
+        errors.append(found.estimate.values[GAP] - 3e-6)
+        stated.append(found.estimate.standard_deviations[GAP])
+    assert len(errors) >= 57
+    assert 0.75 < np.std(errors) / np.mean(stated) < 1.25
+
+
+def test_recordings_that_differ_are_told_by_the_joint_fit():
+    rng = np.random.default_rng(37)
+    gaps = {"a": 2.9e-6, "b": 3.0e-6, "c": 3.1e-6}
+    data = [
+        MeasuredTrace(trace=noisy(exact(PLATE.replace({GAP: gap}), "step"), rng), name=name)
+        for name, gap in gaps.items()
+    ]
+    found = fit_scenario(PLATE, data, free=[GAP, LEAK])
+    spread = found.misfit.between[GAP]
+    assert spread.values == pytest.approx(gaps, rel=0.01)
+    assert spread.between == pytest.approx(0.1e-6, rel=0.2)
+    assert any(each.startswith(f"{GAP}: scatter within a recording") for each in found.misfit.reasons)
+    lower, upper = found.interval(GAP)
+    assert upper - lower > 0.1e-6  # each of them alone would give 0.03 um
+    alike = [MeasuredTrace(trace=noisy(exact(PLATE, "step"), rng), name=name) for name in gaps]
+    assert not fit_scenario(PLATE, alike, free=[GAP, LEAK]).misfit.reasons
+
+
+def test_a_misfit_widens_the_interval_and_is_in_every_row():
+    trace, model, _ = pair("leak left out", wrong=True)
+    peak = float(trace[FORCE].max())
+    recording = MeasuredTrace(
+        trace=noisy(trace, np.random.default_rng(3)), name="a", noise={FORCE: 0.01 * peak}
+    )
+    found = fit_scenario(model, recording, free=[GAP])
+    assert found.misfit.inflation > found.estimate.variance > 50
+    lower, upper = found.interval(GAP)
+    assert lower < found.estimate.values[GAP] < upper
+    rows = parameter_table(found)
+    assert {row.state for row in rows} == {"misfit"}
+    assert all(row.note.startswith("the model does not describe this recording") for row in rows)
+    assert f"{FORCE} of a" in found.misfit.sentence
+
+
+def test_what_trades_with_a_parameter_on_its_bound_is_not_determined():
+    """A lateral force by the attraction alone, without that of the load, asks for an area without limit and no friction."""
+    weak = plate(**{"drive.high": "1 V"})
+    values = exact(PLATE, "step")[FORCE].values
+    trace = make_trace({"lateral_force": (("time",), values)}, {"time": TIMES}, {})
+    area, friction = "contact.area", "friction.coefficient"
+    found = fit_scenario(
+        weak, noisy(trace, np.random.default_rng(3)), free=[area, friction], start={friction: 0.02}
+    )
+    assert found.determined == {area: "bound", friction: "not"}
+    assert area in found.why_no_interval(friction)
+    assert np.isnan(found.interval(friction)).all()
+    rows = {row.name: row for row in parameter_table(found)}
+    assert rows[friction].method in {"profile", ""}
+
+
+def test_no_interval_of_a_positive_quantity_is_below_0():
+    rng = np.random.default_rng(38)
+    data = [
+        MeasuredTrace(
+            trace=noisy(exact(PLATE.replace({GAP: gap}), "impedance"), rng), name=name, session=name
+        )
+        for name, gap in (("a", 1e-6), ("b", 9e-6))
+    ]
+    found = fit_scenario(PLATE, data, free=[GAP], varying=[GAP])
+    assert found.sessions[GAP].interval()[0] < 0
+    assert min(row.lower for row in parameter_table(found)) >= 0
