@@ -10,23 +10,7 @@ from electrovib.core.parsing import read_toml
 
 
 def read_changes(texts: Iterable[str]) -> dict[str, Any]:
-    """Read ``path=value`` texts.
-
-    Parameters
-    ----------
-    texts : iterable of str
-        Texts; a value that begins with a brace or a bracket is TOML, any other stays a text.
-
-    Returns
-    -------
-    changes : dict of str to object
-        Dotted path to value.
-
-    Raises
-    ------
-    InputError
-        For all texts that cannot be read.
-    """
+    """Read ``path=value`` texts."""
     found, problems = readable_changes(texts)
     if problems:
         raise InputError(problems)
@@ -34,20 +18,7 @@ def read_changes(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def readable_changes(changes: Mapping[str, Any] | Iterable[str]) -> tuple[dict[str, Any], list[str]]:
-    """Read the texts that can be read, and describe what is wrong with the others.
-
-    Parameters
-    ----------
-    changes : mapping of str to object, or iterable of str
-        Values by path, which are returned as they are, or texts as in `read_changes`.
-
-    Returns
-    -------
-    found : dict of str to object
-        Dotted path to value.
-    problems : list of str
-        One sentence for each text that cannot be read.
-    """
+    """Read the texts that can be read, and describe what is wrong with the others."""
     if isinstance(changes, Mapping):
         return dict(changes), []
     found: dict[str, Any] = {}

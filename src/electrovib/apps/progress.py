@@ -22,20 +22,7 @@ _REPLACE = "\r\x1b[K"
 
 @contextmanager
 def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show progress on the error output if the block takes longer than a second and the output is a terminal.
-
-    Parameters
-    ----------
-    title : str
-        What is computed.
-    counted : bool
-        Show the number of parts, the rate and the time left too.
-
-    Yields
-    ------
-    callable
-        Takes the number of parts done and the number of all parts; calling it is optional.
-    """
+    """Show progress on the error output if the block takes longer than a second and the output is a terminal."""
     state: dict[str, Any] = {"done": 0, "total": None, "bar": None, "over": False}
     lock = threading.Lock()
 
@@ -74,18 +61,7 @@ def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int
 
 @contextmanager
 def items_shown(title: str) -> Iterator[None]:
-    """Show the item of a computation that is computed at present on one line of the error output, if that is a terminal.
-
-    Parameters
-    ----------
-    title : str
-        What is computed.
-
-    Yields
-    ------
-    None
-        Each item replaces the line of the one before; at the end the line is removed.
-    """
+    """Show the item of a computation that is computed at present on one line of the error output, if that is a terminal."""
     if not _watched():
         yield
         return
@@ -126,24 +102,7 @@ def _columns(*, counted: bool) -> list[Any]:
 
 
 def progress_words(done: float, total: float | None, rate: float | None, left: float | None) -> str:
-    """Write how far a computation is.
-
-    Parameters
-    ----------
-    done : float
-        Number of parts done.
-    total : float or None
-        Number of all parts, once it is known.
-    rate : float or None
-        Parts a second, once it is measured.
-    left : float or None
-        Time left, once it is known [s].
-
-    Returns
-    -------
-    words : str
-        ``20480 of 100000, 5.1e+04/s, 2 s left``.
-    """
+    """Write how far a computation is."""
     from electrovib.core.amounts import duration
 
     if total is None:

@@ -27,27 +27,7 @@ def cleared(
 ) -> tuple[Limits, CheckResult]:
     """Check what the generator plays against the strictest of all declared limits, or refuse it.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Whose drive is to be played, with its own limits if it declares any.
-    settings : BenchSettings
-        With limits, the current limiter and, where it is declared, the edge.
-    times, voltages : ndarray, shape (n,)
-        Begin of each point of the generator [s], and its voltage at the input of the scenario's amplifier [V].
-
-    Returns
-    -------
-    limits : Limits
-        The strictest of scenario, bench and current limiter; voltage and current are always declared.
-    result : CheckResult
-        In which no limit is exceeded and every declared one was compared.
-
-    Raises
-    ------
-    InputError
-        If the current limiter allows more than the smallest declared current; for every limit that is exceeded or could not be
-        compared.
+    `times`, `voltages` (n,) [s].
     """
     limiter = settings.current_limiter
     places = [LimitsFrom("the bench", settings.limits)]

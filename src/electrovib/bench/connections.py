@@ -21,25 +21,7 @@ _LONGEST: Final = 1 << 20
 
 
 def connect(resources: Mapping[str, str]) -> dict[str, Connection]:
-    """Connect to instruments.
-
-    Parameters
-    ----------
-    resources : mapping of str to str
-        Address of each instrument by role.
-
-    Returns
-    -------
-    dict of str to Connection
-        By role.
-
-    Raises
-    ------
-    InputError
-        If an address is missing, or pyvisa is not installed.
-    BenchError
-        If an instrument cannot be reached; the connections made before are closed.
-    """
+    """Connect to instruments."""
     missing = [role for role, address in resources.items() if not address]
     if missing:
         raise InputError(

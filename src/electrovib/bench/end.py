@@ -59,30 +59,7 @@ def saved(
     force: bool = False,
     stopped: str = "",
 ) -> tuple[xarray.Dataset | None, list[str]]:
-    """Keep what was read as it is, until it is saved as a Trace.
-
-    Parameters
-    ----------
-    plan : BenchPlan
-        What was to be played.
-    record : RunRecord
-        What was read.
-    about : mapping
-        Further attributes of the Trace.
-    output : Path or None
-        Output file.
-    force : bool
-        Whether a file of the user may be replaced.
-    stopped : str
-        Why the run was stopped; the file is then that of `incomplete`. Empty for a complete one.
-
-    Returns
-    -------
-    xarray.Dataset or None
-        The Trace, if it could be made and saved.
-    list of str
-        Where the data are, or why not.
-    """
+    """Keep what was read as it is, until it is saved as a Trace."""
     if output is not None and stopped:
         output = incomplete(output)
     raw, sentences = (None, []) if output is None else _kept(record, output)

@@ -50,13 +50,7 @@ class Instruments:
         )
 
     def to_zero(self) -> list[str]:
-        """Disable the high voltage and set the generator to 0 V, whatever fails.
-
-        Returns
-        -------
-        list of str
-            What could not be confirmed, one sentence each; empty where everything was.
-        """
+        """Disable the high voltage and set the generator to 0 V, whatever fails."""
         failures = []
         if self.enable is not None:
             failures += _attempted(self.enable.disable, "the high voltage is not confirmed as disabled")

@@ -68,13 +68,7 @@ class Link:
             self._refuse(query, f"answered '{_quoted(reply)}', where a number was expected")
 
     def ask_block(self, query: str) -> bytes:
-        """Send a query and return the data of the block that answers it.
-
-        Raises
-        ------
-        BenchError
-            If the reply is no block, or holds fewer or more bytes than it states.
-        """
+        """Send a query and return the data of the block that answers it."""
         reply = self._exchange(query)
         digits = reply[1:2]
         if reply[:1] != b"#" or not digits.isdigit() or digits == b"0":

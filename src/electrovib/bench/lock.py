@@ -24,23 +24,7 @@ def lock_file(resources: Mapping[str, str]) -> Path:
 
 @contextmanager
 def one_process(resources: Mapping[str, str]) -> Iterator[str]:
-    """Hold the lock of a bench.
-
-    Parameters
-    ----------
-    resources : mapping of str to str
-        Address of each instrument by role.
-
-    Yields
-    ------
-    str
-        What the last process left in the file; empty if it ended in order, ``running ...`` if it was killed.
-
-    Raises
-    ------
-    BenchError
-        If another process holds the lock.
-    """
+    """Hold the lock of a bench."""
     path = lock_file(resources)
     with path.open("a+", encoding="utf-8") as file:
         if not _take(file):

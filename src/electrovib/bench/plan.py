@@ -80,36 +80,14 @@ class BenchPlan:
         return self.check.value("peak current") or 0.0
 
     def voltage(self, time: ArrayLike) -> NDArray[np.float64]:
-        """Return the voltage of the plate in the full burst.
-
-        Parameters
-        ----------
-        time : array_like
-            Times after the trigger [s].
-
-        Returns
-        -------
-        voltage : ndarray, shape of `time`
-            Voltage [V]; 0 before and after the burst.
-        """
+        """Return the voltage of the plate in the full burst."""
         times = np.asarray(time, dtype=float)
         inside = (times >= 0) & (times <= self.duration)
         values = _plate_voltage(self.scenario, np.clip(times, 0, self.duration))
         return np.where(inside, values, 0.0)
 
     def ranges(self, fraction: float = 1.0) -> dict[int, tuple[float, float]]:
-        """Return the range of each input of the oscilloscope.
-
-        Parameters
-        ----------
-        fraction : float
-            Peak of the burst over that of the full one, dimensionless.
-
-        Returns
-        -------
-        ranges : dict of int to tuple of float
-            Input to its lowest and highest voltage [V].
-        """
+        """Return the range of each input of the oscilloscope."""
         found = {}
         extremes = self._extremes()
         for name, channel in self.settings.channels().items():
@@ -183,26 +161,7 @@ class BenchPlan:
 
 
 def make_plan(scenario: Scenario, settings: BenchSettings) -> BenchPlan:
-    """Plan a run and refuse what cannot be played safely.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Its drive is the voltage to be played, times the gain of its own amplifier if it has one.
-    settings : BenchSettings
-        The set-up.
-
-    Returns
-    -------
-    BenchPlan
-        With the points of the generator.
-
-    Raises
-    ------
-    InputError
-        If the drive is no finite voltage that begins and ends at 0 V, is longer than allowed, does not fit the generator,
-        or exceeds a limit; every limit at once.
-    """
+    """Plan a run and refuse what cannot be played safely."""
     check_drivers(settings)
     duration = _finite_duration(scenario, settings)
     at_rest = scenario.replace({"time.initial_state": {"model": AtRest.__name__}, "time.duration": duration})

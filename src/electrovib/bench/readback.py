@@ -21,24 +21,7 @@ READINGS: Final = 2.0
 
 
 def refuse_beyond(plan: BenchPlan, record: RunRecord, name: str, step: float) -> None:
-    """Refuse a voltage of the plate, or a current, whose peak or root mean square exceeds its limit.
-
-    Parameters
-    ----------
-    plan : BenchPlan
-        With the limits.
-    record : RunRecord
-        With what was read back.
-    name : str
-        ``"voltage"`` or ``"current"``.
-    step : float
-        Difference of two readings [V or A].
-
-    Raises
-    ------
-    BenchError
-        With the value and the limit.
-    """
+    """Refuse a voltage of the plate, or a current, whose peak or root mean square exceeds its limit."""
     unit = _UNITS[name]
     values = record.channels[name]
     during = (record.time >= 0) & (record.time <= plan.duration)
@@ -53,24 +36,7 @@ def refuse_beyond(plan: BenchPlan, record: RunRecord, name: str, step: float) ->
 
 
 def refuse_scaled(plan: BenchPlan, record: RunRecord, *, fraction: float, step: float) -> None:
-    """Refuse a full burst whose voltage would exceed its limit, by the voltage read back in the low-voltage burst.
-
-    Parameters
-    ----------
-    plan : BenchPlan
-        With the limits.
-    record : RunRecord
-        With the voltage read back in the low-voltage burst.
-    fraction : float
-        Peak of that burst over that of the full one, dimensionless.
-    step : float
-        Difference of two readings [V].
-
-    Raises
-    ------
-    BenchError
-        With the voltage that would be reached, and the limit.
-    """
+    """Refuse a full burst whose voltage would exceed its limit, by the voltage read back in the low-voltage burst."""
     limit = plan.limits.voltage
     assert limit is not None
     reached, resolution = _scale(plan, record, fraction) * plan.peak, step / fraction
@@ -98,29 +64,7 @@ def _scale(plan: BenchPlan, record: RunRecord, fraction: float) -> float:
 
 
 def compare(plan: BenchPlan, record: RunRecord, *, fraction: float, step: float) -> list[str]:
-    """Compare the voltage that was read back with the plan.
-
-    Parameters
-    ----------
-    plan : BenchPlan
-        The drive.
-    record : RunRecord
-        With the voltage that was read back.
-    fraction : float
-        Peak of the burst over that of the full one, dimensionless.
-    step : float
-        Difference of two readings [V].
-
-    Returns
-    -------
-    list of str
-        What was found.
-
-    Raises
-    ------
-    BenchError
-        If scale, shape, or the voltage before the burst differ by more than the tolerance of the bench.
-    """
+    """Compare the voltage that was read back with the plan."""
     times, found = record.time, record.channels["voltage"]
     wanted, peak = fraction * plan.voltage(times), fraction * plan.peak
     tolerance = plan.settings.burst.tolerance

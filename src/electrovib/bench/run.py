@@ -198,27 +198,7 @@ class BenchRun:
     def play(
         self, *, output: Path | None, force: bool, about: Mapping[str, str | int | float]
     ) -> xarray.Dataset:
-        """Play and record; whatever happens, take the bench to 0 V and save what was read.
-
-        Parameters
-        ----------
-        output : Path or None
-            Output file.
-        force : bool
-            Whether a file of the user may be replaced.
-        about : mapping
-            Further attributes of the Trace.
-
-        Returns
-        -------
-        xarray.Dataset
-            The Trace.
-
-        Raises
-        ------
-        BenchError
-            If the run was stopped.
-        """
+        """Play and record; whatever happens, take the bench to 0 V and save what was read."""
         about = dict(about) | ({"notes": "; ".join(self.notes)} if self.notes else {})
         with stopping_signals() as stops:
             instruments = self._prepared(output, about, stops)

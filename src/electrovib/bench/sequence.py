@@ -100,13 +100,7 @@ class BurstSequence:
         self._burst_name = ""
 
     def play(self) -> RunRecord:
-        """Run all steps in their order.
-
-        Raises
-        ------
-        BenchError
-            At the first deviation; the bench is then still in the state of that step.
-        """
+        """Run all steps in their order."""
         work: dict[str, Callable[[], None]] = {
             "identify": self._identify,
             "disable": lambda: self._switch(on=False),

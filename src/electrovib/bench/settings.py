@@ -262,23 +262,7 @@ class BenchSettings(Model):
 
 
 def read_settings(source: str | Path | Mapping[str, Any] | BenchSettings | None = None) -> BenchSettings:
-    """Read the settings of a set-up.
-
-    Parameters
-    ----------
-    source : str, Path, mapping or BenchSettings, optional
-        A TOML file, nested tables, or the settings; by default the set-up of Vezzoli et al. 2014.
-
-    Returns
-    -------
-    BenchSettings
-        Validated, with the limits and the current limiter declared.
-
-    Raises
-    ------
-    InputError
-        Every mistake at once; where a declaration for safety is missing, with the lines to add.
-    """
+    """Read the settings of a set-up."""
     if isinstance(source, BenchSettings):
         _refuse_undeclared(source.to_dict(), "the bench")
         return source

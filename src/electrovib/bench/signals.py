@@ -51,14 +51,7 @@ class Stops:
 
 @contextmanager
 def stopping_signals() -> Iterator[Stops]:
-    """Raise KeyboardInterrupt or `BenchStopped` at the first signal that asks the process to end, and keep it.
-
-    Yields
-    ------
-    Stops
-        With `is_held` set nothing is raised any more. A signal that came then, or whose exception was lost, is sent again
-        after the block, unless the block raises. Only the main thread receives signals; in another one nothing is changed.
-    """
+    """Raise KeyboardInterrupt or `BenchStopped` at the first signal that asks the process to end, and keep it."""
     stops = Stops()
     if threading.current_thread() is not threading.main_thread():
         yield stops

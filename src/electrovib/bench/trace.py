@@ -25,25 +25,7 @@ _TIMES: Final = 1001
 def trace_of(
     plan: BenchPlan, record: RunRecord, *, about: Mapping[str, str | int | float], stopped: str = ""
 ) -> xarray.Dataset:
-    """Make a Trace of a run, complete or not.
-
-    Parameters
-    ----------
-    plan : BenchPlan
-        What was to be played.
-    record : RunRecord
-        What was read.
-    about : mapping
-        Further attributes.
-    stopped : str
-        Why the run was stopped; empty for a complete one.
-
-    Returns
-    -------
-    xarray.Dataset
-        Signals from the trigger on: the planned ``drive_voltage``, and what was read back. The voltage before the trigger
-        is stated in the attribute ``comparisons``.
-    """
+    """Make a Trace of a run, complete or not."""
     after = record.time >= 0
     if after.any() and record.channels:
         times, fraction = record.time[after], plan.fraction if record.burst.startswith("low") else 1.0

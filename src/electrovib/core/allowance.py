@@ -22,18 +22,7 @@ def content_allowed(size: int) -> int:
 
 
 def megabytes(size: float) -> str:
-    """Write a number of bytes as text for people.
-
-    Parameters
-    ----------
-    size : float
-        Bytes.
-
-    Returns
-    -------
-    str
-        In MB, from 1e9 bytes on in GB, from 1e12 bytes on in TB, with three digits.
-    """
+    """Write a number of bytes as text for people."""
     if size >= 1e12:
         return f"{size / 1e12:.3g} TB"
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"

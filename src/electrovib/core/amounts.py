@@ -18,18 +18,7 @@ _MORE: Final = 1.5
 
 
 def duration(seconds: float) -> str:
-    """Write a computing time as text for people.
-
-    Parameters
-    ----------
-    seconds : float
-        s.
-
-    Returns
-    -------
-    str
-        In s, min, h or days, with two significant digits.
-    """
+    """Write a computing time as text for people."""
     unit, length = next((unit, length) for unit, length, fewest in _DURATIONS if seconds >= fewest * length)
     return f"{float(f'{seconds / length:.2g}'):g} {unit}"
 
@@ -56,25 +45,7 @@ def _bytes(text: str) -> float:
 
 
 def amount_of_memory(name: str, value: float | str) -> float:
-    """Read an amount of memory.
-
-    Parameters
-    ----------
-    name : str
-        Name of the argument, for the error.
-    value : float or str
-        Bytes, or a text such as ``"8 GB"``.
-
-    Returns
-    -------
-    amount : float
-        Above 0 [bytes].
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Read an amount of memory."""
     number = _bytes(value) if isinstance(value, str) else float(value)
     if not (math.isfinite(number) and number > 0):
         raise InputError(f"{name} = {value}: expected an amount of memory above 0, for instance '1 GB'")

@@ -107,23 +107,7 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
 
 
 def read_budget(text: str) -> dict[str, float]:
-    """Read a budget from one text: a time, an amount of memory, or both.
-
-    Parameters
-    ----------
-    text : str
-        For instance ``"2 h, 16 GB"``.
-
-    Returns
-    -------
-    dict of str to float
-        ``time`` [s] and ``memory`` [bytes], as arguments of `budget`.
-
-    Raises
-    ------
-    InputError
-        If a part is neither a time nor an amount of memory.
-    """
+    """Read a budget from one text: a time, an amount of memory, or both."""
     found: dict[str, float] = {}
     for part in text.split(","):
         name, read = ("memory", _bytes) if _MEMORY.fullmatch(part) else ("time", _seconds)
@@ -139,20 +123,7 @@ def read_budget(text: str) -> dict[str, float]:
 
 
 def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
-    """Refuse a computation before it begins if its estimate exceeds the budget.
-
-    Parameters
-    ----------
-    works : sequence of Work
-        Its parts in sequence: their times add up, and the largest memory counts.
-    what : str
-        What the user asked for.
-
-    Raises
-    ------
-    BudgetError
-        With the estimate, its largest part, what reduces that part, and how to allow more.
-    """
+    """Refuse a computation before it begins if its estimate exceeds the budget."""
     limit = allowed()
     time, memory = sum(work.time for work in works), max((work.memory for work in works), default=0.0)
     if time <= limit.time and memory <= limit.memory:
@@ -205,20 +176,7 @@ class Meter:
         self._listener = _LISTENER.get()
 
     def count(self, now: float, *, steps: int = 1) -> None:
-        """Count steps that have been made.
-
-        Parameters
-        ----------
-        now : float
-            Time that the time stepping has reached [s].
-        steps : int
-            Number of further steps.
-
-        Raises
-        ------
-        BudgetError
-            If the steps made take longer than the budget allows.
-        """
+        """Count steps that have been made."""
         self.steps += steps
         share = now / self.end if self.end else 1.0
         if self._listener is not None:
@@ -232,18 +190,7 @@ class Meter:
             )
 
     def expect(self, steps: int) -> None:
-        """Count the steps of a whole time stepping before they are made.
-
-        Parameters
-        ----------
-        steps : int
-            Number of further steps.
-
-        Raises
-        ------
-        BudgetError
-            If the steps would take longer than the budget allows.
-        """
+        """Count the steps of a whole time stepping before they are made."""
         self.steps += steps
         if self.steps > self._most:
             whole = self.steps * self.each
@@ -259,18 +206,7 @@ class Meter:
 
 @contextmanager
 def listening(listener: Callable[[float], None] | None) -> Iterator[None]:
-    """Report the progress of time stepping to a listener.
-
-    Parameters
-    ----------
-    listener : callable or None
-        Called often with the fraction that is done, 0 to 1; None for no reports.
-
-    Yields
-    ------
-    None
-        Within the block, in this thread.
-    """
+    """Report the progress of time stepping to a listener."""
     token = _LISTENER.set(listener)
     try:
         yield

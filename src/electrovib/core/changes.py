@@ -12,43 +12,14 @@ from electrovib.core.tables import place_of
 
 
 def stored_path(model: BaseModel, path: str) -> str:
-    """Return a dotted path with the names that parameters have today.
-
-    Parameters
-    ----------
-    model : Model
-        The model in which the path begins.
-    path : str
-        Dotted path, perhaps with former names of parameters.
-
-    Returns
-    -------
-    str
-        Dotted path; what leads to no parameter stays as it is.
-    """
+    """Return a dotted path with the names that parameters have today."""
     parents, owner = _descended(model, path.split(".")[:-1])
     last = path.rpartition(".")[2]
     return ".".join([*parents, _name(owner, last)])
 
 
 def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Return changes by the paths of the parameters that a model stores.
-
-    Parameters
-    ----------
-    model : Model
-        The model that is changed.
-    changes : mapping of str to value
-        Dotted path to value. A path may have former names and may end in a derived parameter.
-
-    Returns
-    -------
-    changes : dict of str to value
-        The same changes. What is set within a table, or within another model, that is given along with it keeps
-        its names, because the table has no stored values yet.
-    problems : list of Problem
-        One for each parameter that is given by two names, or that its model refuses.
-    """
+    """Return changes by the paths of the parameters that a model stores."""
     named, problems = with_current_names(model, changes)
     fresh = {path.removesuffix(".model") for path, value in named.items() if _is_fresh(model, path, value)}
     found: dict[str, Any] = {}

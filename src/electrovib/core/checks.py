@@ -60,16 +60,5 @@ class Check:
         return float(getattr(model, self.name)(**self.given))
 
     def accepts(self, value: float) -> bool:
-        """Return whether a number agrees within the tolerance.
-
-        Parameters
-        ----------
-        value : float
-            The number computed here [SI]; NaN never agrees.
-
-        Returns
-        -------
-        bool
-            True within the relative tolerance, its bounds included.
-        """
+        """Return whether a number agrees within the tolerance."""
         return abs(value - self.expect) <= self.rtol * abs(self.expect)

@@ -94,19 +94,7 @@ class Citation:
         return f"{place} ({self.year})" if self.year else place
 
     def bibtex(self, key: str) -> str:
-        """Write a BibTeX entry.
-
-        Parameters
-        ----------
-        key : str
-            Of the entry, unless the citation has one of its own.
-
-        Returns
-        -------
-        str
-            An entry with one field a line; a field that is not known is omitted. How it was read here stands before the
-            entry, where BibTeX overlooks it, and in the note too if it is unverified.
-        """
+        """Write a BibTeX entry."""
         doubtful = self.read if UNVERIFIED in self.read else ""
         remarks = (self.about, self.archive, self.note, doubtful)
         fields = {
@@ -135,20 +123,7 @@ def cited(citations: Iterable[Citation]) -> str:
 
 
 def bibtex_of(text: str, key: str) -> str:
-    """Write a BibTeX entry for a citation that is known as a text only.
-
-    Parameters
-    ----------
-    text : str
-        As in a list of references.
-    key : str
-        ``author_year``, from which the year is read.
-
-    Returns
-    -------
-    str
-        ``@misc`` with the text as its note, and the DOI where the text has one.
-    """
+    """Write a BibTeX entry for a citation that is known as a text only."""
     doi = re.search(r"doi:(10\.\S+?)(?=[\s,;)]|$)", text)
     year = re.search(r"_(\d{4})", key)
     fields = {"note": _typeset(text), "year": year[1] if year else "", "doi": doi[1] if doi else ""}

@@ -11,18 +11,7 @@ from electrovib.core.units import KINDS, parse_quantity
 
 
 def column_unit(kind: str) -> AfterValidator:
-    """Declare that a text has to be a unit of a given kind, for instance ``"us"`` for ``"s"``.
-
-    Parameters
-    ----------
-    kind : str
-        SI unit, one of `electrovib.core.units.KINDS`.
-
-    Returns
-    -------
-    AfterValidator
-        For ``Annotated[str, column_unit("s")]``.
-    """
+    """Declare that a text has to be a unit of a given kind, for instance ``"us"`` for ``"s"``."""
     return AfterValidator(functools.partial(_checked, kind))
 
 

@@ -14,18 +14,7 @@ ABOUT: Final = frozenset({"equation", "reference", "status"})
 
 @functools.cache
 def hidden_names(base: type[BaseModel]) -> frozenset[str]:
-    """Return the names that a base class of models has for its subclasses, and not for the user of a model.
-
-    Parameters
-    ----------
-    base : type
-        Class from which all models are derived.
-
-    Returns
-    -------
-    frozenset of str
-        Names of pydantic, class variables and class methods.
-    """
+    """Return the names that a base class of models has for its subclasses, and not for the user of a model."""
     return frozenset(
         name
         for name in dir(base)

@@ -62,19 +62,7 @@ def read_diagnostics(text: str) -> list[Diagnostic]:
 
 
 def diagnostics_of(result: Any) -> list[Diagnostic]:
-    """Return the diagnostics that a result states.
-
-    Parameters
-    ----------
-    result : xarray.Dataset or object
-        A Trace, a sweep or a study, with the attribute ``validity``; or any other result that is computed from a scenario,
-        with the property ``diagnostics``.
-
-    Returns
-    -------
-    list of Diagnostic
-        How far the result can be believed.
-    """
+    """Return the diagnostics that a result states."""
     if not hasattr(result, "attrs"):
         return list(result.diagnostics)
     try:
@@ -84,20 +72,7 @@ def diagnostics_of(result: Any) -> list[Diagnostic]:
 
 
 def warning_lines(diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> list[str]:
-    """Write diagnostics for people: the one form in which the terminal, texts and files state them.
-
-    Parameters
-    ----------
-    diagnostics : iterable of Diagnostic
-        Those of one or several results; equal ones are written once.
-    brief : bool
-        Whether what could not be judged is named without its reasons.
-
-    Returns
-    -------
-    lines : list of str
-        One line for each warning, and one for all that could not be judged.
-    """
+    """Write diagnostics for people: the one form in which the terminal, texts and files state them."""
     found = list({each.text: each for each in diagnostics}.values())
     lines = [f"warning: {each.text}" for each in found if each.state == "warning"]
     unknown = [each.name if brief else each.text for each in found if each.state == "unknown"]
@@ -110,24 +85,7 @@ def comment_lines(diagnostics: Iterable[Diagnostic]) -> str:
 
 
 def against(name: str, *, value: float, limit: float, unit: str, what: str, why: str) -> Diagnostic:
-    """Compare a value with a limit.
-
-    Parameters
-    ----------
-    name : str
-        What is judged.
-    value, limit : float
-        Both in `unit`; NaN as a value is unknown.
-    unit : str
-        SI unit.
-    what, why : str
-        What reaches the value, and what the limit means.
-
-    Returns
-    -------
-    Diagnostic
-        In the state ``warning`` above the limit.
-    """
+    """Compare a value with a limit."""
     bound = format_quantity(limit, unit, digits=3)
     if math.isnan(value):
         return Diagnostic(name, "unknown", f"{what} is not known, so it was not compared with {bound}: {why}")

@@ -24,20 +24,7 @@ M = TypeVar("M", bound="Model")
 
 
 def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, type[M]]:
-    """Return the final classes of a family by name.
-
-    Parameters
-    ----------
-    family : type
-        An abstract model class.
-    wanted : str, optional
-        A name that is looked for: papers are imported only if no class loaded so far has it, or if it is absent.
-
-    Returns
-    -------
-    mapping of str to type
-        Name of a class to the class.
-    """
+    """Return the final classes of a family by name."""
     _import_beside(family)
     members = _by_name(family)
     if wanted is None or wanted not in members:
@@ -88,18 +75,7 @@ def _import_folder(package: str) -> tuple[ModuleType, ...]:
 
 @functools.cache
 def papers() -> Mapping[str, ModuleType]:
-    """Import every paper, those of electrovib and those that other packages contribute.
-
-    Returns
-    -------
-    mapping of str to module
-        ``author_year`` to module, sorted.
-
-    Raises
-    ------
-    ElectrovibError
-        If a contributed paper has the name of another, or cannot be imported.
-    """
+    """Import every paper, those of electrovib and those that other packages contribute."""
     found = {name: paper(name) for name in paper_names()}
     for entry in _contributed():
         if entry.name in found:
@@ -138,23 +114,7 @@ def paper_names() -> tuple[str, ...]:
 
 
 def paper(name: str) -> ModuleType:
-    """Import one paper by its name.
-
-    Parameters
-    ----------
-    name : str
-        ``author_year``, of electrovib or of another package.
-
-    Returns
-    -------
-    module
-        The paper, with its citation, models and checks.
-
-    Raises
-    ------
-    InputError
-        If there is none; the message has the three nearest names.
-    """
+    """Import one paper by its name."""
     if name in paper_names():
         return importlib.import_module(f"electrovib.papers.{name}")
     contributed = {entry.name: entry for entry in _contributed()}
@@ -177,20 +137,7 @@ def _near_papers(name: str, known: Collection[str]) -> str:
 
 
 def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
-    """Collect what papers offer by name.
-
-    Parameters
-    ----------
-    functions : collection of str
-        Names of the functions of a paper that return it, each as a mapping of name to object; ``("skins",)`` for instance.
-    of : str, optional
-        Collect only from this paper, without importing the others.
-
-    Returns
-    -------
-    dict of str to object
-        ``author_year/name`` to object; of two functions that offer one name the first counts.
-    """
+    """Collect what papers offer by name."""
     found: dict[str, Any] = {}
     for author_year, module in ({of: paper(of)} if of else papers()).items():
         for function in functions:
@@ -206,13 +153,7 @@ def name_of_today(module: ModuleType, name: str) -> str:
 
 
 def find_offer(name: str, functions: Collection[str]) -> Any:
-    """Return what a paper offers as ``author_year/name``.
-
-    Raises
-    ------
-    InputError
-        If no paper does; the message has the three nearest names and what each is.
-    """
+    """Return what a paper offers as ``author_year/name``."""
     author_year = name.partition("/")[0]
     if author_year in {*paper_names(), *(entry.name for entry in _contributed())}:
         found = offers(functions, of=author_year)

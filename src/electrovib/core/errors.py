@@ -138,18 +138,7 @@ class NotCausalError(ElectrovibError):
 
 @contextmanager
 def gathered(problems: list[str]) -> Iterator[None]:
-    """Add the mistakes of a block to a list and continue, so that the rest of the input is checked too.
-
-    Parameters
-    ----------
-    problems : list of str
-        Extended by the problems of an InputError raised in the block; other errors are not caught.
-
-    Yields
-    ------
-    None
-        The block ends at its first error.
-    """
+    """Add the mistakes of a block to a list and continue, so that the rest of the input is checked too."""
     try:
         yield
     except InputError as error:
@@ -157,20 +146,7 @@ def gathered(problems: list[str]) -> Iterator[None]:
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Write ``" Did you mean 'x'?"`` with the closest known name, or the list of all known names.
-
-    Parameters
-    ----------
-    word : str
-        What was written.
-    known : iterable of str
-        What is allowed.
-
-    Returns
-    -------
-    str
-        A sentence that starts with a blank; empty if no name is known.
-    """
+    """Write ``" Did you mean 'x'?"`` with the closest known name, or the list of all known names."""
     names = sorted(known)
     listed = f" Known: {shortened(', '.join(names), _LONGEST_LIST)}." if names else ""
     return suggestion(word, names) or listed
@@ -183,20 +159,7 @@ def suggestion(word: str, known: Iterable[str]) -> str:
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:
-    """Find the known name that is most similar to a word.
-
-    Parameters
-    ----------
-    word : str
-        What was written.
-    known : iterable of str
-        What is allowed.
-
-    Returns
-    -------
-    str or None
-        The closest name; None if no name is similar.
-    """
+    """Find the known name that is most similar to a word."""
     names = sorted(known)
     close = difflib.get_close_matches(word[:_LONGEST_NAME], names[:_MOST_NAMES], n=1, cutoff=0.6)
     if not close:  # a difference in capitals only is the most frequent mistake
@@ -213,18 +176,7 @@ def closest_file(name: str, beside: Iterable[str]) -> str:
 
 
 def printable(text: str) -> str:
-    """Write control characters, and others that a terminal would obey or hide, as their codes.
-
-    Parameters
-    ----------
-    text : str
-        Text of any origin.
-
-    Returns
-    -------
-    str
-        One line of visible characters.
-    """
+    """Write control characters, and others that a terminal would obey or hide, as their codes."""
     if text.isprintable():
         return text
     return "".join(sign if sign.isprintable() else _code(sign) for sign in text)

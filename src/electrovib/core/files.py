@@ -75,13 +75,7 @@ class DeclaresFile:
 
 @contextmanager
 def inputs_noted() -> Iterator[list[Path]]:
-    """Collect the files that are read in the block, so that no output replaces one of them.
-
-    Yields
-    ------
-    list of Path
-        The files read so far; the list grows while files are read.
-    """
+    """Collect the files that are read in the block, so that no output replaces one of them."""
     found: list[Path] = []
     token = _inputs.set(found)
     try:

@@ -7,20 +7,7 @@ import re
 
 
 def formula_lines(name: str, text: str) -> tuple[str, ...]:
-    """Return a declared equation in words, one line for each case.
-
-    Parameters
-    ----------
-    name : str
-        What is computed; of a dotted path the last part is shown, except of a rate of change, which ends in ``'``.
-    text : str
-        Right side as `electrovib.core.model.Model.equation` declares it.
-
-    Returns
-    -------
-    lines : tuple of str
-        ``name = formula``, followed by ``, for condition`` where there are cases.
-    """
+    """Return a declared equation in words, one line for each case."""
     shown = name if name.endswith("'") else name.rpartition(".")[2]
     node = ast.parse(text, mode="eval").body
     found = []

@@ -15,21 +15,9 @@ class Immutable(BaseModel):
     """A pydantic model that refuses assignments to its instances and names the call that returns a changed copy."""
 
     def __setattr__(self, name: str, value: Any) -> NoReturn:
-        """Refuse an assignment.
-
-        Raises
-        ------
-        InputError
-            Always.
-        """
+        """Refuse an assignment."""
         raise InputError(f"{type(self).__name__}.{name}: is not changed in place; {_COPY}")
 
     def __delattr__(self, name: str) -> NoReturn:
-        """Refuse a deletion.
-
-        Raises
-        ------
-        InputError
-            Always.
-        """
+        """Refuse a deletion."""
         raise InputError(f"{type(self).__name__}.{name}: is not deleted in place; {_COPY}")

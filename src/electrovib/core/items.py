@@ -14,13 +14,7 @@ _LISTENER: ContextVar[ItemListener | None] = ContextVar("item listener", default
 
 @contextmanager
 def items_heard(listener: ItemListener) -> Iterator[None]:
-    """Inform a listener of each item that is begun in the block, in this thread.
-
-    Yields
-    ------
-    None
-        The former listener is informed again afterwards.
-    """
+    """Inform a listener of each item that is begun in the block, in this thread."""
     token = _LISTENER.set(listener)
     try:
         yield
@@ -29,18 +23,7 @@ def items_heard(listener: ItemListener) -> Iterator[None]:
 
 
 def each_item(names: Sequence[str]) -> Iterator[str]:
-    """Yield the names of the items of a computation, and inform the listener before each.
-
-    Parameters
-    ----------
-    names : sequence of str
-        What is computed, for people.
-
-    Yields
-    ------
-    name : str
-        The item that begins.
-    """
+    """Yield the names of the items of a computation, and inform the listener before each."""
     for number, name in enumerate(names, 1):
         if (listener := _LISTENER.get()) is not None:
             listener(name, number, len(names))
@@ -48,18 +31,7 @@ def each_item(names: Sequence[str]) -> Iterator[str]:
 
 
 def computed(items: Sequence[tuple[str, Callable[[], Iterable[Any]]]]) -> list[tuple[Any, ...]]:
-    """Compute items in their order, and inform the listener before each.
-
-    Parameters
-    ----------
-    items : sequence of (str, callable)
-        What is computed, and the function without arguments that computes it.
-
-    Returns
-    -------
-    results : list of tuple
-        What each function returned.
-    """
+    """Compute items in their order, and inform the listener before each."""
     functions = [function for _, function in items]
     names = each_item([name for name, _ in items])
     return [tuple(function()) for _, function in zip(names, functions, strict=True)]

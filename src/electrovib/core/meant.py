@@ -16,22 +16,7 @@ _MOST_MODELS: Final = 8
 
 
 def meant(model: Model, path: str) -> str:
-    """Write which parameters of a model, or which other models, have what an unknown path names.
-
-    Parameters
-    ----------
-    model : Model
-        A scenario, or a part of one.
-    path : str
-        Dotted path that does not exist in it: a single word such as ``thickness``, or ``drive.frequency`` of a drive
-        without a frequency.
-
-    Returns
-    -------
-    str
-        A sentence that starts with a blank; empty where the last part of the path is spelled like an existing name, and
-        where nothing has this name.
-    """
+    """Write which parameters of a model, or which other models, have what an unknown path names."""
     owner, _, name = path.rpartition(".")
     if owner:
         return _of_other_models(model, owner.split("."), name)

@@ -282,13 +282,7 @@ class Model(Immutable, DeclaresFile, Written):
 
 
 def read_model(kind: type[M], content: object) -> M:
-    """Build a model from nested tables and list every mistake at once.
-
-    Raises
-    ------
-    InputError
-        One sentence a mistake: dotted path, value, what is allowed, nearest name.
-    """
+    """Build a model from nested tables and list every mistake at once."""
     try:
         return kind.model_validate(content)
     except ValidationError as error:

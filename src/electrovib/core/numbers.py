@@ -19,26 +19,7 @@ M = TypeVar("M", bound=Model)
 
 
 def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
-    """Return a copy with other numbers at some paths; parts without a change are shared with the original.
-
-    Parameters
-    ----------
-    model : Model
-        The model to copy.
-    numbers : mapping of str to float
-        Dotted path of a stored physical parameter, as `stored_changes` has it, to its value in SI.
-
-    Returns
-    -------
-    Model
-        Valid, and equal to the result of `Model.replace`, which is slower. A part whose parameters have ranges and no rule
-        among each other is not validated again when the new numbers are in these ranges.
-
-    Raises
-    ------
-    InputError
-        As from `Model.replace`.
-    """
+    """Return a copy with other numbers at some paths; parts without a change are shared with the original."""
     tree: dict[str, Any] = {}
     for path, value in numbers.items():
         *parents, last = path.split(".")

@@ -25,24 +25,7 @@ _used: dict[Path, ModuleType] = {}
 
 
 def use_models(file: str | Path) -> ModuleType:
-    """Import a file that defines models, which can then be named like those of electrovib.
-
-    Parameters
-    ----------
-    file : str or Path
-        Python file with at least one final subclass of a family, for instance of ``ForceLaw``; modules beside it can be
-        imported by it. A file that was imported before is not imported again.
-
-    Returns
-    -------
-    module
-        The imported file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read or imported, with the line at fault, or if it defines no model.
-    """
+    """Import a file that defines models, which can then be named like those of electrovib."""
     path = Path(file).resolve()
     imported = sys.modules.get(path.stem)
     if path not in _used and getattr(imported, "__file__", None) == str(path) and imported is not None:
@@ -125,18 +108,7 @@ def _line(error: BaseException, path: Path) -> int | None:
 
 
 def fault(error: Exception) -> str:
-    """Describe an error that comes from a file of `use_models`.
-
-    Parameters
-    ----------
-    error : Exception
-        Any.
-
-    Returns
-    -------
-    str
-        File, line and error; empty if no such file is at fault.
-    """
+    """Describe an error that comes from a file of `use_models`."""
     for path, module in reversed(_used.items()):
         if _line(error, path) is not None:
             return _told(error, path, path.name)
@@ -148,19 +120,7 @@ def fault(error: Exception) -> str:
 
 
 def origins(model: Model) -> list[dict[str, str]]:
-    """List the models in a tree that are not part of electrovib, and the files that define them.
-
-    Parameters
-    ----------
-    model : Model
-        For instance a scenario.
-
-    Returns
-    -------
-    list of dict of str to str
-        For each class once: ``model``, ``family``, ``file`` (name without folder; empty for an interactive session) and
-        ``sha256`` of the file as it is now (empty without a file).
-    """
+    """List the models in a tree that are not part of electrovib, and the files that define them."""
     kinds = dict.fromkeys(type(each) for each in _tree(model))
     return [_origin(kind) for kind in kinds if kind.__module__.partition(".")[0] != _OURS]
 
@@ -205,22 +165,7 @@ def _digest(path: Path, changed: int) -> str:
 def missing_models(
     kind: type[Model] | None, content: Any, path: str = ""
 ) -> Iterator[tuple[str, type[Model], str]]:
-    """Find the models that nested tables name and that no loaded file defines.
-
-    Parameters
-    ----------
-    kind : type or None
-        Model or family that the tables are of.
-    content : object
-        Nested tables.
-    path : str
-        Dotted path of the tables.
-
-    Yields
-    ------
-    tuple
-        Dotted path, family and name.
-    """
+    """Find the models that nested tables name and that no loaded file defines."""
     if isinstance(content, (list, tuple)):
         for index, item in enumerate(content):
             yield from missing_models(kind, item, f"{path}.{index}")

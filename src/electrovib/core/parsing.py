@@ -10,13 +10,7 @@ _DEEPEST: Final = 50
 
 
 def read_toml(text: str) -> dict[str, Any]:
-    """Read a text as TOML.
-
-    Raises
-    ------
-    ValueError
-        With the reason, if it is not valid or nested too deeply.
-    """
+    """Read a text as TOML."""
     import tomllib
 
     try:
@@ -32,13 +26,7 @@ def read_toml(text: str) -> dict[str, Any]:
 
 
 def read_json(text: object) -> Any:
-    """Read a text as JSON.
-
-    Raises
-    ------
-    ValueError
-        With the reason, if it is no text, not valid or nested too deeply.
-    """
+    """Read a text as JSON."""
     import json
 
     if not isinstance(text, str):

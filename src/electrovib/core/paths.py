@@ -15,25 +15,7 @@ if TYPE_CHECKING:
 
 
 def value_at(model: Model, path: str) -> Any:
-    """Return what stands at a dotted path of a model.
-
-    Parameters
-    ----------
-    model : Model
-        A scenario, or a part of one.
-    path : str
-        Dotted path.
-
-    Returns
-    -------
-    object
-        A float in SI, a text, or a nested table.
-
-    Raises
-    ------
-    InputError
-        If there is no such path; the message has the nearest name.
-    """
+    """Return what stands at a dotted path of a model."""
     if (found := derived_at(model, path)) is not None:
         return getattr(*found)
     if (number := number_at(model, path)) is not None:
@@ -52,13 +34,7 @@ def value_at(model: Model, path: str) -> Any:
 
 
 def quantity_at(model: Model, path: str) -> Quantity:
-    """Return the declaration of the parameter at a dotted path.
-
-    Raises
-    ------
-    InputError
-        If the path names no physical parameter.
-    """
+    """Return the declaration of the parameter at a dotted path."""
     if (found := derived_at(model, path)) is not None:
         owner, name = found
         quantity: Quantity = owner.derived[name]
@@ -73,21 +49,7 @@ def quantity_at(model: Model, path: str) -> Quantity:
 
 
 def followers(model: Model, path: str) -> list[str]:
-    """Find the parameters that change with another one.
-
-    Parameters
-    ----------
-    model : Model
-        Where to look.
-    path : str
-        Dotted path of a parameter, stored or derived.
-
-    Returns
-    -------
-    paths : list of str
-        Dotted paths of the stored parameters that change when that one alone is changed, without itself; none where
-        the path names no number.
-    """
+    """Find the parameters that change with another one."""
     try:
         value = value_at(model, path)
     except InputError:

@@ -53,13 +53,7 @@ class Quantity:
             raise TypeError(msg)
 
     def read(self, value: object) -> float:
-        """Convert a text or a number to a float in SI within the range.
-
-        Raises
-        ------
-        PydanticCustomError
-            With the sentence that the user sees after ``path = value:``.
-        """
+        """Convert a text or a number to a float in SI within the range."""
         given = value
         if isinstance(value, str):
             try:

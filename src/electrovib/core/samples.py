@@ -90,10 +90,8 @@ class Samples:
     def packed(self) -> str:
         """Write the numbers without loss as a short text that `read` accepts.
 
-        Notes
-        -----
-        Numbers with few decimals, as instruments write them, are stored as differences of integers; other numbers as
-        their bytes, compressed where that shortens them enough.
+        Numbers with few decimals, as instruments write them, are stored as differences of integers; other
+        numbers as their bytes, compressed where that shortens them enough.
         """
         return _as_decimals(self.values) or _as_bytes(self._little_endian())
 

@@ -71,22 +71,7 @@ class Match:
 
 
 def search(query: str, entries: Iterable[Searchable], *, nearest: int = 3) -> tuple[Match, ...]:
-    """Find entries, the best first.
-
-    Parameters
-    ----------
-    query : str
-        A name, another name, a former one, a part of it, or words of a description; capitals do not count.
-    entries : iterable of Searchable
-        What is searched.
-    nearest : int
-        How many names of similar spelling are given when nothing else is found.
-
-    Returns
-    -------
-    matches : tuple of Match
-        In the order of `STAGES`; of the names that are spelled similarly only when there is nothing better.
-    """
+    """Find entries, the best first."""
     wanted = " ".join(query.split())[:_LONGEST_QUERY]
     if not wanted:
         return ()
@@ -99,22 +84,7 @@ def search(query: str, entries: Iterable[Searchable], *, nearest: int = 3) -> tu
 
 
 def closest_entries(query: str, entries: Iterable[Searchable], *, count: int = 3) -> tuple[Match, ...]:
-    """Find the entries whose names are spelled most similarly, whatever else would be found.
-
-    Parameters
-    ----------
-    query : str
-        What was written.
-    entries : iterable of Searchable
-        What is searched.
-    count : int
-        At most so many.
-
-    Returns
-    -------
-    matches : tuple of Match
-        The most similar first; none if no name resembles what was written.
-    """
+    """Find the entries whose names are spelled most similarly, whatever else would be found."""
     scored = [(_likeness(query[:_LONGEST_QUERY], entry), place, entry) for place, entry in enumerate(entries)]
     near = sorted((item for item in scored if item[0] >= _NEAR), key=lambda item: (-item[0], item[1]))
     if not near or near[0][0] < _LIKE:
@@ -123,22 +93,7 @@ def closest_entries(query: str, entries: Iterable[Searchable], *, count: int = 3
 
 
 def suggestions(query: str, entries: Iterable[Searchable], *, count: int = 3) -> tuple[Match, ...]:
-    """Choose what someone may have meant: what a search finds, and then the names that are spelled most similarly.
-
-    Parameters
-    ----------
-    query : str
-        What was written.
-    entries : iterable of Searchable
-        What there is.
-    count : int
-        How many are given, if there are so many.
-
-    Returns
-    -------
-    matches : tuple of Match
-        The likeliest first, none twice.
-    """
+    """Choose what someone may have meant: what a search finds, and then the names that are spelled most similarly."""
     candidates = list(entries)
     found = search(query, candidates, nearest=count)[:count]
     names = {match.entry.name for match in found}

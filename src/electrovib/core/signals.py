@@ -96,20 +96,7 @@ SIGNALS: Final = {
 
 
 def without(name: str, known: Iterable[str]) -> str:
-    """Write that a scenario has no signal of a name, which ones it has, and what to do.
-
-    Parameters
-    ----------
-    name : str
-        Signal of the nomenclature that was asked for.
-    known : iterable of str
-        Signals of the scenario.
-
-    Returns
-    -------
-    str
-        The message.
-    """
+    """Write that a scenario has no signal of a name, which ones it has, and what to do."""
     names = sorted(known)
     plain = name.removesuffix("_measured")
     if name == "capacitance":
@@ -129,13 +116,7 @@ def without(name: str, known: Iterable[str]) -> str:
 
 
 def signal(name: str) -> Signal:
-    """Return the declaration of a signal.
-
-    Raises
-    ------
-    ElectrovibError
-        If the nomenclature has no such name.
-    """
+    """Return the declaration of a signal."""
     if name not in SIGNALS:
         raise ElectrovibError(f"'{name}' is not a signal.{nearest(name, SIGNALS)}")
     return SIGNALS[name]

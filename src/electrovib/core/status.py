@@ -21,16 +21,5 @@ STATUSES_EXPLAINED: Final = (
 
 
 def status_text(status: str) -> str:
-    """Write a status for people.
-
-    Parameters
-    ----------
-    status : str
-        One of `STATUSES`, or empty for a definition, which has no source.
-
-    Returns
-    -------
-    str
-        A few words, ``unverified, cited from memory`` for instance.
-    """
+    """Write a status for people."""
     return _SHOWN[status] if status else "a definition"

@@ -10,23 +10,7 @@ from electrovib.core.samples import Samples
 
 
 def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True) -> list[Problem]:
-    """Put changes by dotted path into nested tables, in place.
-
-    Parameters
-    ----------
-    content : dict
-        Nested tables.
-    changes : mapping of str to value
-        Dotted path to new value. A table is set before single values in it. A new ``model`` is set first and keeps no
-        parameter of the former one, so its own parameters can be given beside it.
-    strict : bool
-        Refuse paths that do not exist; otherwise tables that are missing are made, and validation follows.
-
-    Returns
-    -------
-    list of Problem
-        One for each path that does not exist, and for each table that would be dropped.
-    """
+    """Put changes by dotted path into nested tables, in place."""
     ordered = sorted(changes, key=lambda path: (path.count("."), not path.endswith(".model")))
     fresh: list[Any] = []
     problems = [_put(content, path, changes[path], fresh, strict=strict) for path in ordered]

@@ -28,27 +28,7 @@ def make_trace(
     coordinates: Mapping[str, Any],
     attributes: Mapping[str, Any],
 ) -> xarray.Dataset:
-    """Make a Trace, with the unit of every signal.
-
-    Parameters
-    ----------
-    variables : mapping
-        Name of a signal to its dimensions and array.
-    coordinates : mapping
-        Name of a dimension to its values.
-    attributes : mapping
-        Provenance, texts and numbers only; structured content as JSON text.
-
-    Returns
-    -------
-    xarray.Dataset
-        With ``units`` and ``long_name`` on every signal.
-
-    Raises
-    ------
-    ElectrovibError
-        If a name is not in the nomenclature.
-    """
+    """Make a Trace, with the unit of every signal."""
     import xarray
 
     for name in variables:
@@ -62,18 +42,7 @@ def make_trace(
 
 
 def stamp(trace: xarray.Dataset) -> xarray.Dataset:
-    """Write the units and meanings of a Trace again, from the names of its variables.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        A Trace, also after arithmetic.
-
-    Returns
-    -------
-    xarray.Dataset
-        A shallow copy; names outside the nomenclature keep their attributes.
-    """
+    """Write the units and meanings of a Trace again, from the names of its variables."""
     stamped = trace.copy()
     for name in stamped.variables:
         stamped[name].attrs.update(_meaning(str(name)))

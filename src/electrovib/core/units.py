@@ -87,25 +87,7 @@ _PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*({_PINT_UNIT}(?:(?:\s*[*/]\s*|\s+){_PI
 
 
 def parse_quantity(text: str, unit: str) -> float:
-    """Convert a text with a unit to a float in SI.
-
-    Parameters
-    ----------
-    text : str
-        A decimal number and a unit, for instance ``"90 um"``; a number without a unit is in SI.
-    unit : str
-        The SI unit wanted, one of `KINDS`.
-
-    Returns
-    -------
-    value : float
-        In SI: the float nearest to the exact decimal value.
-
-    Raises
-    ------
-    ValueError
-        If the text is not a finite number in that unit; the message says what was expected.
-    """
+    """Convert a text with a unit to a float in SI."""
     plain = text.translate(_SPELLINGS) if len(text) <= _LONGEST else ""
     value = _parse_own_unit(plain, unit)
     if value is None:
@@ -124,22 +106,7 @@ def expected(unit: str) -> str:
 
 
 def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
-    """Write a number with its unit, with a prefix where it reads better (``90 um``).
-
-    Parameters
-    ----------
-    value : float
-        In SI.
-    unit : str
-        One of `KINDS`.
-    digits : int
-        Significant digits at most.
-
-    Returns
-    -------
-    str
-        Text that `parse_quantity` reads back to the same value within the digits.
-    """
+    """Write a number with its unit, with a prefix where it reads better (``90 um``)."""
     value += 0.0  # one zero, not two
     if unit == "1":
         return f"{value:.{digits}g}"
@@ -159,18 +126,7 @@ def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
 
 
 def digits_of_interval(value: float, lower: float, upper: float) -> int:
-    """Return the significant digits that show an interval.
-
-    Parameters
-    ----------
-    value, lower, upper : float
-        A number and the ends of its interval, in one unit.
-
-    Returns
-    -------
-    digits : int
-        Two of the width of the interval; 4 at least, and where it has no width; 15 at most.
-    """
+    """Return the significant digits that show an interval."""
     width = upper - lower
     if not (math.isfinite(width) and width > 0 and value):
         return 4
@@ -178,20 +134,7 @@ def digits_of_interval(value: float, lower: float, upper: float) -> int:
 
 
 def exact_text(value: float, unit: str) -> str | float:
-    """Return a text with a unit if it reads back to exactly this float, else the float.
-
-    Parameters
-    ----------
-    value : float
-        In SI, finite.
-    unit : str
-        One of `KINDS`.
-
-    Returns
-    -------
-    str or float
-        For a scenario file, without loss of precision.
-    """
+    """Return a text with a unit if it reads back to exactly this float, else the float."""
     for digits in (6, 12, 17):
         text = format_quantity(value, unit, digits=digits)
         if unit != "1" and parse_quantity(text, unit) == value:

@@ -17,13 +17,7 @@ PARTS = (
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of electrovib, Python and the packages on which a result depends, without importing them.
-
-    Returns
-    -------
-    dict of str to str
-        Name to version; a package that is not installed is omitted.
-    """
+    """Return the versions of electrovib, Python and the packages on which a result depends, without importing them."""
     import platform
     from importlib.metadata import PackageNotFoundError, version
 

@@ -23,27 +23,7 @@ _LEFT: Final = 86400.0
 
 @contextmanager
 def writing(outputs: Mapping[Path, Form | None], *, force: bool = False) -> Iterator[dict[Path, Path]]:
-    """Provide temporary files beside the outputs, and move them into place once all of them are complete.
-
-    Parameters
-    ----------
-    outputs : mapping of Path to Form or None
-        Outputs with their forms, or None for a file that carries no mark. Older files remain until all new ones are
-        complete. They are replaced in this order, so the file that states which files belong together comes first.
-    force : bool
-        Whether files that we did not write may be replaced.
-
-    Yields
-    ------
-    dict of Path to Path
-        For each output an empty file in the same folder, ``*.partial``, to be overwritten; it is removed after any
-        failure.
-
-    Raises
-    ------
-    InputError
-        If an output cannot be written, or would replace a file that is not ours.
-    """
+    """Provide temporary files beside the outputs, and move them into place once all of them are complete."""
     check_writable(outputs, force=force)
     places = {path: Path(os.path.realpath(path)) for path in outputs}  # a link keeps pointing to its file
     temporaries = {
@@ -114,24 +94,7 @@ def _take_places(moves: Mapping[Path, Path]) -> None:
 
 
 def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> None:
-    """Write a text file as a whole, or keep the older one.
-
-    Parameters
-    ----------
-    path : Path
-        Output.
-    text : str
-        Content with the mark of its form, written as UTF-8 with its own line ends.
-    form : Form
-        Form of the file.
-    force : bool
-        Whether a file that we did not write may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the output cannot be written, or would replace a file that is not ours.
-    """
+    """Write a text file as a whole, or keep the older one."""
     with writing({path: form}, force=force) as temporaries:
         temporaries[path].write_text(text, encoding="utf-8", newline="")
 
@@ -139,22 +102,7 @@ def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> Non
 def check_writable(
     outputs: Mapping[Path, Form | None], *, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
-    """Check, before a long computation, whether its outputs can be written.
-
-    Parameters
-    ----------
-    outputs : mapping of Path to Form or None
-        Outputs with their forms; nothing is created.
-    inputs : iterable of Path
-        Files that are read; none of them is replaced, regardless of `force`.
-    force : bool
-        Whether files that we did not write may be replaced.
-
-    Raises
-    ------
-    InputError
-        With one sentence for each output that cannot be written.
-    """
+    """Check, before a long computation, whether its outputs can be written."""
     read = list(inputs)
     problems = []
     taken: dict[str, Path] = {}

@@ -172,18 +172,7 @@ class GuardedReading:
         self._process.kill()
 
     def content(self) -> dict[str, Any]:
-        """Wait for the reader and return its content.
-
-        Returns
-        -------
-        dict of str to array or JSON content
-            Items that it yielded, in that order.
-
-        Raises
-        ------
-        DataFileError
-            If the reader found a fault in the file, exceeded a limit or crashed.
-        """
+        """Wait for the reader and return its content."""
         return dict(self._items())
 
     def _items(self) -> Iterator[tuple[str, Any]]:
@@ -269,22 +258,6 @@ def _stopped_by(*names: str) -> set[int]:
 def read_guarded(
     reader: Reader, path: Path, *, limits: ReaderLimits | None = None, **arguments: Any
 ) -> dict[str, Any]:
-    """Read a file in a separate process, and wait for it.
-
-    Parameters
-    ----------
-    reader, path, limits, **arguments
-        As for `GuardedReading`.
-
-    Returns
-    -------
-    dict of str to array or JSON content
-        Items that the reader yielded.
-
-    Raises
-    ------
-    DataFileError
-        For any fault of the file, in one sentence.
-    """
+    """Read a file in a separate process, and wait for it."""
     with GuardedReading(reader, path, limits=limits, **arguments) as reading:
         return reading.content()

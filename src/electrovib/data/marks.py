@@ -38,31 +38,12 @@ _BLOCK: Final = 1 << 20
 
 
 def unsigned(form: Form) -> str:
-    """Return the mark that a writer puts once near the beginning of its content and that `sign` completes.
-
-    Parameters
-    ----------
-    form : Form
-        Form of the file.
-
-    Returns
-    -------
-    mark : str
-        ``electrovib netlist, checksum 000...``, of letters, digits, blanks and a comma.
-    """
+    """Return the mark that a writer puts once near the beginning of its content and that `sign` completes."""
     return f"electrovib {form}, checksum {_EMPTY}"
 
 
 def sign(path: Path, form: Form) -> None:
-    """Write the checksum of a complete file into its mark.
-
-    Parameters
-    ----------
-    path : Path
-        File with the mark of `unsigned`; a file without one remains unchanged and unmarked.
-    form : Form
-        Form of the file.
-    """
+    """Write the checksum of a complete file into its mark."""
     with path.open("r+b") as file:
         start = file.read(_HEAD).find(unsigned(form).encode())
         if start >= 0:
@@ -73,20 +54,7 @@ def sign(path: Path, form: Form) -> None:
 
 
 def is_ours(path: Path, form: Form) -> bool:
-    """Return whether this package wrote a file in this form and it has not been changed since.
-
-    Parameters
-    ----------
-    path : Path
-        Existing file.
-    form : Form
-        Expected form.
-
-    Returns
-    -------
-    bool
-        Whether its mark holds the checksum of its content; the name of the file has no influence.
-    """
+    """Return whether this package wrote a file in this form and it has not been changed since."""
     mark = re.escape(unsigned(form).removesuffix(_EMPTY).encode()) + b"([0-9a-f]{%d})" % len(_EMPTY)
     try:
         with path.open("rb") as file:

@@ -17,27 +17,7 @@ _LARGEST: Final = 64_000_000
 
 
 def read_toml_file(path: Path, *, kind: str, advice: str) -> dict[str, Any]:
-    """Read the tables of an ordinary file; what else a name may stand for is not opened.
-
-    Parameters
-    ----------
-    path : Path
-        Name of the file, which is noted as an input.
-    kind : str
-        What the file holds: ``a scenario``.
-    advice : str
-        What to give instead, as a sentence.
-
-    Returns
-    -------
-    tables : dict
-        Empty for an empty file.
-
-    Raises
-    ------
-    InputError
-        With the reason, if it is a folder, a device, a pipe, too large, no text or not valid.
-    """
+    """Read the tables of an ordinary file; what else a name may stand for is not opened."""
     note_input(path)
     try:
         if path.exists() and not path.is_file():

@@ -30,24 +30,7 @@ def check_design_file(
     inputs: Iterable[Path] = (),
     force: bool = False,
 ) -> None:
-    """Check before a computation that its result can be written.
-
-    Parameters
-    ----------
-    path : str or Path
-        The output: ``.toml``, ``.json`` or a waveform.
-    edge : float or str, optional
-        Of a waveform, as for `electrovib.export_waveform`.
-    inputs : iterable of Path
-        Files that are read.
-    force : bool
-        Whether a file that was not written by electrovib may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the suffix is unknown or the file cannot be written.
-    """
+    """Check before a computation that its result can be written."""
     place = Path(path)
     suffix = place.suffix.lower()
     if suffix not in FORMS and suffix not in FORMATS:
@@ -67,31 +50,7 @@ def write_design(
     amplifier_present: bool = False,
     force: bool = False,
 ) -> list[str]:
-    """Write the result of a design.
-
-    Parameters
-    ----------
-    found : Designed
-        From `electrovib.design`.
-    path : str or Path
-        The output: ``.toml``, the scenario with the result in it, which can be run; ``.json``, all numbers; or the drive as a
-        waveform, as for `electrovib.export_waveform`.
-    edge, amplifier_present
-        Of a waveform, as for `electrovib.export_waveform`.
-    force : bool
-        Whether a file that was not written by electrovib may be replaced.
-
-    Returns
-    -------
-    lines : list of str
-        What was written, and its notes.
-
-    Raises
-    ------
-    InputError
-        If the suffix is unknown, the file cannot be written, nothing was found that could be written, or a waveform is not
-        within the largest voltage and current, which have to be declared.
-    """
+    """Write the result of a design."""
     place = Path(path)
     check_design_file(place, edge=edge, force=force)
     suffix = place.suffix.lower()

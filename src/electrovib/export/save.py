@@ -64,24 +64,7 @@ def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> lis
 def check_output(
     path: str | Path, sizes: Mapping[str, int], *, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
-    """Check before a long computation that `save` can write the output.
-
-    Parameters
-    ----------
-    path : str or Path
-        The output.
-    sizes : mapping of str to int
-        Dimensions of the Trace; their sizes are not used.
-    inputs : iterable of Path
-        Files that are read, none of which is replaced.
-    force : bool
-        As for `save`.
-
-    Raises
-    ------
-    InputError
-        As `save` would, and if the output is one of the inputs.
-    """
+    """Check before a long computation that `save` can write the output."""
     path = Path(path)
     _writer(path)
     suffix = path.suffix.lower()

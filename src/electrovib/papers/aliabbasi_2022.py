@@ -91,18 +91,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def maximum(scenario: Scenario) -> float | None:
-    """Return the frequency of the largest mean attraction of a scenario.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Any stack.
-
-    Returns
-    -------
-    frequency : float or None
-        Frequency of the maximum [Hz]; None if the mean force has no maximum between 0.01 Hz and 2 MHz.
-    """
+    """Return the frequency of the largest mean attraction of a scenario."""
     frequency = np.geomspace(_LOWEST, _HIGHEST, _SAMPLES)
     force = mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
     top = int(np.argmax(force))
@@ -114,20 +103,7 @@ def maximum(scenario: Scenario) -> float | None:
 
 
 def maximum_of(*, gap_resistivity: float, skin: Material, resistance: float = 0.0) -> float:
-    """Return the frequency of the largest mean attraction of the chain.
-
-    Parameters
-    ----------
-    gap_resistivity, resistance : float
-        Resistivity of the gap [ohm m], resistance of the body [ohm].
-    skin : Material
-        Stratum corneum.
-
-    Returns
-    -------
-    frequency : float
-        Frequency of the maximum [Hz]; NaN if there is none between 0.01 Hz and 2 MHz.
-    """
+    """Return the frequency of the largest mean attraction of the chain."""
     scenario = aliabbasi_2024.chain(gap_resistivity=gap_resistivity, skin=skin, resistance=resistance)
     found = maximum(scenario)
     return math.nan if found is None else found

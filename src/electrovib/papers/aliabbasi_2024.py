@@ -92,22 +92,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: float = 1500.0) -> Scenario:
-    """Return coating, leaky gap and skin in series.
-
-    Parameters
-    ----------
-    gap_resistivity : float
-        Resistivity of the gap [ohm m].
-    skin : Material, optional
-        Stratum corneum; without it the finger is a conductor.
-    resistance : float
-        Resistance of the body [ohm].
-
-    Returns
-    -------
-    Scenario
-        The preset with these values.
-    """
+    """Return coating, leaky gap and skin in series."""
     base = scenarios()["chain"]
     layers = base.stack.to_dict()
     layers["gap"]["material"]["conductivity"] = 1 / gap_resistivity
@@ -118,37 +103,13 @@ def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: f
 
 
 def corner(*, gap: float, gap_resistivity: float) -> float:
-    """Compute the lower corner frequency of the gap field on the coating.
-
-    Parameters
-    ----------
-    gap, gap_resistivity : float
-        Thickness [m] and resistivity [ohm m] of the gap.
-
-    Returns
-    -------
-    corner : float
-        1/(2 pi R_g (C_g + C_i)) [Hz]: there the field is 1/sqrt(2) of its plateau (-3 dB) and the mean force half of its.
-    """
+    """Compute the lower corner frequency of the gap field on the coating."""
     coating = values.COATING_PERMITTIVITY / values.COATING_THICKNESS
     return 1 / (2 * math.pi * eps0 * gap_resistivity * gap * (1 / gap + coating))
 
 
 def rises_to(scenario: Scenario, *, share: float) -> float:
-    """Return the lower edge of the band in which the mean attraction has a share of its largest value.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Any stack.
-    share : float
-        Share of the largest mean force [1]; 0.5 is -3 dB of the field.
-
-    Returns
-    -------
-    frequency : float
-        Lowest frequency between 0.01 Hz and 2 MHz at which the mean force has this share [Hz].
-    """
+    """Return the lower edge of the band in which the mean attraction has a share of its largest value."""
     force = mean_force(scenario, phasors(scenario, _BAND), amplitude=100.0)
     after = int(np.argmax(force >= share * force.max()))
     if after == 0:
@@ -158,20 +119,7 @@ def rises_to(scenario: Scenario, *, share: float) -> float:
 
 
 def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Compute the impedance of the gap as the paper measures it: the total less skin, screen and body.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario with layers insulator, gap and stratum_corneum.
-    frequency : ndarray
-        Frequencies [Hz].
-
-    Returns
-    -------
-    impedance : ndarray of complex
-        Remaining impedance at each frequency [ohm].
-    """
+    """Compute the impedance of the gap as the paper measures it: the total less skin, screen and body."""
     area = scenario.contact_area
     total = 1 / (phasors(scenario, frequency).current_density * area)
     known = [
@@ -182,22 +130,7 @@ def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> N
 
 
 def estimate(scenario: Scenario, *, frequency: float, voltage: float) -> tuple[float, float]:
-    """Compute gap and force from the remaining impedance.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario in the place of the measurement.
-    frequency, voltage : float
-        Frequency [Hz] and peak voltage [V] of the drive.
-
-    Returns
-    -------
-    gap : float
-        g = eps0 A w/Im(1/Z) [m], which a leak in parallel does not change.
-    force : float
-        Mean attraction eps0 A |V_g/g|^2/4 [N], where V_g is the voltage of the remaining impedance.
-    """
+    """Compute gap and force from the remaining impedance."""
     area, at = scenario.contact_area, np.array([frequency])
     left = complex(remaining_impedance(scenario, at)[0])
     gap = eps0 * area * 2 * math.pi * frequency / (1 / left).imag

@@ -48,22 +48,7 @@ LOADS = (0.2, 0.6)
 
 
 def at_speed(*, speed: float, slope: float, known_at: float, known: float) -> float:
-    """Extrapolate along one of the three straight lines from a speed at which the user knows the value.
-
-    Parameters
-    ----------
-    speed : float
-        Sliding speed [m/s], 0.02 to 0.1 in the experiment.
-    slope : float
-        One of CUT_OFF_SLOPE, MASS_SLOPE, STIFFNESS_SLOPE [unit per m/s].
-    known_at, known : float
-        A speed [m/s] and the value there; not in the abstract, no default.
-
-    Returns
-    -------
-    value : float
-        The value at `speed`, in the unit of `known`.
-    """
+    """Extrapolate along one of the three straight lines from a speed at which the user knows the value."""
     return known + slope * (speed - known_at)
 
 

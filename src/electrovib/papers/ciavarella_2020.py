@@ -109,24 +109,7 @@ class BearingArea(RoughSurface):
 def friction_coefficient(
     pressure: NDArray[np.float64], *, pull: float, modulus: float, slope: float
 ) -> NDArray[np.float64]:
-    """Compute the coefficient of friction relative to that without voltage under a small load.
-
-    Parameters
-    ----------
-    pressure : ndarray
-        Nominal pressure of the load [Pa], above 0.
-    pull : float
-        Attraction per area [Pa].
-    modulus : float
-        Effective modulus [Pa].
-    slope : float
-        Root-mean-square slope [1].
-
-    Returns
-    -------
-    relative : ndarray, shape of `pressure`
-        Real contact under load and attraction over that of the load alone extrapolated linearly from small loads [1].
-    """
+    """Compute the coefficient of friction relative to that without voltage under a small load."""
     small = 1e-9 * modulus * slope
     alone = contact_fraction(small, modulus=modulus, slope=slope) / small
     area = contact_fraction(pressure + pull, modulus=modulus, slope=slope)

@@ -90,20 +90,7 @@ def gap_conductivity(tau: float) -> float:
 
 
 def rectifying(conductivity: Any, *, positive: float = FAST, negative: float = SLOW) -> dict[str, Any]:
-    """Return the leak of a layer with one time constant for each polarity.
-
-    Parameters
-    ----------
-    conductivity : callable
-        Returns the conductivity [S/m] for a time constant [s].
-    positive, negative : float
-        Time constants for positive and negative fields [s].
-
-    Returns
-    -------
-    dict
-        Table of a `PolarityConduction`.
-    """
+    """Return the leak of a layer with one time constant for each polarity."""
     return {
         "model": "PolarityConduction",
         "conductivity_positive": conductivity(positive),
@@ -168,19 +155,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def polarity_ratio(scenario: Scenario) -> float:
-    """Compute the mean attraction while a pulse is on over that of the same pulse with opposite sign.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario with one trapezoidal pulse as drive.
-
-    Returns
-    -------
-    ratio : float
-        Ratio of the mean attractions [1]; exactly 1 only where the response does not depend on the polarity at any time.
-        Below 1 the pulse as declared attracts less.
-    """
+    """Compute the mean attraction while a pulse is on over that of the same pulse with opposite sign."""
     drive = scenario.drive
     assert isinstance(drive, Trapezium)
     turned = scenario.replace({"drive.high": -drive.high, "drive.low": -drive.low})
@@ -202,18 +177,7 @@ def verdict(*, ratio: float) -> str:
 
 
 def polarity_of_laws(scenario: Scenario) -> dict[str, tuple[float, str]]:
-    """Compute the polarity ratio of every registered force law.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Layers and pulse; its force law is replaced by each of the others.
-
-    Returns
-    -------
-    verdicts : dict of str to (float, str)
-        Ratio [1] and verdict of each law; NaN and the reason where a law cannot be computed on these layers.
-    """
+    """Compute the polarity ratio of every registered force law."""
     found = {}
     for name, law in find_members(ForceLaw).items():
         try:
@@ -225,20 +189,7 @@ def polarity_of_laws(scenario: Scenario) -> dict[str, tuple[float, str]]:
 
 
 def edge_ratio(*, positive: float, negative: float, ramp: float = 20e-3, hold: float = 0.2) -> float:
-    """Compute the ratio of the peak attractions on the falling and on the rising edge of a positive trapezoidal pulse.
-
-    Parameters
-    ----------
-    positive, negative : float
-        Time constants of the skin's leak for positive and negative fields [s].
-    ramp, hold : float
-        Durations of each ramp and of the hold [s].
-
-    Returns
-    -------
-    ratio : float
-        Peak on the falling edge over that on the rising edge [1], by the law of Vezzoli et al. 2014.
-    """
+    """Compute the ratio of the peak attractions on the falling and on the rising edge of a positive trapezoidal pulse."""
     edges = {"model": "Trapezium", "high": values.VOLTAGE, "rise": ramp, "hold": hold, "fall": ramp}
     leak = rectifying(skin_conductivity, positive=positive, negative=negative)
     scenario = scenarios()["skin_positive"].replace(

@@ -79,18 +79,7 @@ def sine(*, amplitude: float) -> dict[str, Any]:
 
 
 def modulated(*, amplitude: float, depth: float) -> dict[str, Any]:
-    """Return the drive of the first method: a carrier with the envelope 1 + m cos.
-
-    Parameters
-    ----------
-    amplitude, depth : float
-        Peak of the carrier without modulation [V], and depth m of the modulation [1].
-
-    Returns
-    -------
-    dict
-        Table of a drive.
-    """
+    """Return the drive of the first method: a carrier with the envelope 1 + m cos."""
     return {
         "model": "AmplitudeModulation",
         "amplitude": amplitude,
@@ -101,20 +90,7 @@ def modulated(*, amplitude: float, depth: float) -> dict[str, Any]:
 
 
 def offset(drive: dict[str, Any], *, level: float) -> dict[str, Any]:
-    """Return a drive on a DC offset: the second method with a sine, the third with a modulated carrier.
-
-    Parameters
-    ----------
-    drive : dict
-        Table of a drive.
-    level : float
-        Offset [V].
-
-    Returns
-    -------
-    dict
-        Table of a drive.
-    """
+    """Return a drive on a DC offset: the second method with a sine, the third with a modulated carrier."""
     return {"model": "Offset", "drive": drive, "level": level}
 
 
@@ -155,18 +131,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def harmonics(signal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the peak amplitudes at multiples of the modulation frequency, the mean first.
-
-    Parameters
-    ----------
-    signal : ndarray
-        One period of the modulation, evenly sampled.
-
-    Returns
-    -------
-    amplitudes : ndarray
-        Mean and peak amplitudes of the harmonics, in the unit of the signal.
-    """
+    """Return the peak amplitudes at multiples of the modulation frequency, the mean first."""
     spectrum = np.abs(np.fft.rfft(signal)) / len(signal)
     spectrum[1:] *= 2
     return np.asarray(spectrum)

@@ -62,22 +62,7 @@ VEZZOLI = "not read; as in vezzoli_2014, section 3.1"
 
 
 def uniform_force(*, current: float, frequency: float, area: float = AREA) -> float:
-    """Compute the mean attraction of a sinusoidal current through a gap that does not leak: I^2/(2 eps0 A w^2).
-
-    Parameters
-    ----------
-    current : float
-        Root-mean-square current [A], all of it through the gap.
-    frequency : float
-        Frequency [Hz], above 0.
-    area : float
-        Contact area [m2], above 0.
-
-    Returns
-    -------
-    force : float
-        Mean attraction [N].
-    """
+    """Compute the mean attraction of a sinusoidal current through a gap that does not leak: I^2/(2 eps0 A w^2)."""
     angular = 2 * math.pi * frequency
     return current**2 / (2 * eps0 * area * angular**2)
 
@@ -120,20 +105,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def mean_attraction(name: str, changes: dict[str, Any] | None = None) -> float:
-    """Compute the mean attraction of a preset with some parameters changed, at its drive's frequency and peak.
-
-    Parameters
-    ----------
-    name : str
-        ``"current"`` or ``"voltage"``.
-    changes : dict, optional
-        Values by dotted path.
-
-    Returns
-    -------
-    force : float
-        Mean attraction [N].
-    """
+    """Compute the mean attraction of a preset with some parameters changed, at its drive's frequency and peak."""
     scenario = scenarios()[name].replace(changes or {})
     drive: Any = scenario.drive
     section = phasors(scenario, np.array([drive.frequency]))

@@ -82,36 +82,12 @@ VEZZOLI = "not printed in the abstract; the film of vezzoli_2014, section 3.1"
 
 
 def rises(*, permittivity: float, resistivity: float, gap_resistivity: float) -> bool:
-    """Return whether the gap's field rises under a constant voltage: rho_g > eps_d rho_d.
-
-    Parameters
-    ----------
-    permittivity : float
-        Relative permittivity of the dielectric [1].
-    resistivity, gap_resistivity : float
-        Resistivities of the dielectric and of the gap [ohm m].
-
-    Returns
-    -------
-    bool
-        Whether the field rises between two layers; with a third layer that blocks it ends at 0.
-    """
+    """Return whether the gap's field rises under a constant voltage: rho_g > eps_d rho_d."""
     return gap_resistivity > permittivity * resistivity
 
 
 def interface_charge(*, gap_resistivity: float) -> float:
-    """Compute the charge per area that a constant voltage accumulates between gap and dielectric.
-
-    Parameters
-    ----------
-    gap_resistivity : float
-        Resistivity of the gap [ohm m].
-
-    Returns
-    -------
-    charge : float
-        Charge D_d - D_g on the gap's face towards the finger [C/m2], negative where the gap conducts less.
-    """
+    """Compute the charge per area that a constant voltage accumulates between gap and dielectric."""
     current_density = VOLTAGE / (THICKNESS * RESISTIVITY + GAP * gap_resistivity)
     return eps0 * current_density * (PERMITTIVITY * RESISTIVITY - gap_resistivity)
 

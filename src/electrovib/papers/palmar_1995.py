@@ -51,20 +51,7 @@ ANCHOR = 6.9e-9
 
 
 def palmar(*, exponent: float, conductance: float) -> ConstantPhase:
-    """Return the material of palmar skin with a given exponent and sweat conductance.
-
-    Parameters
-    ----------
-    exponent : float
-        Exponent alpha of the admittance [1].
-    conductance : float
-        Conductance G0 of 1 cm2 [S].
-
-    Returns
-    -------
-    ConstantPhase
-        Material with the conductance as its conductivity.
-    """
+    """Return the material of palmar skin with a given exponent and sweat conductance."""
     return ConstantPhase(
         permittivity=ANCHOR * THICKNESS / (VACUUM_PERMITTIVITY * AREA),
         reference_frequency=100.0,

@@ -271,13 +271,7 @@ FORMER_NAMES = {"coat": "coating"}
 
 
 def scenarios() -> dict[str, Scenario]:
-    """Return a rough finger on a coated screen; none of its values was read in the paper.
-
-    Returns
-    -------
-    scenarios : dict of str to Scenario
-        The preset ``coating``.
-    """
+    """Return a rough finger on a coated screen; none of its values was read in the paper."""
     coating = preset(
         title="Rough finger on a coated touch screen: screen unverified, gaps of a choice",
         changes={

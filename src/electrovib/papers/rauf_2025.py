@@ -89,24 +89,6 @@ def clutch_force(
 ) -> float:
     """Compute the attraction of interdigitated electrodes under a dielectric to a floating metal.
 
-    Parameters
-    ----------
-    voltage : float
-        Voltage between neighbouring electrodes [V], half of it across each interface.
-    gap : float
-        Thickness of the air gap [m], 0 or more.
-    permittivity, thickness : float
-        Relative permittivity [1] and thickness [m] of the dielectric.
-    area : float
-        Area of the electrodes of both polarities [m2].
-
-    Returns
-    -------
-    force : float
-        Attraction [N].
-
-    Notes
-    -----
     eps0 k^2 V^2 A/(8 (d + k g)^2): the Maxwell stress in the gap with V/2, without fringe fields.
     """
     return eps0 * (permittivity * voltage) ** 2 * area / (8 * (thickness + permittivity * gap) ** 2)
@@ -158,13 +140,7 @@ _NONE = "not in the field calculation"
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Return the clutch with an air gap of 1 um.
-
-    Returns
-    -------
-    scenarios : dict of str to Scenario
-        ``field_50`` and ``field_3`` of the field calculations, ``relaxor`` with the film as fitted.
-    """
+    """Return the clutch with an air gap of 1 um."""
     dielectric = {"model": "Constant", "permittivity": HIGH}
     field_50 = preset(
         title="Rauf 2025, figure 2b: clutch with a dielectric of permittivity 50",

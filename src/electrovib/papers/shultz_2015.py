@@ -54,18 +54,7 @@ SKIN = "not read; the skin of vezzoli_2014, section 3.1"
 
 
 def gap_force(*, voltage: float, gap: float, area: float) -> float:
-    """Compute the attraction with the whole voltage across the gap, eps0 A (V/g)^2/2 (cited from memory, unverified).
-
-    Parameters
-    ----------
-    voltage, gap, area : float
-        Voltage [V], gap [m] and contact area [m2].
-
-    Returns
-    -------
-    force : float
-        Attraction [N].
-    """
+    """Compute the attraction with the whole voltage across the gap, eps0 A (V/g)^2/2 (cited from memory, unverified)."""
     return eps0 * area * (voltage / gap) ** 2 / 2
 
 

@@ -102,18 +102,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def sliding_over_rest(*, gap: float) -> tuple[float, float]:
-    """Compare a sliding finger with a resting one, without body and electrode.
-
-    Parameters
-    ----------
-    gap : float
-        Gap of the sliding finger [m].
-
-    Returns
-    -------
-    impedance_ratio, force_ratio : float
-        Magnitude of the impedance at 100 kHz, and mean attraction in the gap, sliding over at rest [1].
-    """
+    """Compare a sliding finger with a resting one, without body and electrode."""
     at = np.array([_CARRIER])
     found = []
     for name, changes in (("sliding", {"stack.gap.thickness": gap}), ("at_rest", {})):

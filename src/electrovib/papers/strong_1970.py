@@ -59,18 +59,7 @@ VOLTAGE = values.VOLTAGE
 
 
 def static_force(*, thickness: float, permittivity: float, area: float, voltage: float) -> float:
-    """Compute the attraction between the plates of a capacitor with one dielectric (cited from memory, unverified).
-
-    Parameters
-    ----------
-    thickness, permittivity, area, voltage : float
-        Thickness [m] and relative permittivity [1] of the dielectric, area [m2], voltage [V].
-
-    Returns
-    -------
-    force : float
-        eps0 eps A V^2/(2 d^2) [N].
-    """
+    """Compute the attraction between the plates of a capacitor with one dielectric (cited from memory, unverified)."""
     return (
         values.capacitance(permittivity=permittivity, thickness=thickness, area=area)
         * voltage**2
@@ -98,37 +87,13 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def attraction(law: str, *, voltage: float) -> float:
-    """Compute the attraction of the display under a constant voltage.
-
-    Parameters
-    ----------
-    law : str
-        Name of a force law.
-    voltage : float
-        Voltage [V].
-
-    Returns
-    -------
-    force : float
-        Attraction [N].
-    """
+    """Compute the attraction of the display under a constant voltage."""
     held = scenarios()["display"].replace({"force.model": law, "drive": {"model": "Step", "level": voltage}})
     return float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 
 
 def against_frequency(*, low: float, high: float) -> tuple[float, float]:
-    """Compare two frequencies at one peak voltage.
-
-    Parameters
-    ----------
-    low, high : float
-        Frequencies [Hz].
-
-    Returns
-    -------
-    force_ratio, current_ratio : float
-        Mean attraction, and current density, at the high frequency over those at the low one [1].
-    """
+    """Compare two frequencies at one peak voltage."""
     display = scenarios()["display"]
     section = phasors(display, np.array([low, high]))
     force = mean_force(display, section, amplitude=VOLTAGE)

@@ -70,18 +70,7 @@ class DebyeSum:
             raise InputError(problems)
 
     def permittivity(self, frequency: npt.ArrayLike) -> npt.NDArray[np.complex128]:
-        """Evaluate the relative permittivity without conduction.
-
-        Parameters
-        ----------
-        frequency : array_like
-            Frequency, Hz, any shape, finite; 0 gives the static value.
-
-        Returns
-        -------
-        permittivity : ndarray of complex
-            Relative permittivity ``eps' - j eps''``, dimensionless, of the shape of ``frequency``.
-        """
+        """Evaluate the relative permittivity without conduction."""
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)
         if any(np.ndim(value) for value in (self.high, *self.strengths, *self.relaxation_times)):
             terms = zip(self.strengths, self.relaxation_times, strict=True)

@@ -27,26 +27,8 @@ IMPLIED: Final[Mapping[str, Role]] = {"insulator": "plate", "gap": "gap", "strat
 def roles_of(layers: Mapping[str, Layer]) -> dict[str, Role]:
     """Find for each layer whether it belongs to the plate, to the gap or to the finger.
 
-    Parameters
-    ----------
-    layers : mapping of str to Layer
-        From the plate to the finger.
-
-    Returns
-    -------
-    dict of str to str
-        Name to ``"plate"``, ``"gap"`` or ``"finger"``, in the same order.
-
-    Raises
-    ------
-    InputError
-        If roles are missing, or contradict the name of their layer or the order of the layers; all such layers are
-        listed.
-
-    Notes
-    -----
-    Finger and plate have one interface: the layers of the plate come first, then at most one gap, then the layers of the
-    finger.
+    Finger and plate have one interface: the layers of the plate come first, then at most one gap, then the
+    layers of the finger.
     """
     problems, found = role_problems(layers)
     if problems:
@@ -55,20 +37,7 @@ def roles_of(layers: Mapping[str, Layer]) -> dict[str, Role]:
 
 
 def role_problems(layers: Mapping[str, Layer]) -> tuple[dict[str, str], dict[str, Role]]:
-    """Find the roles of layers, and what is wrong with them.
-
-    Parameters
-    ----------
-    layers : mapping of str to Layer
-        From the plate to the finger.
-
-    Returns
-    -------
-    problems : dict of str to str
-        Name of a layer to what is wrong with its role.
-    roles : dict of str to str
-        As from `roles_of`, of the layers whose role is known.
-    """
+    """Find the roles of layers, and what is wrong with them."""
     problems: dict[str, str] = {}
     found: dict[str, Role] = {}
     last, gap = "", ""
@@ -101,20 +70,7 @@ def role_problems(layers: Mapping[str, Layer]) -> tuple[dict[str, str], dict[str
 
 
 def beside_interface(roles: Mapping[str, Role], role: Role) -> str | None:
-    """Find the layer of a role that is nearest to the interface.
-
-    Parameters
-    ----------
-    roles : mapping of str to str
-        From `roles_of`, from the plate to the finger.
-    role : str
-        ``"plate"``: the last layer of the plate; ``"gap"``: the gap; ``"finger"``: the first layer of the finger.
-
-    Returns
-    -------
-    str or None
-        Its name; None where there is no such layer.
-    """
+    """Find the layer of a role that is nearest to the interface."""
     names = [name for name, each in roles.items() if each == role]
     return (names[-1] if role == "plate" else names[0]) if names else None
 

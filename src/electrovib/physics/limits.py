@@ -73,23 +73,7 @@ SWITCH_ON: Final = " at switch-on"
 def limit_diagnostics(
     reached: Mapping[str, float], limits: Limits, *, amplified: bool = True
 ) -> list[Diagnostic]:
-    """Compare the largest values of a run with the declared limits.
-
-    Parameters
-    ----------
-    reached : mapping of str to float
-        Name of a limit to the largest absolute value, in its unit; with `SWITCH_ON` after the name, the value that the
-        step at time 0 alone causes. A missing value is not judged.
-    limits : Limits
-        Declared.
-    amplified : bool
-        There is an amplifier, whose current may also enter a stray capacitance.
-
-    Returns
-    -------
-    list of Diagnostic
-        One for each declared limit and value, in the order of `Limits`.
-    """
+    """Compare the largest values of a run with the declared limits."""
     found = []
     for name, words in WORDS.items():
         limit = getattr(limits, name)

@@ -16,19 +16,7 @@ _POINTS: Final = 300
 def stretched_exponential(time: Real, *, time_constant: float, stretching: float) -> Real:
     """Compute a stretched exponential relaxation.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times after the start [s].
-    time_constant : float
-        Time at which 1/e remains [s], above 0.
-    stretching : float
-        Exponent beta, dimensionless, above 0; 1 for an exponential.
-
-    Returns
-    -------
-    relaxation : ndarray, shape (n,)
-        exp(-(t/tau)^beta), dimensionless, and 1 before the start.
+    `time` (n,) [s]; returns `relaxation` (n,).
     """
     return np.asarray(np.exp(-((np.maximum(time, 0.0) / time_constant) ** stretching)))
 
@@ -38,22 +26,8 @@ def stretched_seen_by_sensor(
 ) -> Real:
     """Compute the reading of a resonant sensor after a force of 1 that relaxes as a stretched exponential.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times after the start of the relaxation [s].
-    time_constant, stretching : float
-        As for `stretched_exponential`.
-    frequency, quality : float
-        Natural frequency [Hz] and quality factor, dimensionless, above 1/2, of the sensor.
+    `time` (n,) [s]; returns `reading` (n,).
 
-    Returns
-    -------
-    reading : ndarray, shape (n,)
-        Dimensionless, 1 before the start.
-
-    Notes
-    -----
     y'' + (w/Q) y' + w^2 y = w^2 f, solved exactly for a force that is linear between the points of a grid of 300 steps in
     a period of the sensor, which for stretching between 0.3 and 1.5 leaves an error below 1e-3 of the change.
     """
@@ -78,18 +52,5 @@ def stretched_seen_by_sensor(
 
 
 def time_of_progress(progress: float, *, time_constant: float, stretching: float = 1.0) -> float:
-    """Compute when a stretched exponential relaxation has made a fraction of its change.
-
-    Parameters
-    ----------
-    progress : float
-        Fraction of the change, from 0 to below 1, dimensionless.
-    time_constant, stretching : float
-        As for `stretched_exponential`.
-
-    Returns
-    -------
-    time : float
-        After the start [s]: tau (-ln(1 - progress))^(1/beta).
-    """
+    """Compute when a stretched exponential relaxation has made a fraction of its change."""
     return float(time_constant * (-np.log1p(-progress)) ** (1 / stretching))

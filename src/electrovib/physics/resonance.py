@@ -15,22 +15,8 @@ def release_seen_by_sensor(
 ) -> NDArray[np.float64]:
     """Reading of a resonant force sensor after a constant force of 1 that decays exponentially.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        s.
-    start, fall_time : float
-        The force is 1 until `start` [s] and exp(-(t - start)/fall_time) after it [s].
-    frequency, quality : float
-        Natural frequency [Hz] and quality factor [1], above 1/2, of the sensor with all that it carries.
+    `time` (n,); returns `reading` (n,).
 
-    Returns
-    -------
-    reading : ndarray, shape (n,)
-        Over the constant force, dimensionless: 1 before the start, 0 long after it.
-
-    Notes
-    -----
     Closed form of y'' + (w/Q) y' + w^2 y = w^2 f with y = 1, y' = 0 at the start: A e^{-t/tau} + Re(B e^{pt}),
     p the upper pole of the resonance.
     """

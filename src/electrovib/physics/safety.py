@@ -50,18 +50,6 @@ OTHER_THICKNESS: Final = {
 def paschen_voltage(*, gap: float) -> float:
     """Breakdown voltage of an air gap at atmospheric pressure.
 
-    Parameters
-    ----------
-    gap : float
-        m, above 0.
-
-    Returns
-    -------
-    voltage : float
-        V; infinite where the gap is too small for an avalanche by this law.
-
-    Notes
-    -----
     V = B p d/(ln(A p d) - ln(ln(1 + 1/gamma))); gamma is cited from memory, unverified. Not valid below about
     5 um.
     """
@@ -71,35 +59,14 @@ def paschen_voltage(*, gap: float) -> float:
 
 
 def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
-    """Voltage at which the Young-Lippmann equation changes cos(theta) by 1; above it menisci are saturated.
-
-    Parameters
-    ----------
-    thickness : float
-        Of the insulating film under the sweat [m], above 0.
-    permittivity : float
-        Its relative permittivity, 1 or more.
-
-    Returns
-    -------
-    voltage : float
-        V.
-    """
+    """Voltage at which the Young-Lippmann equation changes cos(theta) by 1; above it menisci are saturated."""
     return math.sqrt(2 * SURFACE_TENSION * thickness / (eps0 * permittivity))
 
 
 def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> NDArray[np.float64]:
     """Voltage across a gap over its breakdown voltage by Paschen's law.
 
-    Parameters
-    ----------
-    fields, gaps : ndarray, shape (n,)
-        Field [V/m] and gap [m] over time.
-
-    Returns
-    -------
-    share : ndarray, shape (n,)
-        Dimensionless, 1 at breakdown; 0 for gaps to which the law does not apply.
+    `fields`, `gaps` (n,) [V/m]; returns `share` (n,).
     """
     if len(gaps) and np.all(gaps == gaps[0]):
         held = np.full(len(gaps), paschen_voltage(gap=max(float(gaps[0]), SMALLEST_PASCHEN_GAP)))
@@ -109,24 +76,7 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
 
 
 def film_diagnostic(name: str, layer: Layer, *, field: float) -> Diagnostic:
-    """Compare the field of a layer with its breakdown strength.
-
-    Parameters
-    ----------
-    name : str
-        Of the layer.
-    layer : Layer
-        Its declared breakdown field counts first, then the strength of its substance in the materials library, then
-        that of the polymer films of the library.
-    field : float
-        Its largest absolute field [V/m].
-
-    Returns
-    -------
-    Diagnostic
-        Unknown if no strength is known, and where the field is within a strength that is unverified, or was measured on
-        a thinner layer, or at a thickness that is not known.
-    """
+    """Compare the field of a layer with its breakdown strength."""
     title, what = f"film strength, {name}", f"the field in '{name}'"
     if layer.breakdown_field is not None:
         why = "its declared breakdown field"
@@ -161,39 +111,13 @@ def _polymer_strength(layer: Layer) -> BreakdownStrength | None:
 
 
 def skin_diagnostic(name: str, *, voltage: float) -> Diagnostic:
-    """Judge whether a layer of the finger is ohmic.
-
-    Parameters
-    ----------
-    name : str
-        Of the layer.
-    voltage : float
-        Largest absolute voltage across it [V].
-
-    Returns
-    -------
-    Diagnostic
-        Comparison with the onset of electroporation.
-    """
+    """Judge whether a layer of the finger is ohmic."""
     what, why = f"the voltage across '{name}'", "the onset of electroporation, up to which skin is ohmic"
     return against(f"linear skin, {name}", value=voltage, limit=LINEAR_SKIN, unit="V", what=what, why=why)
 
 
 def sweat_diagnostic(*, voltage: float, electrical_thickness: float) -> Diagnostic:
-    """Compare the voltage with that at which sweat between finger and film saturates.
-
-    Parameters
-    ----------
-    voltage : float
-        Largest absolute voltage across the stack [V].
-    electrical_thickness : float
-        Sum of T/eps at 1 kHz over the layers of the plate [m].
-
-    Returns
-    -------
-    Diagnostic
-        Comparison with the voltage at which menisci saturate.
-    """
+    """Compare the voltage with that at which sweat between finger and film saturates."""
     limit = electrowetting_voltage(thickness=electrical_thickness, permittivity=1.0)
     why = "where menisci of sweat saturate and a force proportional to V^2 no longer holds"
     return against(
@@ -202,20 +126,7 @@ def sweat_diagnostic(*, voltage: float, electrical_thickness: float) -> Diagnost
 
 
 def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
-    """Compare the voltage across a gap with its breakdown voltage by Paschen's law.
-
-    Parameters
-    ----------
-    field : float
-        Absolute field in the gap [V/m].
-    gap : float
-        m, >= 0.
-
-    Returns
-    -------
-    Diagnostic
-        Unknown below 5 um, where the law does not hold.
-    """
+    """Compare the voltage across a gap with its breakdown voltage by Paschen's law."""
     if gap < SMALLEST_PASCHEN_GAP:
         text = f"a gap of {format_quantity(gap, 'm')} is below 5 um, where Paschen's law does not hold"
         return Diagnostic("Paschen", "unknown", text)
@@ -225,20 +136,7 @@ def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
 
 
 def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
-    """Compare the field of a gap, or of a vanishing one, with that of field emission.
-
-    Parameters
-    ----------
-    field : float
-        Largest absolute value [V/m]; NaN if it is not known.
-    vanishing : bool
-        The stack has no gap.
-
-    Returns
-    -------
-    Diagnostic
-        Comparison with the breakdown of micro-gaps.
-    """
+    """Compare the field of a gap, or of a vanishing one, with that of field emission."""
     why = "where micro-gaps break down by field emission (value cited from memory, unverified)"
     what = "the field of a vanishing gap" if vanishing else "the gap field"
     return against("field emission", value=field, limit=FIELD_EMISSION, unit="V/m", what=what, why=why)

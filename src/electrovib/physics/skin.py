@@ -50,20 +50,7 @@ class Skin:
 
 
 def time_constant(material: Material, frequency: ArrayLike) -> NDArray[np.float64]:
-    """Relaxation time constant eps0 eps' rho of a dielectric at a frequency: tau = eps'/(w eps'').
-
-    Parameters
-    ----------
-    material : Material
-        Conduction included.
-    frequency : array_like
-        Hz, above 0.
-
-    Returns
-    -------
-    time_constant : ndarray
-        s, same shape.
-    """
+    """Relaxation time constant eps0 eps' rho of a dielectric at a frequency: tau = eps'/(w eps'')."""
     permittivity = material.complex_permittivity(frequency)
     angular = 2 * np.pi * np.asarray(frequency, dtype=float)
     result: NDArray[np.float64] = permittivity.real / (-permittivity.imag * angular)

@@ -101,20 +101,7 @@ Stage: TypeAlias = Resonance | LowPass | HighPass | CreepResponse
 
 
 def response(stages: tuple[Stage, ...], frequency: ArrayLike) -> Complex:
-    """Return the response of stages in series.
-
-    Parameters
-    ----------
-    stages : tuple of Stage
-        Stages in any order.
-    frequency : array_like
-        Frequency [Hz].
-
-    Returns
-    -------
-    response : ndarray of complex, shape of `frequency`
-        Product of the responses of the stages [1].
-    """
+    """Return the response of stages in series."""
     total = np.ones(np.shape(frequency), complex)
     for stage in stages:
         total = total * stage.at(frequency)

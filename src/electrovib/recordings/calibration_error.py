@@ -51,34 +51,12 @@ class CalibrationError:
             )
 
     def attributes(self) -> dict[str, float]:
-        """Return the error as attributes of the signal.
-
-        Returns
-        -------
-        attributes : dict of str to float
-            ``gain_uncertainty`` [1], ``zero_uncertainty`` and ``gain_zero_covariance``, both in the unit of the signal.
-        """
+        """Return the error as attributes of the signal."""
         return {attribute: float(getattr(self, name)) for name, attribute in _ATTRIBUTES.items()}
 
     @classmethod
     def from_attributes(cls, attributes: Mapping[Any, Any]) -> CalibrationError | None:
-        """Read the error from the attributes of a signal.
-
-        Parameters
-        ----------
-        attributes : mapping
-            As `attributes` returns them, among others.
-
-        Returns
-        -------
-        error : CalibrationError or None
-            None where no attribute states an error other than 0.
-
-        Raises
-        ------
-        InputError
-            If an attribute is no number, or the numbers are no covariance.
-        """
+        """Read the error from the attributes of a signal."""
         try:
             stated = {name: float(attributes.get(attribute, 0.0)) for name, attribute in _ATTRIBUTES.items()}
         except (TypeError, ValueError):

@@ -30,18 +30,8 @@ _MOST = 0.5
 def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Find the samples at which a sensor is at the end of its range.
 
-    Parameters
-    ----------
-    reading : ndarray, shape (n,)
-        Reading in any unit.
+    `reading` (n,); returns `at_rail` (n,).
 
-    Returns
-    -------
-    at_rail : ndarray of bool, shape (n,)
-        True where the reading is the highest or lowest one, if that occurs much more often than any other.
-
-    Notes
-    -----
     A converter at the end of its range repeats one number, while a force within the range comes with noise. A reading
     whose noise is less than a step of the converter is never found to be at the end of its range; nor is one that is
     limited by an amplifier before the converter, because it keeps the noise of the converter. A dead band, in which a
@@ -59,16 +49,7 @@ def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
 def at_extreme(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant.
 
-    Parameters
-    ----------
-    reading : ndarray, shape (n,)
-        Reading in any unit.
-
-    Returns
-    -------
-    at_extreme : ndarray of bool, shape (n,)
-        True where the reading is the highest or lowest one, if that occurs much more often than any other in its half of the
-        range. A zero that is read long and often lies in the other half, and hides no rail.
+    `reading` (n,); returns `at_extreme` (n,).
     """
     low, high = reading.min(), reading.max()
     found = np.zeros(len(reading), dtype=np.bool_)
@@ -82,27 +63,7 @@ def at_extreme(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def about_rails(recording: Recording, contact: Touch, window: Span) -> tuple[str, ...]:
-    """Refuse forces beyond the range of a sensor, and state where part of the samples used are beyond it.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording with the samples at the end of the range.
-    contact : Touch
-        Contact, with the unloaded samples before and after it.
-    window : tuple of int
-        Samples over which the forces are averaged.
-
-    Returns
-    -------
-    warnings : tuple of str
-        One sentence for each sensor and section concerned; empty if none is.
-
-    Raises
-    ------
-    InputError
-        If a sensor is at the end of its range for most of the window, so that the force is beyond it.
-    """
+    """Refuse forces beyond the range of a sensor, and state where part of the samples used are beyond it."""
     said = []
     for name, railed in recording.at_rail.items():
         shares = {"the window": float(np.mean(railed[slice(*window)]))}

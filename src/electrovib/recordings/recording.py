@@ -97,29 +97,7 @@ def read_recording(path: Path, channels: TribometerChannels) -> Recording:
 def calibrated(
     columns: Mapping[str, NDArray[np.float64]], channels: TribometerChannels, *, source: str = "the recording"
 ) -> Recording:
-    """Compute forces and a position from the columns of a tribometer.
-
-    Parameters
-    ----------
-    columns : mapping of str to ndarray, shape (n,)
-        ``normal`` and ``lateral`` [V], or [N] without a sensitivity; ``encoder`` [1] if there is one; ``time`` [s]
-        if the clock is a column.
-    channels : TribometerChannels
-        Calibration.
-    source : str
-        Name of the file or record, for messages.
-
-    Returns
-    -------
-    Recording
-        Calibrated recording, in SI.
-
-    Raises
-    ------
-    InputError
-        For every column that is missing, of another length, not finite or constant, and for time stamps that do not
-        increase.
-    """
+    """Compute forces and a position from the columns of a tribometer."""
     needed = ["normal", "lateral"]
     needed += ["encoder"] if channels.encoder is not None else []
     needed += ["time"] if isinstance(channels.clock, TimeColumn) else []
@@ -168,24 +146,7 @@ def _on_time(
 def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -> NDArray[np.bool_]:
     """Return which samples of a record have increasing time stamps, or refuse the record.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Time stamps [s].
-    stamps : StampTreatment
-        Treatment of time stamps that do not increase.
-    source : str
-        Name of the record, for the message.
-
-    Returns
-    -------
-    kept : ndarray of bool, shape (n,)
-        True for the samples to keep.
-
-    Raises
-    ------
-    InputError
-        If the treatment refuses the record, or if fewer than 100 samples are left.
+    `time` (n,) [s]; returns `kept` (n,).
     """
     try:
         kept = stamps.keep(time)
@@ -206,24 +167,7 @@ def without_missing(
 ) -> NDArray[np.bool_]:
     """Find the rows of a record in which every value is a finite number.
 
-    Parameters
-    ----------
-    columns : mapping of str to ndarray, shape (n,)
-        Columns in any units.
-    allowed : int
-        Largest number of rows that may be omitted.
-    source : str
-        Name of the record, for the message.
-
-    Returns
-    -------
-    kept : ndarray of bool, shape (n,)
-        True for the rows to keep.
-
-    Raises
-    ------
-    InputError
-        If more rows than that hold something else; the message states their number and the first one of each column.
+    Returns `kept` (n,).
     """
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
     missing = int(np.count_nonzero(~kept))

@@ -16,27 +16,7 @@ M = TypeVar("M", bound=Model)
 
 
 def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> M:
-    """Build a scenario, or a part of one, from nested tables and the files that they name.
-
-    Parameters
-    ----------
-    kind : type
-        A family of models, or a model.
-    content : object
-        Nested tables.
-    folder : Path, optional
-        Folder to which names of files are relative; by default the working folder.
-
-    Returns
-    -------
-    model : Model
-        Validated, with the numbers of its files.
-
-    Raises
-    ------
-    InputError
-        Every mistake at once; a file that cannot be read does not hide the others.
-    """
+    """Build a scenario, or a part of one, from nested tables and the files that they name."""
     faults: list[Problem] = []
     filled = _filled(kind, current_tables(kind, content), folder or Path(), "", faults)
     try:
@@ -50,20 +30,7 @@ def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> 
 
 
 def current_tables(kind: type[Model] | None, content: Any) -> Any:
-    """Return nested tables with former names of parameters replaced by those of today.
-
-    Parameters
-    ----------
-    kind : type or None
-        A family of models, or a model; None for what is no model.
-    content : object
-        Nested tables, not yet validated.
-
-    Returns
-    -------
-    object
-        A copy of the tables; anything else as it is.
-    """
+    """Return nested tables with former names of parameters replaced by those of today."""
     if isinstance(content, (list, tuple)) and any(isinstance(item, Mapping) for item in content):
         return [current_tables(kind, item) for item in content]
     model = kind.chosen(content) if kind is not None and isinstance(content, Mapping) else None

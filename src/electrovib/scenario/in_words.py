@@ -14,19 +14,7 @@ if TYPE_CHECKING:
 
 
 def lines_of(model: Model) -> Iterator[str]:
-    """Write the parts of a model, one line each.
-
-    Parameters
-    ----------
-    model : Model
-        A scenario, or another model that is made of models.
-
-    Yields
-    ------
-    str
-        Name of the part and what it is; of a stack one line for each layer. Parts that keep their default, and what is
-        no model, are omitted.
-    """
+    """Write the parts of a model, one line each."""
     fields = type(model).model_fields
     for name, value in model:
         if not isinstance(value, Model) or (name in fields and fields[name].default == value):
@@ -39,18 +27,7 @@ def lines_of(model: Model) -> Iterator[str]:
 
 
 def in_words(model: Model) -> str:
-    """Write a model in one line: its class and its parameters that are not the default.
-
-    Parameters
-    ----------
-    model : Model
-        Any.
-
-    Returns
-    -------
-    str
-        For instance ``Trapezium(high = 100 V, rise = 1 ms)``; numbers with their units.
-    """
+    """Write a model in one line: its class and its parameters that are not the default."""
     kind = type(model)
     given = []
     for name, value in model:

@@ -17,21 +17,7 @@ if TYPE_CHECKING:
 
 
 def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
-    """Return the changes that bring a scenario to a moisture, for `Scenario.replace`.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario whose layers, materials and friction have the parameters to change.
-    moisture : Moisture
-        Level of moisture, and dry and wet values.
-
-    Returns
-    -------
-    dict of str to float
-        Dotted path to value in SI: conductivity of the stratum corneum, of the gap or of the bridges in it, and
-        the coefficient of friction; only what the scenario has.
-    """
+    """Return the changes that bring a scenario to a moisture, for `Scenario.replace`."""
     layers, found = scenario.stack.layers, {}
     known = {path for path, _, _ in scenario.parameters()}
     skin, gap = _skin(scenario), scenario.stack.gap_name
@@ -67,20 +53,7 @@ def moisture_diagnostic(scenario: Scenario) -> Diagnostic | None:
 
 
 def refuse_what_moisture_sets(scenario: Scenario, changes: Collection[str]) -> None:
-    """Refuse changes that moisture would undo.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario after the changes.
-    changes : collection of str
-        Dotted paths that were changed.
-
-    Raises
-    ------
-    InputError
-        One problem for each such path.
-    """
+    """Refuse changes that moisture would undo."""
     moisture = scenario.moisture
     undone = [] if moisture is None else [path for path in moistened(scenario, moisture) if path in changes]
     if undone:

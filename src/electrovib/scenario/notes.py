@@ -25,18 +25,7 @@ class PresetNote:
 
 
 def note_of(name: str) -> PresetNote:
-    """Return what a paper declares of a ready-made scenario; empty words where it declares nothing.
-
-    Parameters
-    ----------
-    name : str
-        ``author_year/name``.
-
-    Returns
-    -------
-    PresetNote
-        From ``PRESETS`` of the paper.
-    """
+    """Return what a paper declares of a ready-made scenario; empty words where it declares nothing."""
     author_year, _, key = name.partition("/")
     declared: dict[str, PresetNote] = getattr(papers()[author_year], "PRESETS", {})
     return declared.get(key, PresetNote(""))

@@ -24,6 +24,16 @@ DROPPED: Final = ("ridge_share",)
 def scenario_of(trace: xarray.Dataset) -> Scenario:
     """Return the scenario that a Trace carries.
 
+    Parameters
+    ----------
+    trace : xarray.Dataset
+        Result of `electrovib.simulate`, or a file of one that `electrovib.open_trace` has opened.
+
+    Returns
+    -------
+    scenario : Scenario
+        The scenario that was simulated.
+
     Raises
     ------
     InputError
@@ -60,18 +70,7 @@ def _needs(family: str, name: str, path: str, trace: xarray.Dataset) -> Problem:
 
 
 def models_of(trace: xarray.Dataset) -> list[dict[str, str]]:
-    """Return the models of a Trace that are not part of electrovib.
-
-    Returns
-    -------
-    list of dict of str to str
-        Each with ``model``, ``family``, ``file`` and ``sha256``, as from `electrovib.core.own_models.origins`.
-
-    Raises
-    ------
-    InputError
-        If the list is damaged.
-    """
+    """Return the models of a Trace that are not part of electrovib."""
     found = structured(trace, OWN_MODELS, list) if OWN_MODELS in trace.attrs else []
     names = ("model", "family", "file", "sha256")
     if not all(
@@ -82,20 +81,7 @@ def models_of(trace: xarray.Dataset) -> list[dict[str, str]]:
 
 
 def changed_models(trace: xarray.Dataset, scenario: Scenario) -> list[str]:
-    """List the files of own models that have changed since a Trace was computed.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        Trace that was computed before.
-    scenario : Scenario
-        Its scenario, read with the models of today.
-
-    Returns
-    -------
-    list of str
-        One sentence for each model whose file has another SHA-256 now.
-    """
+    """List the files of own models that have changed since a Trace was computed."""
     before = {(each["family"], each["model"]): each["sha256"] for each in models_of(trace)}
     return [
         f"the model '{now['model']}' is not the one of this Trace: {now['file'] or 'its file'} has changed since, so the"
@@ -106,13 +92,7 @@ def changed_models(trace: xarray.Dataset, scenario: Scenario) -> list[str]:
 
 
 def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
-    """Return the swept values of a Trace by dotted path, and its quantities; both are empty for a run.
-
-    Raises
-    ------
-    InputError
-        If these attributes are damaged.
-    """
+    """Return the swept values of a Trace by dotted path, and its quantities; both are empty for a run."""
     axes = structured(trace, "over", Mapping) if "over" in trace.attrs else {}
     names = structured(trace, "quantities", list) if "quantities" in trace.attrs else []
     if not all(isinstance(values, list) and values for values in axes.values()):
@@ -126,13 +106,7 @@ def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
 
 
 def structured(trace: xarray.Dataset, name: str, kind: type[Any]) -> Any:
-    """Read an attribute of a Trace that is written as JSON.
-
-    Raises
-    ------
-    InputError
-        If it is damaged or holds something of another kind.
-    """
+    """Read an attribute of a Trace that is written as JSON."""
     try:
         found = read_json(trace.attrs[name])
     except ValueError as error:
@@ -150,13 +124,7 @@ def _damaged_attribute(name: str, why: str) -> InputError:
 
 
 def without_schema(content: dict[str, Any]) -> dict[str, Any]:
-    """Take the version of the schema out of the tables of a scenario.
-
-    Raises
-    ------
-    InputError
-        If it is another version than the one that is read here.
-    """
+    """Take the version of the schema out of the tables of a scenario."""
     schema = content.pop("schema", None)
     if schema != SCHEMA:
         raise InputError(

@@ -16,34 +16,12 @@ from electrovib.scenario.sources import is_default
 
 
 def skins() -> dict[str, Skin]:
-    """Collect the skins that papers publish.
-
-    Returns
-    -------
-    dict of str to Skin
-        ``author_year/name``, which a scenario may give in place of a material, to the skin; papers in the order of their
-        names.
-    """
+    """Collect the skins that papers publish."""
     return offers(("skins",))
 
 
 def with_offers(changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Replace names of materials and stacks by their tables.
-
-    Parameters
-    ----------
-    changes : mapping of str to value
-        Dotted path to value, or the tables of a scenario. ``stack`` may be a name ``author_year/name``, and the material of
-        a layer too, or a name of the library; an unknown name is kept for the validation to refuse.
-
-    Returns
-    -------
-    changes : dict
-        The same with tables in place of such names.
-    sources : dict of str to str
-        Dotted path of each parameter that such a table gives, to the name, the source of the value and its status; the
-        breakdown strengths of the library under the path of ``substance``.
-    """
+    """Replace names of materials and stacks by their tables."""
     found, sources = dict(changes), dict[str, str]()
     for path in sorted(changes, key=lambda path: path.count(".")):
         table = path.removesuffix(".model")

@@ -18,26 +18,9 @@ def with_parts(
 ) -> tuple[dict[str, Any], list[Problem]]:
     """Prepare nested tables for changes that add optional parts.
 
-    Parameters
-    ----------
-    kind : type
-        Model that the tables are of: `Scenario`.
-    content : dict
-        Nested tables. A new layer gets its place in ``stack`` here: at the interface, on the side of its role.
-    changes : mapping of str to value
-        Dotted path to new value.
-
-    Returns
-    -------
-    changes : dict
-        The same changes, with an empty table for each new part of which single parameters are set.
-    problems : list of Problem
-        One for each change of a parameter whose model has to be chosen first; such changes are left out.
-
-    Notes
-    -----
-    A layer is added where its role is known: implied by the name (``insulator``, ``gap``, ``stratum_corneum``) or given as
-    its ``role``. A gap is air unless a material is given; any other layer needs one.
+    A layer is added where its role is known: implied by the name (``insulator``, ``gap``,
+    ``stratum_corneum``) or given as its ``role``. A gap is air unless a material is given; any other layer
+    needs one.
     """
     found, problems = dict(changes), list[Problem]()
     for name, role in _place_layers(content, found).items():
@@ -129,22 +112,7 @@ def _absent(kind: type[Model], content: Any, keys: Sequence[str]) -> tuple[str, 
 
 
 def how_to_add(kind: type[Model], content: Mapping[str, Any], path: str) -> str:
-    """Explain how to add the optional part that a path leads into; empty where it leads into none.
-
-    Parameters
-    ----------
-    kind : type
-        Model that the tables are of: `Scenario`.
-    content : mapping
-        Its nested tables.
-    path : str
-        Dotted path of a parameter that is not there.
-
-    Returns
-    -------
-    str
-        A sentence for people.
-    """
+    """Explain how to add the optional part that a path leads into; empty where it leads into none."""
     *parents, last = parts = path.split(".")
     stack = content.get("stack")
     if isinstance(stack, Mapping) and parts[0] == "stack" and "".join(parts[1:2]) not in {"", *stack}:

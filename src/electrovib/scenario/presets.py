@@ -36,30 +36,7 @@ def preset(
     changes: Mapping[str, Any],
     unchanged: str = "",
 ) -> Scenario:
-    """Make a ready-made scenario from another one.
-
-    Parameters
-    ----------
-    base : Scenario or str, optional
-        Scenario to change: another preset, itself or its name ``author_year/name``; `plain` if absent.
-    title : str
-        Title of the new scenario.
-    changes : mapping of str to value
-        Dotted path to a number, a text with a unit, a table or a model. A pair ``(value, source)``
-        states the source, at any depth: that of a table holds for those of its values that have no source of their own.
-    unchanged : str
-        Source of the unchanged values of the base; each keeps its own if absent.
-
-    Returns
-    -------
-    scenario : Scenario
-        Scenario with the source of each value, in the order of the parameters.
-
-    Raises
-    ------
-    InputError
-        For every path that does not exist and every value that does not fit, all at once.
-    """
+    """Make a ready-made scenario from another one."""
     start = plain() if base is None else read_scenario(base)
     told: dict[str, str] = {path.removesuffix(".model"): "" for path in changes}
     values = {path: _without_sources(given, path, told) for path, given in changes.items()}
@@ -104,21 +81,7 @@ def _nearest_table(path: str, told: Mapping[str, str]) -> str | None:
 
 
 def sourced(scenario: Scenario, sources: Mapping[str, str]) -> Scenario:
-    """Return a copy in which every parameter has a source, defaults and absent ones included.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario with or without sources.
-    sources : mapping of str to str
-        Dotted path of a table to the source of its values, ``""`` for the whole scenario; an empty source adds none:
-        ``{"": "table 2", "time": ""}``.
-
-    Returns
-    -------
-    scenario : Scenario
-        Copy with the added sources.
-    """
+    """Return a copy in which every parameter has a source, defaults and absent ones included."""
     found = dict(scenario.sources)
     for path, _, _ in scenario.parameters():
         table = _nearest_table(path, sources)

@@ -147,13 +147,7 @@ def paper_of_preset(source: object) -> str:
 
 
 def paper_scenario(name: str) -> Scenario:
-    """Find a paper's scenario by ``author_year/name``.
-
-    Raises
-    ------
-    InputError
-        If there is no such scenario; the message has the three nearest names and what each is.
-    """
+    """Find a paper's scenario by ``author_year/name``."""
     if name == "-":
         why = "a scenario is not read from the standard input; save it as a .toml file and give its name"
         raise InputError(why)

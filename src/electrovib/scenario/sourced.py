@@ -24,25 +24,10 @@ def wrong_sources(
 ) -> list[Problem]:
     """Find the sources of a scenario whose dotted path no parameter can have.
 
-    Parameters
-    ----------
-    kind : type
-        Model that the tables are of: `Scenario`.
-    content : mapping
-        Its nested tables, with ``sources``; without mistakes, or not yet validated.
-    former : tuple of str
-        Names of parameters that older versions had.
-
-    Returns
-    -------
-    list of Problem
-        One for each such path, with the nearest name.
-
-    Notes
-    -----
-    A path may lead to a table, to a parameter that is not given, to an optional part or a layer of the interface that is
-    not there, and to a parameter of another model than the one that is chosen: such sources remain where a table is changed or
-    removed. Sources that electrovib wrote for values set by the user are not examined.
+    A path may lead to a table, to a parameter that is not given, to an optional part or a layer of the
+    interface that is not there, and to a parameter of another model than the one that is chosen: such sources
+    remain where a table is changed or removed. Sources that electrovib wrote for values set by the user are
+    not examined.
     """
     sources = content.get("sources")
     if not isinstance(sources, Mapping):

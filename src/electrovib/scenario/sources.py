@@ -15,22 +15,7 @@ BY_THE_USER = "set by the user"
 
 
 def is_default(model: Model, path: str, value: Any) -> bool:
-    """Return whether a value is the default of its model.
-
-    Parameters
-    ----------
-    model : Model
-        A scenario, or a part of one, that holds the parameter.
-    path : str
-        Dotted path of a parameter.
-    value : any
-        Value of the parameter.
-
-    Returns
-    -------
-    default : bool
-        True if it is the default of the model that owns it.
-    """
+    """Return whether a value is the default of its model."""
     owner: Any = model
     *parents, name = path.split(".")
     for part in parents:
@@ -39,22 +24,7 @@ def is_default(model: Model, path: str, value: Any) -> bool:
 
 
 def not_in_paper(scenario: Scenario, paper: str) -> dict[str, str]:
-    """Find the values of a paper's scenario that are not found in the paper.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        One of the paper's, perhaps with some values changed.
-    paper : str
-        ``author_year``.
-
-    Returns
-    -------
-    dict of str to str
-        Dotted path to the value as text. The value is found in the paper if its source begins with author and year, as in
-        ``Vezzoli 2014, section 4``. Values that the user has set, and defaults of 0, which switch an effect off, are
-        left out.
-    """
+    """Find the values of a paper's scenario that are not found in the paper."""
     author, _, year = paper.partition("_")
     printed = f"{author.capitalize()} {year}"
     found = {}

@@ -18,18 +18,7 @@ SCHEMA: Final = 1
 
 
 def to_toml(scenario: Scenario) -> str:
-    """Write a scenario as TOML with the meaning of every parameter; it reads back equal.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario to write.
-
-    Returns
-    -------
-    text : str
-        TOML. Measured samples stay in the file from which they were read.
-    """
+    """Write a scenario as TOML with the meaning of every parameter; it reads back equal."""
     import tomlkit
     from tomlkit.items import KeyType, SingleKey
 
@@ -80,20 +69,7 @@ def _meaning(model: Model, name: str) -> str:
 
 
 def left_away(model: Model, prefix: str = "") -> dict[str, str]:
-    """Find the optional parts that a tree of models does not have.
-
-    Parameters
-    ----------
-    model : Model
-        A scenario, or a part of one.
-    prefix : str
-        Dotted path of the part, with a dot at its end.
-
-    Returns
-    -------
-    dict of str to str
-        Dotted path to what can be added there: members of the family, or parameters of the part.
-    """
+    """Find the optional parts that a tree of models does not have."""
     found: dict[str, str] = {}
     for name, field in type(model).model_fields.items():
         kinds = [

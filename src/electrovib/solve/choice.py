@@ -173,20 +173,7 @@ def chosen(scenario: Scenario) -> Solver:
 
 
 def refuse_unsolved(scenario: Scenario) -> None:
-    """Refuse a scenario that no electrical solver accepts, before any computation.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-
-    Raises
-    ------
-    NotCausalError
-        If the force law has no response in time and the drive is not a single sine in its steady state.
-    InputError
-        If models cannot be combined.
-    """
+    """Refuse a scenario that no electrical solver accepts, before any computation."""
     solver = chosen(scenario)
     if _is_settled(scenario):
         refuse_unrepeated(scenario.drive)
@@ -196,28 +183,7 @@ def refuse_unsolved(scenario: Scenario) -> None:
 def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone: bool = False) -> Solution:
     """Compute fields and attraction over time.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    section : ModalSection
-        Its stack as relaxation modes.
-    times : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    force_alone : bool
-        Omit quantities that the attraction does not need, where the solver allows it.
-
-    Returns
-    -------
-    Solution
-        At these times.
-
-    Raises
-    ------
-    NotCausalError
-        If the force law has no response in time and the drive is not a single sine in its steady state.
-    InputError
-        If models cannot be combined.
+    `times` (n,) [s].
     """
     solver = chosen(scenario)
     plain = solver.method in {methods.TRANSIENT, methods.PERIODIC} and scenario.circuit.amplifier is None
@@ -228,23 +194,7 @@ def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone
 
 
 def solve_fields(scenario: Scenario, section: ModalSection, times: Real) -> Solution:
-    """Compute voltages, currents and the fields of every layer, without the attraction.
-
-    Parameters
-    ----------
-    scenario, section, times
-        As for `solve`; times in s.
-
-    Returns
-    -------
-    Solution
-        Without the quantities of the force law.
-
-    Raises
-    ------
-    InputError
-        If models cannot be combined.
-    """
+    """Compute voltages, currents and the fields of every layer, without the attraction."""
     return _asked(_first(OF_THE_STACK, scenario), scenario, section, times, fields)
 
 

@@ -55,17 +55,7 @@ PLACES: Final = 120
 def refuse_large(scenario: Scenario, times: Real | None = None) -> None:
     """Refuse a run that would exceed the budget, before anything is computed.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    times : ndarray, shape (n,), optional
-        Output times [s]; by default those of the scenario, which are only counted.
-
-    Raises
-    ------
-    BudgetError
-        With the estimate, the part of the work that exceeds the budget, and a remedy.
+    `times` (n,) [s].
     """
     refuse_beyond(works(scenario, times))
 
@@ -73,17 +63,7 @@ def refuse_large(scenario: Scenario, times: Real | None = None) -> None:
 def last_time(scenario: Scenario, times: Real | None = None) -> float:
     """Return the last output time.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive and time grid.
-    times : ndarray, shape (n,), optional
-        Output times [s].
-
-    Returns
-    -------
-    end : float
-        Last of the given times, or of those of the scenario [s].
+    `times` (n,) [s].
     """
     return (scenario.time.duration or scenario.drive.duration) if times is None else float(times[-1])
 
@@ -91,17 +71,7 @@ def last_time(scenario: Scenario, times: Real | None = None) -> float:
 def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     """Return estimates of the parts of a run.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    times : ndarray, shape (n,), optional
-        Output times [s]; by default those of the scenario, which are only counted.
-
-    Returns
-    -------
-    list of Work
-        Long computing times are accurate within a factor of about two.
+    `times` (n,) [s].
     """
     grid, drive = scenario.time, scenario.drive
     samples = grid.count(drive) if times is None else len(times)

@@ -105,17 +105,7 @@ class Expanded:
     def has_stack_of(self, scenario: Scenario, times: Real) -> bool:
         """Return whether another scenario has the same stack in the same circuit.
 
-        Parameters
-        ----------
-        scenario : Scenario
-            Scenario that may share parts with this one.
-        times : ndarray, shape (n,)
-            Times of its run [s].
-
-        Returns
-        -------
-        bool
-            Whether it has the same modes.
+        `times` (n,) [s].
         """
         own = self.scenario
         return (
@@ -137,26 +127,7 @@ class Expanded:
     def at(self, times: Real, *, closely: bool = False, wanted: Collection[str] | None = None) -> Record:
         """Compute signals over time.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            Increasing, >= 0 [s].
-        closely : bool
-            Whether the largest values between these times are sought too, so that `judge` does not depend on the times.
-        wanted : collection of str, optional
-            Signals that the record has to contain, by default all; others may be omitted.
-
-        Returns
-        -------
-        Record
-            Signals at these times.
-
-        Raises
-        ------
-        NotCausalError
-            If the force law has no response in time to this drive.
-        InputError
-            If models cannot be combined.
+        `times` (n,) [s].
         """
         scenario, section = self.scenario, self.section
         asked = None if wanted is None else frozenset(wanted)
@@ -192,22 +163,7 @@ class Expanded:
     def judge(
         self, record: Record, squared: Callable[[Expanded, PeakRecord], Mapping[str, float]]
     ) -> tuple[list[Diagnostic], dict[str, float]]:
-        """Return the diagnostics and errors of a record.
-
-        Parameters
-        ----------
-        record : Record
-            From `at`.
-        squared : callable
-            Returns the root mean squares whose limit is declared, by the name of that limit [V or A].
-
-        Returns
-        -------
-        diagnostics : list of Diagnostic
-            Those of the solution; whether its times resolve it is judged by `sampling`.
-        errors : dict of str to float
-            ``reduction_error``, and for a law with a response in time ``transfer_error`` and ``attraction_error``; relative.
-        """
+        """Return the diagnostics and errors of a record."""
         scenario, known = self.scenario, known_band(self.scenario)
         seen = self._seen(record)
         errors: dict[Key, Judged] = {}
@@ -223,18 +179,7 @@ class Expanded:
         return found, self.stated(errors)
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
-        """Return the errors that a Trace states.
-
-        Parameters
-        ----------
-        errors : mapping of Key to Judged
-            Errors of a response in time, from `answer_errors`.
-
-        Returns
-        -------
-        errors : dict of str to float
-            ``reduction_error``, and for a law with a response in time ``transfer_error`` and ``attraction_error``; relative.
-        """
+        """Return the errors that a Trace states."""
         found = {"reduction_error": self.reduction_error}
         if self.scenario.force.causal:
             found["transfer_error"] = max(self._over_frequency, worst_of(errors))

@@ -129,23 +129,7 @@ class Prepared:
         return tuple(each.name for each in self._names)
 
     def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
-        """Return the scenario for given values of the free parameters.
-
-        Parameters
-        ----------
-        values : mapping of str to float, or sequence of float
-            By path, with those omitted as in the base; or all in the order of `free`. In SI units.
-
-        Returns
-        -------
-        Scenario
-            Validated; it shares unchanged parts with the previous one.
-
-        Raises
-        ------
-        InputError
-            If a path is not free, or a value is outside its range.
-        """
+        """Return the scenario for given values of the free parameters."""
         point = self._by_stored_path(self._point(values))
         last = self._recent
         changed = {path: value for path, value in point.items() if _leaf(last, path) != value}
@@ -154,23 +138,7 @@ class Prepared:
         return self._recent
 
     def __call__(self, values: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Any]:
-        """Compute the quantities for one set of values of the free parameters, or for many.
-
-        Parameters
-        ----------
-        values : mapping of str to array_like, or array_like, shape (free, ...)
-            By path, or in the order of `free`; numbers, or arrays that are broadcast against each other. In SI units.
-
-        Returns
-        -------
-        values : dict of str to float or ndarray
-            Each quantity in its unit, an array where arrays were given.
-
-        Raises
-        ------
-        InputError
-            If a path is not free, a value is outside its range, or models cannot be combined.
-        """
+        """Compute the quantities for one set of values of the free parameters, or for many."""
         given = self._columns(values)
         columns = np.broadcast_arrays(*[np.asarray(each, dtype=float) for each in given.values()])
         if not columns or columns[0].ndim == 0:
@@ -190,26 +158,7 @@ class Prepared:
     ) -> dict[str, Real]:
         """Compute signals over time for given values of the free parameters.
 
-        Parameters
-        ----------
-        values : mapping of str to float, or sequence of float
-            As for `scenario`, in SI units.
-        names : sequence of str
-            Names of signals over time.
-        time : array_like, shape (n,), optional
-            Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
-        band : ndarray, shape (n,), optional
-            Times over whose band materials are reduced to Debye terms [s]; by default the output times.
-
-        Returns
-        -------
-        signals : dict of str to ndarray, shape (n,) or (layers, n)
-            Each signal in its unit, with ``time`` [s].
-
-        Raises
-        ------
-        InputError
-            If the scenario has no such signal, or as for a call.
+        `time` (n,) [s], `band` (n,) [s].
         """
         member = self.scenario(values)
         times = None if time is None else np.asarray(time, dtype=float)
@@ -221,23 +170,7 @@ class Prepared:
         return {"time": record.times} | {name: record.signals[name][1] for name in names}
 
     def judged(self, values: Mapping[str, float] | Sequence[float]) -> Answer:
-        """Compute the quantities for given values of the free parameters, with their diagnostics.
-
-        Parameters
-        ----------
-        values : mapping of str to float, or sequence of float
-            As for `scenario`, in SI units.
-
-        Returns
-        -------
-        Answer
-            Values, errors, solver and diagnostics.
-
-        Raises
-        ------
-        InputError
-            As for a call.
-        """
+        """Compute the quantities for given values of the free parameters, with their diagnostics."""
         return answer(solved(self.scenario(values)), self._names)
 
     def _numbers(self, point: Mapping[str, float]) -> dict[str, float]:

@@ -36,20 +36,7 @@ def provenance(scenario: Scenario) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def beside(count: int, work: Callable[[], dict[str, Any]]) -> Iterator[Callable[[], dict[str, Any]]]:
-    """Run some work in a second thread during a run of very many times.
-
-    Parameters
-    ----------
-    count : int
-        Number of output times of the run.
-    work : callable
-        The work.
-
-    Yields
-    ------
-    callable
-        Waits for the result of the work and returns it.
-    """
+    """Run some work in a second thread during a run of very many times."""
     if count < _MANY:
         yield work
         return

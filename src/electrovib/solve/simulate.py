@@ -107,18 +107,7 @@ class Simulated:
 
     @classmethod
     def of(cls, expanded: Expanded) -> Self:
-        """Compute everything that a Trace of a scenario states, its provenance apart.
-
-        Parameters
-        ----------
-        expanded : Expanded
-            The scenario with its stack and output times.
-
-        Returns
-        -------
-        Simulated
-            All signals.
-        """
+        """Compute everything that a Trace of a scenario states, its provenance apart."""
         scenario, times = expanded.scenario, expanded.times
         frequency = scenario.frequency.frequencies()
         at_frequency = phasors(scenario, frequency)
@@ -139,25 +128,7 @@ class Simulated:
         )
 
     def trace(self, origin: Mapping[str, Any], *, signals: Sequence[str] | None = None) -> xarray.Dataset:
-        """Make the Trace.
-
-        Parameters
-        ----------
-        origin : mapping
-            Attributes from `electrovib.solve.provenance.provenance`.
-        signals : sequence of str, optional
-            Names of the signals that it holds, by default all.
-
-        Returns
-        -------
-        xarray.Dataset
-            As `simulate` returns it.
-
-        Raises
-        ------
-        InputError
-            If the scenario does not have a requested signal.
-        """
+        """Make the Trace."""
         validity = json.dumps([each.to_dict() for each in self.diagnostics])
         attributes = {**origin, **self.attributes, "validity": validity}
         return make_trace(_chosen(self.variables, signals), self.coordinates, attributes)

@@ -22,20 +22,7 @@ def static_permittivity(scenario: Scenario, name: str) -> float:
 
 
 def explain(scenario: Scenario, *, ratio: float) -> str:
-    """Explain a static force by evaluation surface, permittivity and gap.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack and law.
-    ratio : float
-        Static force of the law over that of the Maxwell stress in the gap.
-
-    Returns
-    -------
-    text : str
-        Explanation without a full stop; it states where the known reasons do not give the ratio.
-    """
+    """Explain a static force by evaluation surface, permittivity and gap."""
     expected, words = _reason(scenario)
     if expected is None:
         said = f"{words}: {ratio:.4g} of the Maxwell stress in the gap here"
@@ -128,20 +115,7 @@ def _odd(leak: Conduction) -> bool:
 
 
 def in_time(scenario: Scenario, *, early: float, late: float) -> str:
-    """Explain how the force changes while the voltage is held, and which layer causes it.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack and law.
-    early, late : float
-        Attraction just after a step and 50 ms later [N].
-
-    Returns
-    -------
-    text : str
-        Begins with a verb, without a full stop.
-    """
+    """Explain how the force changes while the voltage is held, and which layer causes it."""
     if early <= 0:
         return "starts at 0 N"
     names, change = conducting(scenario), late / early

@@ -60,24 +60,8 @@ class Lines:
 def lines(values: Real, *, span: float, before: float, signal: str, how: str) -> Lines:
     """Compute the spectrum of a record at evenly spaced times.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Signal in its unit.
-    span : float
-        n times the step [s].
-    before : float
-        Value just before the record, in the same unit; for one whole period the last value.
-    signal, how : str
-        Name and description, as in `Lines`.
+    `values` (n,).
 
-    Returns
-    -------
-    spectrum : Lines
-        Lines at the whole multiples of 1/span up to half the sampling rate.
-
-    Notes
-    -----
     The transform of the increments is divided by that of a unit step. For a whole period this is the Fourier series. For a
     record that does not end where it began it adds no step at the end; a step at the beginning is included.
     """
@@ -99,30 +83,7 @@ def lines(values: Real, *, span: float, before: float, signal: str, how: str) ->
 
 
 def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lines, ...]:
-    """Compute the spectrum of the friction force of a scenario.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario with a periodic drive or another one.
-    window : float
-        Length of the windows of a drive that is not periodic [s].
-    samples : int
-        Least number of samples of a period or window; more are taken where the step would exceed 0.12 ms.
-
-    Returns
-    -------
-    spectra : tuple of Lines
-        Of a periodic drive one spectrum, of a period of the steady state, whatever the initial state of the scenario. Of any
-        other drive one for each window, from rest, overlapping by half.
-
-    Raises
-    ------
-    InputError
-        If the models cannot be combined.
-    NotCausalError
-        If the force law has no response in time to this drive.
-    """
+    """Compute the spectrum of the friction force of a scenario."""
     period = scenario.drive.period
     if period is None:
         return _from_rest(scenario, window, samples)
@@ -220,25 +181,7 @@ def _late(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
 
 
 def measured_lines(trace: xarray.Dataset, *, window: float) -> tuple[Lines, ...]:
-    """Compute the spectrum of a measured Trace.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        Trace with a displacement of the skin, a friction force or an attraction over time.
-    window : float
-        Length of the windows, which overlap by half [s]; a shorter record is one window.
-
-    Returns
-    -------
-    spectra : tuple of Lines
-        One for each window.
-
-    Raises
-    ------
-    InputError
-        If it has none of these signals over time alone, or a value is missing.
-    """
+    """Compute the spectrum of a measured Trace."""
     name = next((name for name in SIGNALS if name in trace), None)
     if name is None:
         raise InputError(f"this Trace has no signal to feel: it needs one of {', '.join(SIGNALS)}")

@@ -52,36 +52,8 @@ def threshold_over_frequency(
 ) -> ThresholdCurves:
     r"""Compute the threshold voltage of waveforms over their frequency.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Plate, finger and friction; the drive is replaced.
-    frequencies : sequence of float
-        Fundamental frequencies [Hz].
-    drives : mapping of str to mapping
-        Name to the table of a drive; its ``frequency`` is set.
-    perception : Perception, optional
-        By default that of the scenario, else the default one.
-    samples : int
-        Number of samples of a period.
-
-    Returns
-    -------
-    curves : ThresholdCurves
-        Thresholds relative to the lowest [dB], and [V] where threshold and compliance are given.
-
-    Raises
-    ------
-    InputError
-        If the change of the friction is not proportional to the square of the voltage, for instance with a non-ohmic leak
-        or a PowerLaw, or a drive does not fit.
-
-    Notes
-    -----
-    The change of the friction is proportional to the square of the voltage, so a drive of peak V whose felt amplitude is X
-    is just felt at
-
-    .. math:: V_0 = V \sqrt{X_0/X}
+    The change of the friction is proportional to the square of the voltage, so a drive of peak V whose felt
+    amplitude is X is just felt at  .. math:: V_0 = V \sqrt{X_0/X}
     """
     _proportional(scenario)
     person = perception or getattr(scenario, "perception", None) or Perception()
@@ -117,27 +89,7 @@ def _proportional(scenario: Scenario) -> None:
 
 
 def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
-    """Compute the threshold voltage of a drive relative to that of another drive of the same peak.
-
-    Parameters
-    ----------
-    first, second : Scenario
-        Drives of the same peak voltage.
-    person : Perception
-        Channels and skin.
-    samples : int
-        Number of samples of a period.
-
-    Returns
-    -------
-    ratio : float
-        Threshold voltage of the first over that of the second [dB]; above 0 the second is felt at a lower voltage.
-
-    Raises
-    ------
-    InputError
-        If the change of the friction is not proportional to the square of the voltage, as in `threshold_over_frequency`.
-    """
+    """Compute the threshold voltage of a drive relative to that of another drive of the same peak."""
     for each in (first, second):
         _proportional(each)
     felt = [felt_level(scenario, person, samples=samples) for scenario in (second, first)]
@@ -145,23 +97,7 @@ def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, sa
 
 
 def crossover(pair: Pair, *, low: float, high: float, person: Perception) -> float:
-    """Find the lowest frequency at which two drives have the same threshold voltage.
-
-    Parameters
-    ----------
-    pair : callable
-        Frequency [Hz] to the two scenarios, of the same peak voltage.
-    low, high : float
-        Ends of the search, which proceeds by octaves [Hz].
-    person : Perception
-        Channels and skin.
-
-    Returns
-    -------
-    frequency : float
-        Frequency [Hz]; 0 if the second drive is not felt at a lower voltage even at `low`, infinite if it is at every octave
-        up to `high`. Two crossings within one octave are not found.
-    """
+    """Find the lowest frequency at which two drives have the same threshold voltage."""
     from scipy.optimize import brentq
 
     def ratio(logarithm: float) -> float:

@@ -184,18 +184,7 @@ def _finite(value: Any) -> Any:
 
 
 def verdict(*, sensation: float | None, uncertainty: float | None) -> str:
-    """Compare a level above threshold [dB] with the uncertainty of the threshold [dB].
-
-    Parameters
-    ----------
-    sensation, uncertainty : float or None
-        dB; None where the threshold is not calibrated.
-
-    Returns
-    -------
-    verdict : str
-        One of `VERDICTS`.
-    """
+    """Compare a level above threshold [dB] with the uncertainty of the threshold [dB]."""
     if sensation is None or uncertainty is None:
         return "relative only"
     if abs(sensation) <= uncertainty:

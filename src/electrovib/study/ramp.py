@@ -18,27 +18,9 @@ if TYPE_CHECKING:
 def ramped(waveform: Waveform, ramp: float) -> Waveform:
     """Multiply a waveform by an envelope that rises linearly from 0 to 1 and falls back to 0 at its end.
 
-    Parameters
-    ----------
-    waveform : Waveform
-        Samples.
-    ramp : float
-        Duration of either ramp [s], rounded to whole samples, one at least.
-
-    Returns
-    -------
-    Waveform
-        With an upper bound of the difference from the drive times the envelope [V].
-
-    Raises
-    ------
-    InputError
-        If the ramp is not above 0 s, or two of them do not fit.
-
-    Notes
-    -----
-    With samples s and envelope e, the straight line between two products departs from the product of two straight lines by
-    at most |ds de|/4; a held product departs from s e(t) by at most |s de|. Either is added to the error of the samples.
+    With samples s and envelope e, the straight line between two products departs from the product of two
+    straight lines by at most |ds de|/4; a held product departs from s e(t) by at most |s de|. Either is added
+    to the error of the samples.
     """
     last = len(waveform.times) - 1
     if not (math.isfinite(ramp) and ramp > 0):
@@ -57,17 +39,7 @@ def ramped(waveform: Waveform, ramp: float) -> Waveform:
 def envelope_of(last: int, count: int) -> Real:
     """Return the envelope of a waveform.
 
-    Parameters
-    ----------
-    last : int
-        Index of the last sample.
-    count : int
-        Intervals of either ramp.
-
-    Returns
-    -------
-    envelope : ndarray, shape (last + 1,)
-        From 0 to 1 [1].
+    Returns `envelope` (last + 1,).
     """
     places = np.arange(last + 1)
     return np.minimum(1.0, np.minimum(places, last - places) / count)

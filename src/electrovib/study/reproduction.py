@@ -101,37 +101,13 @@ class Row:
 
 
 def overlap(one: float | tuple[float, float], other: float | tuple[float, float]) -> bool:
-    """Return whether two numbers or ranges have a value in common.
-
-    Parameters
-    ----------
-    one, other : float or tuple of float
-        Number, or lowest and highest value, in one unit.
-
-    Returns
-    -------
-    bool
-        Also where one ends at the other.
-    """
+    """Return whether two numbers or ranges have a value in common."""
     (low, high), (least, most) = (each if isinstance(each, tuple) else (each, each) for each in (one, other))
     return low <= most and least <= high
 
 
 def verdict_over(paper: float | tuple[float, float], ours: tuple[float, float]) -> str:
-    """Return the verdict on a range of ours: a number of the paper outside it disagrees, one inside it is open.
-
-    Parameters
-    ----------
-    paper : float or tuple of float
-        What is printed, in the unit of the row.
-    ours : tuple of float
-        Lowest and highest value that our choices give, in the same unit.
-
-    Returns
-    -------
-    verdict : str
-        ``"disagrees"`` or ``"open"``.
-    """
+    """Return the verdict on a range of ours: a number of the paper outside it disagrees, one inside it is open."""
     return "open" if overlap(paper, ours) else "disagrees"
 
 
@@ -299,14 +275,7 @@ class Reproduction:
         return tuple(sorted(self.rows, key=lambda row: (not row.leads, VERDICTS.index(row.verdict))))
 
     def count(self) -> str:
-        """Count the rows of each verdict, printed numbers and statements in words apart; empty without rows.
-
-        Returns
-        -------
-        str
-            For instance ``3 numbers of the paper: 1 disagree, 2 reproduced; 1 statement in words: 1 open; beside them 2
-            quantities and 1 check of ours``.
-        """
+        """Count the rows of each verdict, printed numbers and statements in words apart; empty without rows."""
         if not self.rows:
             return ""
         compared = [row for row in self.rows if row.verdict in COMPARED]

@@ -40,18 +40,7 @@ class Sensation:
 
 
 def thresholds_of(person: Perception) -> list[tuple[Channel, float, float]]:
-    """Return each channel with the lowest and highest amplitude at weight 1 that is just felt [dB re 1 m].
-
-    Parameters
-    ----------
-    person : Perception
-        Its own threshold, with its uncertainty, holds for all channels; without it the published ones of each channel.
-
-    Returns
-    -------
-    found : list of tuple of Channel, float and float
-        Without the channels for which nobody has published a threshold.
-    """
+    """Return each channel with the lowest and highest amplitude at weight 1 that is just felt [dB re 1 m]."""
     if person.threshold is not None:
         level, doubt = float(decibels(person.threshold)), person.threshold_uncertainty or 0.0
         return [(channel, level - doubt, level + doubt) for channel in person.channels]
@@ -71,22 +60,7 @@ def skins_of(found: Lines, given: Any) -> list[Any]:
 
 
 def sensation_of(found: Lines, person: Perception, given: Any) -> Sensation | None:
-    """Compare a spectrum with the detection threshold.
-
-    Parameters
-    ----------
-    found : Lines
-        Spectrum of the force, or of the displacement of the skin.
-    person : Perception
-        Channels and threshold.
-    given : object with a compliance, or None
-        Mechanics of the skin.
-
-    Returns
-    -------
-    sensation : Sensation or None
-        None where nothing moves, or no threshold is known.
-    """
+    """Compare a spectrum with the detection threshold."""
     known = thresholds_of(person)
     skins = skins_of(found, given)
     levels = np.array([[_level(found, channel, skin) for channel, *_ in known] for skin in skins])
@@ -116,19 +90,7 @@ def _level(found: Lines, channel: Channel, skin: Any) -> float:
 def just_felt(found: Lines, person: Perception, given: Any, frequency: Real) -> tuple[Real, Real]:
     """Compute the lowest and highest amplitude of a single sine that is just felt, over frequency.
 
-    Parameters
-    ----------
-    found : Lines
-        Spectrum, which states whether a force or a displacement is meant.
-    person, given : Perception, object with a compliance or None
-        As for `sensation_of`.
-    frequency : ndarray, shape (n,)
-        Hz.
-
-    Returns
-    -------
-    low, high : ndarray, shape (n,)
-        Amplitudes [N or m]; infinite where no channel is sensitive.
+    `frequency` (n,); returns `low`, `high` (n,) [N or m].
     """
     known = thresholds_of(person)
     given_skins = [

@@ -51,20 +51,7 @@ class PlateStack:
         assert self.status in STATUSES
 
     def scenario(self, law: str, *, gap: float = 0.0) -> Scenario:
-        """Build the scenario of one cell: no conduction, 1 cm2, a return path without resistance.
-
-        Parameters
-        ----------
-        law : str
-            Name of a force law.
-        gap : float
-            m; 0 for none.
-
-        Returns
-        -------
-        Scenario
-            With the full voltage as a step.
-        """
+        """Build the scenario of one cell: no conduction, 1 cm2, a return path without resistance."""
         stack: dict[str, Any] = {
             "insulator": {"thickness": self.film, "material": _constant(self.film_permittivity)},
             "gap": {"thickness": gap},
@@ -159,22 +146,7 @@ def compare_surfaces() -> Table:
 
 
 def cell(stack: PlateStack, law: str, *, gap: float = 0.0) -> float:
-    """Compute the static force of one cell.
-
-    Parameters
-    ----------
-    stack : PlateStack
-        Column.
-    law : str
-        Name of a force law.
-    gap : float
-        m; 0 for none.
-
-    Returns
-    -------
-    force : float
-        Attraction [N], at least 0.
-    """
+    """Compute the static force of one cell."""
     return static_force(stack.scenario(law, gap=gap), voltage=stack.voltage)
 
 

@@ -74,36 +74,13 @@ class Waveform:
     def with_voltages(self, voltages: Real, drive: Drive, end: float) -> Waveform:
         """Return the waveform with the voltages that a format can hold, and their error.
 
-        Parameters
-        ----------
-        voltages : ndarray, shape (n,)
-            As the format holds them [V].
-        drive : Drive
-            What was sampled.
-        end : float
-            Last time up to which they are compared [s].
-
-        Returns
-        -------
-        Waveform
-            With its error [V].
+        `voltages` (n,) [V].
         """
         error = sampling_error(drive, self.times, voltages, held=self.held, end=end)
         return replace(self, voltages=voltages, error=error)
 
     def refuse_above(self, largest_error: float) -> None:
-        """Raise an error if the waveform differs too much from the drive.
-
-        Parameters
-        ----------
-        largest_error : float
-            Allowed error over the largest voltage [1].
-
-        Raises
-        ------
-        InputError
-            With the error and what reduces it.
-        """
+        """Raise an error if the waveform differs too much from the drive."""
         if self.share <= largest_error:
             return
         raise InputError(
@@ -126,40 +103,7 @@ def waveform(
     most_points: int = MOST_POINTS,
     ramp: float | None = None,
 ) -> Waveform:
-    """Sample a drive evenly, at a given rate or at the lowest one whose error is a quarter of that allowed.
-
-    Parameters
-    ----------
-    drive : Drive
-        A voltage.
-    end : float, optional
-        Last time [s]; the duration of the drive by default.
-    rate : float, optional
-        Samples per second [Hz]; chosen if absent.
-    rates : iterable of float, optional
-        Rates to choose from, increasing [Hz]; by default 1, 2 and 5 times a power of ten, adjusted so that the last sample
-        is at the end.
-    held : bool
-        Whether each sample is held until the next, rather than joined to it by a straight line.
-    largest_error : float
-        Error over the largest voltage at which a rate suffices [1]; a larger one is not refused here.
-    most_points : int
-        Most samples.
-    ramp : float, optional
-        Duration of a ramp from and to 0 V at either end [s]; a sample after the end, where the rate has none at the end, is
-        then that of the drive, otherwise 0 V.
-
-    Returns
-    -------
-    Waveform
-        With its error, by the closed form of the drive and between the samples too.
-
-    Raises
-    ------
-    InputError
-        If the drive prescribes a current, or a number is out of range; for straight lines between samples also if the
-        drive has a discontinuity.
-    """
+    """Sample a drive evenly, at a given rate or at the lowest one whose error is a quarter of that allowed."""
     last = drive.duration if end is None else end
     _check(drive, last, rate, largest_error, most_points)
     peak = drive.largest(last)
@@ -184,24 +128,8 @@ def waveform(
 def sampling_error(drive: Drive, times: Real, voltages: Real, *, held: bool, end: float) -> float:
     """Return the largest absolute difference of a drive and its samples at any time.
 
-    Parameters
-    ----------
-    drive : Drive
-        Closed form.
-    times, voltages : ndarray, shape (n,)
-        Samples [s], from 0 and increasing, and [V].
-    held : bool
-        Whether each sample is held until the next, rather than joined to it by a straight line.
-    end : float
-        Last time that counts [s].
+    `times`, `voltages` (n,) [s].
 
-    Returns
-    -------
-    error : float
-        V. Exact for straight pieces and one tone; never too small for other drives.
-
-    Notes
-    -----
     The difference is itself a sum of closed forms, whose extremes `Drive.extremes` brackets. At a discontinuity both sides
     count, so that straight lines between samples have an error of its whole height.
     """
@@ -220,20 +148,7 @@ def sampling_error(drive: Drive, times: Real, voltages: Real, *, held: bool, end
 
 
 def refuse_unless_zero_at_both_ends(drive: Drive, end: float) -> None:
-    """Refuse a drive that an instrument could not begin and end at 0 V.
-
-    Parameters
-    ----------
-    drive : Drive
-        A voltage.
-    end : float
-        Last time [s].
-
-    Raises
-    ------
-    InputError
-        If the drive is not 0 V at time 0 and at the end.
-    """
+    """Refuse a drive that an instrument could not begin and end at 0 V."""
     small = ZERO * drive.largest(end)
     problems = []
     for when, time in (("first", 0.0), ("last", end)):

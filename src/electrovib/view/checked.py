@@ -30,47 +30,12 @@ FORMS: Final = {".csv": Form.TABLE, ".json": Form.CHECK, ".html": Form.PAGE}
 
 
 def check_outcome_file(path: str | Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
-    """Check before a computation that its result can be written.
-
-    Parameters
-    ----------
-    path : str or Path
-        The output: ``.csv``, ``.json`` or ``.html``.
-    inputs : iterable of Path
-        Files that are read.
-    force : bool
-        Whether a file that was not written by electrovib may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the suffix is unknown or the file cannot be written.
-    """
+    """Check before a computation that its result can be written."""
     check_writable({Path(path): _form(Path(path))}, inputs=inputs, force=force)
 
 
 def write_check(result: CheckResult, path: str | Path, *, force: bool = False) -> Path:
-    """Write the result of a check.
-
-    Parameters
-    ----------
-    result : CheckResult
-        From `electrovib.check`.
-    path : str or Path
-        The output: ``.csv``, a row for each limit, comparison and number, ``.json`` or ``.html``, everything.
-    force : bool
-        Whether a file that was not written by electrovib may be replaced.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the suffix is unknown or the file cannot be written.
-    """
+    """Write the result of a check."""
     place = Path(path)
     form = _form(place)
     text = {Form.TABLE: as_csv, Form.CHECK: as_json, Form.PAGE: as_html}[form](result)
@@ -178,20 +143,7 @@ def verdict(result: CheckResult) -> str:
 
 
 def check_lines(result: CheckResult, *, more: str = "") -> list[str]:
-    """Report the outcome in a few lines: the verdict, the closest limit, what was not compared, warnings, where the rest is.
-
-    Parameters
-    ----------
-    result : CheckResult
-        From `electrovib.check`.
-    more : str
-        Where to find every limit with its source.
-
-    Returns
-    -------
-    list of str
-        Lines; the verdict comes first.
-    """
+    """Report the outcome in a few lines: the verdict, the closest limit, what was not compared, warnings, where the rest is."""
     lines = [f"{verdict(result)} ({result.title})"]
     compared = [row for row in result.rows if row.margin is not None]
     if compared:

@@ -12,19 +12,7 @@ if TYPE_CHECKING:
 
 
 def to_csv(panel: Panel) -> str:
-    """Write every curve of a panel, drawn or not, one point a line, in SI.
-
-    Parameters
-    ----------
-    panel : Panel
-        With curves that need not share their abscissae.
-
-    Returns
-    -------
-    str
-        Columns: name of the curve, abscissa, ordinate; and the upper edge if the panel has a band. A missing value is an
-        empty cell. The numbers read back to the last bit, and include those below the range of the figure.
-    """
+    """Write every curve of a panel, drawn or not, one point a line, in SI."""
     written = io.StringIO()
     table = csv.writer(written, lineterminator="\n")
     banded = any(curve.upper is not None for curve in panel.curves)
@@ -39,18 +27,7 @@ def to_csv(panel: Panel) -> str:
 
 
 def table_to_csv(table: Table) -> str:
-    """Write a whole table, with the columns that its page omits.
-
-    Parameters
-    ----------
-    table : Table
-        With headings.
-
-    Returns
-    -------
-    str
-        One line of headings, and one line for each row.
-    """
+    """Write a whole table, with the columns that its page omits."""
     written = io.StringIO()
     csv.writer(written, lineterminator="\n").writerows([table.headings, *table.rows])
     return written.getvalue()

@@ -19,18 +19,8 @@ def envelope(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Keep the lowest and the highest point of each stretch of a long record.
 
-    Parameters
-    ----------
-    x, y : ndarray, shape (n,)
-        In the order of the record; NaN allowed.
+    `x`, `y` (n,); returns `x`, `y` (n,).
 
-    Returns
-    -------
-    x, y : ndarray, shape (n,) or about (4000,)
-        Points of the record, in its order; a record of at most `LONG` points comes back whole.
-
-    Notes
-    -----
     A stretch without any number stays a gap. First and last point are kept.
     """
     if len(y) <= LONG:

@@ -19,19 +19,7 @@ _SAME, _SAME_OVER_DECADES = 0.02, 0.1
 
 
 def few_curves(panel: Panel) -> tuple[Panel, ...]:
-    """Split a panel into panels of at most five curves.
-
-    Parameters
-    ----------
-    panel : Panel
-        With any number of curves; points belong to the curve of the same look.
-
-    Returns
-    -------
-    panels : tuple of Panel
-        The panel itself where it has few curves. Curves that differ nowhere by more than 2 %, or 10 % on a logarithmic axis,
-        are drawn as one with all their names. Each further panel begins with the first curve again, as a reference.
-    """
+    """Split a panel into panels of at most five curves."""
     same = _SAME_OVER_DECADES if panel.log_y else _SAME
     groups = _groups([curve for curve in panel.curves if curve.kind != "points"], same)
     points = [curve for curve in panel.curves if curve.kind == "points"]

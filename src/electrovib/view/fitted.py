@@ -54,28 +54,7 @@ def write_fit(
     posterior: Posterior | None = None,
     force: bool = False,
 ) -> list[Path]:
-    """Write a fit into a folder, all files or none.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it does not exist.
-    found : ScenarioFit
-        The fit.
-    rows : sequence of EstimatedParameter
-        Its table.
-    comparison : FitComparison, optional
-        With other models.
-    posterior : Posterior, optional
-        Its posterior distribution.
-    force : bool
-        Whether files that this package did not write may be replaced.
-
-    Returns
-    -------
-    paths : list of Path
-        ``report.html``, ``parameters.csv``, ``parameters.toml`` and ``space.toml``, and ``posterior.nc`` with a posterior.
-    """
+    """Write a fit into a folder, all files or none."""
     from electrovib.data.atomic import writing
     from electrovib.view.fitted_posterior import chains_bytes
 
@@ -103,24 +82,7 @@ def fit_page(
     comparison: FitComparison | None = None,
     posterior: Posterior | None = None,
 ) -> str:
-    """Write the page of a fit.
-
-    Parameters
-    ----------
-    found : ScenarioFit
-        The fit.
-    rows : sequence of EstimatedParameter
-        Its table.
-    comparison : FitComparison, optional
-        With other models.
-    posterior : Posterior, optional
-        Its posterior distribution.
-
-    Returns
-    -------
-    html : str
-        One file that needs nothing else.
-    """
+    """Write the page of a fit."""
     from electrovib.view import summary
     from electrovib.view.few_curves import few_curves
     from electrovib.view.fitted_panels import fit_panels

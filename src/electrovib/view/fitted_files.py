@@ -46,21 +46,7 @@ def _remarks(*said: str) -> list[str]:
 
 
 def space_toml(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
-    """Write the estimates as the tables ``space`` and ``correlation`` of a TOML file.
-
-    Parameters
-    ----------
-    found : ScenarioFit
-        The fit.
-    rows : sequence of EstimatedParameter
-        Its table.
-
-    Returns
-    -------
-    text : str
-        A distribution for each parameter in SI, and ``"PATH ~ PATH"`` with the correlation coefficient for each pair; comments
-        state which parameters are omitted and why.
-    """
+    """Write the estimates as the tables ``space`` and ``correlation`` of a TOML file."""
     import tomlkit
 
     means = {f"{path} (mean of {len(each.values)} sessions)": path for path, each in found.sessions.items()}

@@ -14,18 +14,7 @@ if TYPE_CHECKING:
 
 
 def parameter_panels(found: SeparateFits) -> list[Panel]:
-    """Make one figure of each parameter over the recordings, with 95 % intervals and the mean.
-
-    Parameters
-    ----------
-    found : SeparateFits
-        The fits of all recordings.
-
-    Returns
-    -------
-    panels : list of Panel
-        Recordings are numbered from 1 in their order; those without an estimate leave a gap.
-    """
+    """Make one figure of each parameter over the recordings, with 95 % intervals and the mean."""
     return [_panel(found, path) for path in found.free]
 
 

@@ -22,18 +22,7 @@ _BOTH: Final = "Points: data. Lines: model with the estimated parameters."
 
 
 def fit_panels(residuals: Sequence[Residuals]) -> list[Panel]:
-    """Make the figures of a fit: data with model, and residuals, one figure for all recordings of a signal.
-
-    Parameters
-    ----------
-    residuals : sequence of Residuals
-        Of all signals of all recordings.
-
-    Returns
-    -------
-    panels : list of Panel
-        Of a complex signal modulus and phase.
-    """
+    """Make the figures of a fit: data with model, and residuals, one figure for all recordings of a signal."""
     panels: list[Panel] = []
     for signal in dict.fromkeys(each.observed.signal for each in residuals):
         panels += _of_signal(signal, [each for each in residuals if each.observed.signal == signal])

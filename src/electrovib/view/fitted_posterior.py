@@ -23,20 +23,7 @@ EMCEE: Final = (
 
 
 def posterior_table(posterior: Posterior, rows: Sequence[EstimatedParameter]) -> Table:
-    """Make the table of a posterior distribution, with its diagnostics of convergence.
-
-    Parameters
-    ----------
-    posterior : Posterior
-        The samples.
-    rows : sequence of EstimatedParameter
-        Table of the fit, from which units and digits are taken.
-
-    Returns
-    -------
-    table : Table
-        Median, 95 % interval between quantiles, and autocorrelation time in steps.
-    """
+    """Make the table of a posterior distribution, with its diagnostics of convergence."""
     known = {row.name: row for row in rows}
     shown = []
     for name, samples in posterior.samples.items():
@@ -62,20 +49,7 @@ def posterior_table(posterior: Posterior, rows: Sequence[EstimatedParameter]) ->
 
 
 def chains_bytes(posterior: Posterior, rows: Sequence[EstimatedParameter]) -> bytes:
-    """Return the chains of a posterior distribution as the content of a netCDF file.
-
-    Parameters
-    ----------
-    posterior : Posterior
-        The samples.
-    rows : sequence of EstimatedParameter
-        Table of the fit, from which units are taken.
-
-    Returns
-    -------
-    content : bytes
-        With the mark of this package, so that a later fit may replace the file.
-    """
+    """Return the chains of a posterior distribution as the content of a netCDF file."""
     from electrovib.data.traces.netcdf import in_memory
     from electrovib.recordings.fit.chains import chains_of
 

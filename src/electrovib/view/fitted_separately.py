@@ -30,22 +30,7 @@ _COLUMNS: Final = ("value", "deviation", "lower", "upper")
 
 
 def write_separate_fits(folder: Path, found: SeparateFits, *, force: bool = False) -> list[Path]:
-    """Write separate fits into a folder, all files or none.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it does not exist.
-    found : SeparateFits
-        The fits of all recordings.
-    force : bool
-        Whether files that this package did not write may be replaced.
-
-    Returns
-    -------
-    paths : list of Path
-        ``report.html``, ``parameters.csv`` and ``space.toml``.
-    """
+    """Write separate fits into a folder, all files or none."""
     from electrovib.data.atomic import writing
 
     texts = {
@@ -62,18 +47,7 @@ def write_separate_fits(folder: Path, found: SeparateFits, *, force: bool = Fals
 
 
 def separate_csv(found: SeparateFits) -> str:
-    """Write the table of separate fits as CSV, in SI units, with full precision: a row for each recording and parameter.
-
-    Parameters
-    ----------
-    found : SeparateFits
-        The fits of all recordings.
-
-    Returns
-    -------
-    text : str
-        The means over recordings come last; their ``record`` is ``mean of N recordings``.
-    """
+    """Write the table of separate fits as CSV, in SI units, with full precision: a row for each recording and parameter."""
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n{comment_lines(found.diagnostics)}")
     writer = csv.writer(text, lineterminator="\n")
@@ -115,18 +89,7 @@ def _cells(record: str, row: EstimatedParameter, chi_square: float) -> list[str]
 
 
 def separate_page(found: SeparateFits) -> str:
-    """Write the page of separate fits: one figure and one table over all recordings.
-
-    Parameters
-    ----------
-    found : SeparateFits
-        The fits of all recordings.
-
-    Returns
-    -------
-    html : str
-        One file that needs nothing else.
-    """
+    """Write the page of separate fits: one figure and one table over all recordings."""
     from electrovib.view import summary
     from electrovib.view.fitted_over_recordings import parameter_panels
     from electrovib.view.pages import page

@@ -61,13 +61,7 @@ class Line:
 
 
 def labelled(traces: Traces) -> dict[str, xarray.Dataset]:
-    """Return the Traces under distinct labels: the caller's, the title, or the number.
-
-    Raises
-    ------
-    InputError
-        If there is none, or if something is not a Trace.
-    """
+    """Return the Traces under distinct labels: the caller's, the title, or the number."""
     import xarray
 
     given: Any = [traces] if isinstance(traces, xarray.Dataset) else traces
@@ -98,27 +92,7 @@ def has(traces: Traces, name: str) -> bool:
 
 
 def lines(traces: Traces, name: str, along: str) -> list[Line]:
-    """Find the lines of one signal.
-
-    Parameters
-    ----------
-    traces : Trace, sequence or mapping of Traces
-        Those without the signal are omitted.
-    name : str
-        Signal.
-    along : str
-        ``"time"`` or ``"frequency"``.
-
-    Returns
-    -------
-    list of Line
-        Colours distinguish Traces, else the values of a sweep, else layers; dashes distinguish the rest.
-
-    Raises
-    ------
-    InputError
-        If none of the Traces has the signal.
-    """
+    """Find the lines of one signal."""
     known = labelled(traces)
     arrays = {label: trace[name] for label, trace in known.items() if name in trace}
     if not arrays:
@@ -130,22 +104,7 @@ def lines(traces: Traces, name: str, along: str) -> list[Line]:
 def lines_of(
     arrays: Mapping[str, xarray.DataArray], along: str, known: Mapping[str, xarray.Dataset]
 ) -> list[Line]:
-    """Find the lines of labelled arrays, as `lines` does for a signal.
-
-    Parameters
-    ----------
-    arrays : mapping of str to DataArray
-        Label to values over `along`, and over layers and swept paths where there are any.
-    along : str
-        Dimension of the horizontal axis.
-    known : mapping of str to Trace
-        All Traces of the plot, by label, so that each keeps its colour where another lacks the signal.
-
-    Returns
-    -------
-    list of Line
-        In the order of the arrays.
-    """
+    """Find the lines of labelled arrays, as `lines` does for a signal."""
     found: list[Line] = []
     labels = list(known)
     for label, array in arrays.items():

@@ -47,13 +47,7 @@ _FREQUENCY = 1e3
 
 
 def as_markdown() -> str:
-    """Write the page: a table of all materials, then for each the values with their sources.
-
-    Returns
-    -------
-    str
-        Markdown.
-    """
+    """Write the page: a table of all materials, then for each the values with their sources."""
     glance = _table(_GLANCE, [_glance(each) for each in materials()])
     return INTRODUCTION + glance + "".join(_section(each) for each in materials())
 

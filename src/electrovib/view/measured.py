@@ -22,24 +22,7 @@ if TYPE_CHECKING:
 def check_measured_folder(
     folder: Path, files: Mapping[str, Form], inputs: Sequence[Path], *, force: bool
 ) -> None:
-    """Check, before the computation, that the folder can be written.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results.
-    files : mapping of str to Form
-        Its files.
-    inputs : sequence of Path
-        Files that are read; none of them is ever replaced.
-    force : bool
-        Whether files that this package did not write may be replaced.
-
-    Raises
-    ------
-    InputError
-        If it is a file, or if a file in it would be replaced.
-    """
+    """Check, before the computation, that the folder can be written."""
     from electrovib.data.atomic import check_writable
 
     if folder.exists() and not folder.is_dir():
@@ -51,24 +34,7 @@ def check_measured_folder(
 def write_measured(
     folder: Path, texts: Mapping[str, str], files: Mapping[str, Form], *, force: bool
 ) -> list[Path]:
-    """Write texts into a folder, all files or none.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it does not exist.
-    texts : mapping of str to str
-        Name of each file to its text.
-    files : mapping of str to Form
-        Name of each file to its form.
-    force : bool
-        Whether files that this package did not write may be replaced.
-
-    Returns
-    -------
-    paths : list of Path
-        The files.
-    """
+    """Write texts into a folder, all files or none."""
     from electrovib.data.atomic import writing
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -118,26 +84,7 @@ def measured_page(
     pages: Sequence[Page],
     references: Sequence[str] = (),
 ) -> str:
-    """Write one page that needs nothing else.
-
-    Parameters
-    ----------
-    title, answer : str
-        Heading, and the result in sentences.
-    panels : sequence of Panel
-        Figures.
-    tables : sequence of Table
-        Tables.
-    pages : sequence of Page
-        Sections of text.
-    references : sequence of str
-        Literature.
-
-    Returns
-    -------
-    html : str
-        The page.
-    """
+    """Write one page that needs nothing else."""
     from electrovib.view import summary
     from electrovib.view.pages import page
     from electrovib.view.reproduced_page import drawn, page_figures

@@ -25,25 +25,7 @@ def page(
     judged_note: str = "",
     **content: Any,
 ) -> str:
-    """Fill a template.
-
-    Parameters
-    ----------
-    template : str
-        Name of a file in the folder ``templates``.
-    judged : mapping of str to sequence of Diagnostic
-        What the numbers of the page were computed from, by a label where it is several, to its diagnostics; empty where
-        no number was computed from a scenario.
-    judged_note : str
-        What these diagnostics hold for.
-    **content
-        Variables of the template; texts are escaped, figures from `markup` are not.
-
-    Returns
-    -------
-    str
-        A whole HTML file.
-    """
+    """Fill a template."""
     told = {label: found for label, found in judged.items() if found}
     mark = unsigned(Form.PAGE)
     return filled(template, mark=mark, judged=told, judged_note=judged_note, **content)
@@ -55,22 +37,7 @@ def filled(template: str, **content: Any) -> str:
 
 
 def check_page(path: Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
-    """Check, before the computation, that a page can be written.
-
-    Parameters
-    ----------
-    path : Path
-        The output.
-    inputs : iterable of Path
-        Files that are read; none of them is ever replaced.
-    force : bool
-        Whether a file that we did not write may be replaced.
-
-    Raises
-    ------
-    InputError
-        If it is not named as an HTML file, cannot be written, or would replace an input or a file that is not ours.
-    """
+    """Check, before the computation, that a page can be written."""
     if path.suffix.lower() not in {".html", ".htm"}:
         raise InputError(f"a report or a comparison is an .html file, not '{path.suffix}'", path=path)
     check_writable({path: Form.PAGE}, inputs=inputs, force=force)

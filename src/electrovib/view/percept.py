@@ -15,22 +15,7 @@ if TYPE_CHECKING:
 def percept_lines(
     found: Percept, *, everything: bool = False, more: str = "calibrated_on lists assumptions"
 ) -> list[str]:
-    """Report whether the drive is felt, by which channel and by how much, and then what limits this answer.
-
-    Parameters
-    ----------
-    found : Percept
-        Levels and assumptions.
-    everything : bool
-        Whether to list the level of each channel, each alternative and each assumption with its source.
-    more : str
-        Where to find these if they are not listed.
-
-    Returns
-    -------
-    list of str
-        Lines; the answer comes first, after the title.
-    """
+    """Report whether the drive is felt, by which channel and by how much, and then what limits this answer."""
     lines = [found.title] if found.title else []
     rest = "" if everything else f" ({more})"
     lines.append(found.answer if found.to_measure else f"{found.answer}{rest}")

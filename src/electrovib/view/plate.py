@@ -119,27 +119,7 @@ def design_plate(
 
 
 def write_plate(found: PlateDesign, path: str | Path, *, force: bool = False) -> Path:
-    """Write the design of a plate.
-
-    Parameters
-    ----------
-    found : PlateDesign
-        From `electrovib.design_plate`.
-    path : str or Path
-        ``.csv``, ``.html``, ``.png`` or ``.svg``.
-    force : bool
-        Whether a file that was not written by electrovib may be replaced.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the suffix is unknown or the file cannot be written.
-    """
+    """Write the design of a plate."""
     from electrovib.view.svg import to_png, to_svg
 
     place = Path(path)

@@ -57,13 +57,7 @@ belongs to one group, with the stated share.
 
 
 def as_markdown() -> str:
-    """Write the page: for each population a table of its distributions with their sources.
-
-    Returns
-    -------
-    str
-        Markdown.
-    """
+    """Write the page: for each population a table of its distributions with their sources."""
     return INTRODUCTION + "".join(_section(name) for name in shipped_names())
 
 

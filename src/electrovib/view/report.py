@@ -62,18 +62,7 @@ def report(
 def reported(
     traces: Any, path: str | Path, *, title: str | None = None, force: bool = False
 ) -> dict[str, xarray.Dataset]:
-    """Write a report as `report` does.
-
-    Parameters
-    ----------
-    traces, path, title, force
-        As for `report`.
-
-    Returns
-    -------
-    dict of str to xarray.Dataset
-        Label to Trace, sweep or study that the report shows.
-    """
+    """Write a report as `report` does."""
     output = Path(path)
     problems: list[str] = []
     found: dict[str, Any] = {}
@@ -99,13 +88,7 @@ def reported(
 
 
 def collect(traces: Any) -> dict[str, xarray.Dataset]:
-    """Load or simulate the sources, and label each Trace by the caller's label, its title or its file name.
-
-    Raises
-    ------
-    InputError
-        For everything that cannot be loaded, together.
-    """
+    """Load or simulate the sources, and label each Trace by the caller's label, its title or its file name."""
     return _simulated(_loaded(traces))
 
 
@@ -182,22 +165,7 @@ def page_of(
     title: str | None = None,
     studied: xarray.Dataset | None = None,
 ) -> str:
-    """Write the page.
-
-    Parameters
-    ----------
-    traces : mapping of str to Trace
-        Label to Trace.
-    title : str, optional
-        Of the page.
-    studied : xarray.Dataset, optional
-        Result of a study, over whose bands the Traces are drawn.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
+    """Write the page."""
     from electrovib.view import summary, tables
     from electrovib.view.lines import scenario_or_none
     from electrovib.view.pages import page

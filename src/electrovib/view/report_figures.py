@@ -64,20 +64,7 @@ class PageFigure:
 
 
 def figures(traces: Mapping[str, xarray.Dataset], scenarios: Mapping[str, Scenario]) -> list[PageFigure]:
-    """Draw all figures for which the Traces have signals.
-
-    Parameters
-    ----------
-    traces : mapping of str to Trace
-        Label to Trace.
-    scenarios : mapping of str to Scenario
-        Label to scenario, of those that have one.
-
-    Returns
-    -------
-    list of PageFigure
-        In the order of the page.
-    """
+    """Draw all figures for which the Traces have signals."""
     runs = {label: trace for label, trace in traces.items() if not is_sweep(trace)}
     drawn = _stacks(scenarios)
     for number, (label, trace) in enumerate(traces.items()):

@@ -148,19 +148,7 @@ def _checksum(content: bytes) -> str:
 
 
 def contents_of(found: Reproduction) -> dict[str, bytes]:
-    """Make the files of a reproduction.
-
-    Parameters
-    ----------
-    found : Reproduction
-        Of any paper.
-
-    Returns
-    -------
-    dict of str to bytes
-        File name to content: every figure twice and its curves, the whole tables and explanations that the page shortens,
-        ``numbers.json``, and ``report.html`` last.
-    """
+    """Make the files of a reproduction."""
     from electrovib.view.curves import table_to_csv, to_csv
     from electrovib.view.reproduced_page import drawn, page_of
     from electrovib.view.svg import to_png, to_svg

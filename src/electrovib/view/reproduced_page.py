@@ -20,22 +20,7 @@ PANEL_SIZE: Final = (8.2, 4.3)
 
 
 def page_of(found: Reproduction, drawings: Mapping[str, str], *, curves: bool = False) -> str:
-    """Write the page of a reproduction.
-
-    Parameters
-    ----------
-    found : Reproduction
-        Of any paper.
-    drawings : mapping of str to str
-        Name of each panel to its SVG.
-    curves : bool
-        Whether the curves of each figure lie beside the page as CSV.
-
-    Returns
-    -------
-    str
-        HTML that needs nothing else.
-    """
+    """Write the page of a reproduction."""
     from electrovib.view import summary
     from electrovib.view.pages import page
 
@@ -58,22 +43,7 @@ def page_of(found: Reproduction, drawings: Mapping[str, str], *, curves: bool = 
 def page_figures(
     panels: Sequence[Panel], drawings: Mapping[str, str], *, curves: bool = False
 ) -> list[PageFigure]:
-    """Put panels and their drawings into the form of a page.
-
-    Parameters
-    ----------
-    panels : sequence of Panel
-        With titles and captions.
-    drawings : mapping of str to str
-        Name of each panel to its SVG.
-    curves : bool
-        Whether the curves of each figure lie beside the page as CSV.
-
-    Returns
-    -------
-    list of PageFigure
-        In the order of the panels.
-    """
+    """Put panels and their drawings into the form of a page."""
     from electrovib.view.pages import markup
     from electrovib.view.report_figures import PageFigure
     from electrovib.view.svg import inline
@@ -128,20 +98,7 @@ def shown(value: float | tuple[float, float] | None, unit: str) -> str:
 
 
 def equation(text: str, number: str) -> Any:
-    """Draw a formula written in mathtext; one that cannot be drawn is shown as it is written.
-
-    Parameters
-    ----------
-    text : str
-        With or without ``$``.
-    number : str
-        Of the equation, for readers who cannot see it.
-
-    Returns
-    -------
-    Markup or str
-        Inline SVG, or the text.
-    """
+    """Draw a formula written in mathtext; one that cannot be drawn is shown as it is written."""
     from electrovib.view.pages import markup
     from electrovib.view.style import new_figure, style
     from electrovib.view.svg import inline, to_svg

@@ -45,18 +45,7 @@ class ResidualRow:
 
 
 def residual_rows(traces: Mapping[str, xarray.Dataset]) -> list[ResidualRow]:
-    """Compare every measurement of a report with every prediction.
-
-    Parameters
-    ----------
-    traces : mapping of str to Trace
-        Label to Trace; sweeps are omitted.
-
-    Returns
-    -------
-    list of ResidualRow
-        One for each signal that a measurement and a prediction share; the first six have a figure.
-    """
+    """Compare every measurement of a report with every prediction."""
     plain = {label: trace for label, trace in traces.items() if "quantities" not in trace.attrs}
     rows: list[ResidualRow] = []
     for measured, recorded in plain.items():

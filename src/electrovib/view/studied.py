@@ -27,20 +27,7 @@ _ABOUT: Final = ("title", "source", "status", "confidence", "choice", "optional"
 
 
 def study_page(found: xarray.Dataset, *, title: str | None = None) -> str:
-    """Write the page of a study.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        Result of `electrovib.study`.
-    title : str, optional
-        Of the page.
-
-    Returns
-    -------
-    html : str
-        One file that needs nothing else.
-    """
+    """Write the page of a study."""
     from electrovib.view import summary
     from electrovib.view.pages import page
 
@@ -62,20 +49,7 @@ def study_page(found: xarray.Dataset, *, title: str | None = None) -> str:
 
 
 def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
-    """Draw the bands of each signal of a study with the runs and recordings of a report over them.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        Result of `electrovib.study`.
-    beside : mapping of str to Trace
-        Label to Trace.
-
-    Returns
-    -------
-    figures : list of PageFigure
-        One for each signal; the caption states what differs between the fingers, and where the scenario of the study lies.
-    """
+    """Draw the bands of each signal of a study with the runs and recordings of a report over them."""
     lines = [*nominal_words(found), *warning_lines(diagnostics_of(found))]
     caption = " ".join([_caption(found), *(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines)])
     figures = []

@@ -87,21 +87,7 @@ def new_figure(size: tuple[float, float] = SIZE) -> Figure:
 
 @contextmanager
 def drawing(ax: Axes | None, size: tuple[float, float] = SIZE) -> Iterator[Axes]:
-    """Yield the Axes to draw into, in the style of the package.
-
-    Parameters
-    ----------
-    ax : Axes or None
-        The caller's, or None for those of a new figure. The new figure belongs to pyplot if the caller has
-        imported pyplot, so that ``plt.show()`` shows it; pyplot is never imported here.
-    size : tuple of float
-        Of a new figure [inch].
-
-    Yields
-    ------
-    Axes
-        Where to draw.
-    """
+    """Yield the Axes to draw into, in the style of the package."""
     with style():
         if ax is None:
             pyplot = sys.modules.get("matplotlib.pyplot")
@@ -111,18 +97,7 @@ def drawing(ax: Axes | None, size: tuple[float, float] = SIZE) -> Iterator[Axes]
 
 
 def layer_colours(names: list[str]) -> dict[str, str]:
-    """Return the colour of each layer: the usual layers keep theirs, others follow in order.
-
-    Parameters
-    ----------
-    names : list of str
-        Layers from plate to finger.
-
-    Returns
-    -------
-    dict of str to str
-        Name to colour.
-    """
+    """Return the colour of each layer: the usual layers keep theirs, others follow in order."""
     others = [name for name in names if name not in LAYER_COLOURS]
     given = {name: OTHER_LAYERS[index % len(OTHER_LAYERS)] for index, name in enumerate(others)}
     return {name: LAYER_COLOURS.get(name) or given[name] for name in names}

@@ -48,13 +48,7 @@ _LONGEST: Final = 400
 
 
 def diagnostics(trace: xarray.Dataset) -> list[dict[str, str]]:
-    """Read the validity diagnostics.
-
-    Returns
-    -------
-    list of dict
-        ``name``, ``state`` and ``text`` of each; empty where there are none.
-    """
+    """Read the validity diagnostics."""
     try:
         found = read_json(trace.attrs.get("validity", "[]"))
         return [{key: str(diagnostic[key]) for key in ("name", "state", "text")} for diagnostic in found]
@@ -63,19 +57,7 @@ def diagnostics(trace: xarray.Dataset) -> list[dict[str, str]]:
 
 
 def opening(trace: xarray.Dataset) -> str:
-    """State the result and its validity in one line.
-
-    Parameters
-    ----------
-    trace : Trace
-        Computed, measured or swept.
-
-    Returns
-    -------
-    str
-        The largest attraction, or the first quantity of a sweep; then how many diagnostics are in which state, with the names
-        of those that warn or are unknown. Empty where there is neither.
-    """
+    """State the result and its validity in one line."""
     numbers = key_numbers(trace)
     names = quantities_of(trace)[:1] if is_sweep(trace) else ["largest electrostatic force"]
     parts = [
@@ -96,21 +78,7 @@ def opening(trace: xarray.Dataset) -> str:
 
 
 def key_numbers(trace: xarray.Dataset, *, quick: bool = False) -> dict[str, str]:
-    """Return the largest and mean values of a Trace; of a sweep, the range of its quantities.
-
-    Parameters
-    ----------
-    trace : Trace
-        Computed, measured or swept.
-    quick : bool
-        Whether values at the output times are enough where quantities would take as long as the run.
-
-    Returns
-    -------
-    dict of str to str
-        Name of the number, and its value with unit. Of a run the numbers are its quantities, independent of the output
-        times; where these cannot be computed, the largest values at the output times, and the text says so.
-    """
+    """Return the largest and mean values of a Trace; of a sweep, the range of its quantities."""
     if is_sweep(trace):
         return quantity_ranges(trace)
     signals = {
@@ -150,22 +118,7 @@ def key_numbers(trace: xarray.Dataset, *, quick: bool = False) -> dict[str, str]
 def quantities_of_run(
     trace: xarray.Dataset, names: Collection[str], *, quick: bool = False
 ) -> dict[str, float]:
-    """Compute quantities of the scenario of a Trace, which do not depend on its output times.
-
-    Parameters
-    ----------
-    trace : Trace
-        Computed or measured.
-    names : collection of str
-        As for `electrovib.sweep`.
-    quick : bool
-        Whether nothing is computed for a solver that advances in steps.
-
-    Returns
-    -------
-    dict of str to float
-        By name, in SI; empty for a recording, a part of a run, and where the scenario cannot be computed here.
-    """
+    """Compute quantities of the scenario of a Trace, which do not depend on its output times."""
     scenario = scenario_or_none(trace) if "solver" in trace.attrs else None
     if scenario is None or not trace.sizes.get("time"):
         return {}
@@ -180,18 +133,7 @@ def quantities_of_run(
 def quantities_of_scenario(
     scenario: Scenario, names: tuple[str, ...], *, quick: bool = False
 ) -> dict[str, float]:
-    """Compute quantities of a scenario over its whole time.
-
-    Parameters
-    ----------
-    scenario, names, quick
-        Scenario, tuple of str, bool: as for `quantities_of_run`.
-
-    Returns
-    -------
-    dict of str to float
-        By name, in SI; empty where they cannot be computed.
-    """
+    """Compute quantities of a scenario over its whole time."""
     from electrovib.solve.choice import chosen
     from electrovib.solve.quantities import read_name, solved
     from electrovib.solve.quantities.answer import numbers
@@ -206,21 +148,7 @@ def quantities_of_scenario(
 
 
 def not_known(trace: xarray.Dataset, name: str) -> str:
-    """State the share of the times at which a friction is unknown, because the finger rests.
-
-    Parameters
-    ----------
-    trace : Trace
-        Computed or measured.
-    name : str
-        Of the signal.
-
-    Returns
-    -------
-    str
-        For instance ``not known at 40 % of the times (the finger rests)``; empty where it is known, or where the
-        Trace has no diagnostic that the finger rests.
-    """
+    """State the share of the times at which a friction is unknown, because the finger rests."""
     if name not in trace or not any(
         diagnostic["name"] == "friction at rest" for diagnostic in diagnostics(trace)
     ):
@@ -252,13 +180,7 @@ def _range(values: xarray.DataArray, unit: str) -> str:
 
 
 def provenance(trace: xarray.Dataset) -> dict[str, str]:
-    """Return the provenance of a Trace: solver, errors, hash, and every other attribute.
-
-    Returns
-    -------
-    dict of str to str
-        Words to text.
-    """
+    """Return the provenance of a Trace: solver, errors, hash, and every other attribute."""
     found = {}
     for name in [*_WORDS, *(key for key in trace.attrs if key not in _WORDS)]:
         value = trace.attrs.get(name)

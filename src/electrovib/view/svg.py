@@ -15,20 +15,7 @@ _NO_METADATA: Final[dict[str, Any]] = {"Date": None, "Creator": None, "Format": 
 
 
 def to_svg(figure: Figure, *, tight: bool = False) -> str:
-    """Write a figure as an SVG file.
-
-    Parameters
-    ----------
-    figure : Figure
-        Finished.
-    tight : bool
-        Whether to crop the file to the drawing.
-
-    Returns
-    -------
-    str
-        Without date, creator or random names.
-    """
+    """Write a figure as an SVG file."""
     text = StringIO()
     box: dict[str, Any] = {"bbox_inches": "tight", "pad_inches": 0.02} if tight else {}
     with style():
@@ -45,22 +32,7 @@ def to_png(figure: Figure, *, resolution: float = 150.0) -> bytes:
 
 
 def inline(svg: str, *, name: str, words: str) -> str:
-    """Turn an SVG file into an element of an HTML page.
-
-    Parameters
-    ----------
-    svg : str
-        From `to_svg`.
-    name : str
-        Letters, digits and ``-``; put before every identifier, because one page has several figures.
-    words : str
-        What the figure shows, for readers who cannot see it.
-
-    Returns
-    -------
-    str
-        ``<svg>`` without the declarations of a file: HTML has the namespaces already.
-    """
+    """Turn an SVG file into an element of an HTML page."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", body)
     body = body.replace("xlink:href=", "href=")

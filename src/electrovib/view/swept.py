@@ -28,22 +28,7 @@ def quantities_of(trace: xarray.Dataset) -> list[str]:
 
 
 def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False, named: bool = True) -> dict[str, str]:
-    """Write smallest and largest value of each quantity of a sweep, and where they occur.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        From `electrovib.sweep`.
-    plain : bool
-        Units in letters that every terminal has: ``uA``.
-    named : bool
-        Name the parameter before each value of a place.
-
-    Returns
-    -------
-    dict of str to str
-        Name to text.
-    """
+    """Write smallest and largest value of each quantity of a sweep, and where they occur."""
     units, found = swept_units(trace), {}
     for name in quantities_of(trace):
         unit = str(trace[name].attrs.get("units", ""))

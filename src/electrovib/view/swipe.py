@@ -23,20 +23,7 @@ FILES: Final[dict[str, Form]] = {"report.html": Form.PAGE, "swipes.csv": Form.TA
 
 
 def swipe_files(swipes: Sequence[SwipeResult], *, source: str = "") -> dict[str, str]:
-    """Write the texts of the files of `FILES`.
-
-    Parameters
-    ----------
-    swipes : sequence of SwipeResult
-        Of one recording.
-    source : str
-        Its name, for the title.
-
-    Returns
-    -------
-    texts : dict of str to str
-        Name of the file to its text.
-    """
+    """Write the texts of the files of `FILES`."""
     rows = swipe_rows(swipes)
     page = measured_page(
         title=f"{'Swipe' if len(swipes) == 1 else 'Swipes'}{f' in {source}' if source else ''}",
@@ -52,18 +39,7 @@ def swipe_files(swipes: Sequence[SwipeResult], *, source: str = "") -> dict[str,
 
 
 def swipe_panels(swipes: Sequence[SwipeResult]) -> list[Panel]:
-    """Make the figures of swipes: both forces of the record, with the windows over which they are averaged.
-
-    Parameters
-    ----------
-    swipes : sequence of SwipeResult
-        Of one recording.
-
-    Returns
-    -------
-    panels : list of Panel
-        One figure for each swipe, because each has a zero of its own.
-    """
+    """Make the figures of swipes: both forces of the record, with the windows over which they are averaged."""
     return [_panel(each, number if len(swipes) > 1 else 0) for number, each in enumerate(swipes, start=1)]
 
 

@@ -66,20 +66,7 @@ class ModelRow:
 def parameter_rows(
     scenarios: Mapping[str, Scenario], swept: Mapping[str, Mapping[str, str]]
 ) -> list[ParameterRow]:
-    """Collect the parameters of all scenarios, in the order of the first file that has them.
-
-    Parameters
-    ----------
-    scenarios : mapping of str to Scenario
-        Label to scenario.
-    swept : mapping of str to mapping
-        Label to the text that describes the values of each swept path.
-
-    Returns
-    -------
-    list of ParameterRow
-        One row a path.
-    """
+    """Collect the parameters of all scenarios, in the order of the first file that has them."""
     found: dict[str, dict[str, tuple[str, str]]] = {}
     meanings: dict[str, str] = {}
     for label, scenario in scenarios.items():
@@ -140,13 +127,7 @@ def walk_models(model: Model, prefix: str = "") -> Iterator[tuple[str, Model]]:
 
 
 def model_rows(scenario: Scenario) -> list[ModelRow]:
-    """List the models of a scenario for which there are alternatives: drive, law, materials, return path.
-
-    Returns
-    -------
-    list of ModelRow
-        In the order of the file.
-    """
+    """List the models of a scenario for which there are alternatives: drive, law, materials, return path."""
     rows = []
     for path, model in walk_models(scenario):
         kind = type(model)
@@ -186,18 +167,7 @@ def readable_equation(text: str) -> str:
 
 
 def references(scenarios: Mapping[str, Scenario]) -> list[tuple[str, str]]:
-    """Collect what the models cite.
-
-    Parameters
-    ----------
-    scenarios : mapping of str to Scenario
-        Label to scenario.
-
-    Returns
-    -------
-    list of tuple of str
-        Reference, and the models that cite it; then the sources of values, with their number of values.
-    """
+    """Collect what the models cite."""
     cited: dict[str, list[str]] = {}
     for scenario in scenarios.values():
         for _, model in walk_models(scenario):

@@ -28,22 +28,7 @@ REFERENCES: Final = (
 def times_files(
     found: MeasuredTimes | None, rings: MeasuredRings | None = None, *, source: str = ""
 ) -> dict[str, str]:
-    """Write the texts of the files of `FILES`.
-
-    Parameters
-    ----------
-    found : MeasuredTimes, optional
-        Times.
-    rings : MeasuredRings, optional
-        Oscillations after edges or impacts.
-    source : str
-        Name of the record, for the title.
-
-    Returns
-    -------
-    texts : dict of str to str
-        Name of the file to its text.
-    """
+    """Write the texts of the files of `FILES`."""
     rows = time_rows(found, rings)
     directions = () if found is None else found.directions
     signal = next(each.signal for each in (found, *(rings.rings if rings else ())) if each is not None)

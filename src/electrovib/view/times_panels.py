@@ -18,21 +18,7 @@ _AFTER: Final = 8.0
 
 
 def times_panels(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[Panel]:
-    """Make the figures of measured times.
-
-    Parameters
-    ----------
-    found : MeasuredTimes, optional
-        Times.
-    rings : MeasuredRings, optional
-        Oscillations after edges or impacts.
-
-    Returns
-    -------
-    panels : list of Panel
-        For each direction the first three edges with the reading of the best form and, where a sensor was taken out, the force
-        of that form; then the first three oscillations.
-    """
+    """Make the figures of measured times."""
     panels = []
     if found is not None:
         words = found.signal.replace("_", " ")

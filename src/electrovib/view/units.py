@@ -34,22 +34,7 @@ def pretty_unit(unit: str) -> str:
 
 
 def pretty_quantity(value: float | None, unit: str, *, digits: int = 6) -> str:
-    """Show a number to a person, or a dash where there is none.
-
-    Parameters
-    ----------
-    value : float or None
-        In SI.
-    unit : str
-        One of `electrovib.core.units.KINDS`, or any other text, which is then shown as it is.
-    digits : int
-        Significant digits at most.
-
-    Returns
-    -------
-    str
-        With prefix, Greek letters and raised powers.
-    """
+    """Show a number to a person, or a dash where there is none."""
     if value is None:
         return "–"
     if unit not in KINDS:
@@ -66,22 +51,7 @@ def typeset(text: str) -> str:
 
 
 def prefix_for(largest: float, unit: str) -> tuple[str, float]:
-    """Choose the prefix under which the largest number of a linear axis lies between 1 and 1000.
-
-    Parameters
-    ----------
-    largest : float
-        Largest absolute value, SI.
-    unit : str
-        SI unit; pure numbers, decibels and degrees take no prefix.
-
-    Returns
-    -------
-    prefix : str
-        One of `electrovib.core.units.SHOWN_PREFIXES`.
-    scale : float
-        Factor that the prefix stands for [1].
-    """
+    """Choose the prefix under which the largest number of a linear axis lies between 1 and 1000."""
     if unit not in KINDS or unit == "1" or not math.isfinite(largest) or largest <= 0:
         return "", 1.0
     power = 2 if re.match(r"[A-Za-z]+2", unit) else 1
@@ -94,22 +64,9 @@ def prefix_for(largest: float, unit: str) -> tuple[str, float]:
 def label_axis(axis: Axis, words: str, unit: str, *, base: float = 0.0) -> None:
     """Label an axis in words and one unit; the data stay in SI.
 
-    Parameters
-    ----------
-    axis : matplotlib axis
-        ``ax.xaxis`` or ``ax.yaxis``, with everything drawn.
-    words : str
-        What it shows.
-    unit : str
-        SI unit of the data.
-    base : float
-        Value from which a linear axis counts [SI].
-
-    Notes
-    -----
-    A linear axis has one prefixed unit in its label (``force [mN]``). So has a logarithmic one of at most four decades
-    (``ramp [ms]``: 0.1, 1, 10); over more decades it has powers of ten of the SI unit. The numbers themselves never carry a
-    prefix.
+    A linear axis has one prefixed unit in its label (``force [mN]``). So has a logarithmic one of at most
+    four decades (``ramp [ms]``: 0.1, 1, 10); over more decades it has powers of ten of the SI unit. The
+    numbers themselves never carry a prefix.
     """
     if axis.get_scale() == "log":
         prefix = _decades(axis, unit)

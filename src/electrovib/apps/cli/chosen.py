@@ -10,22 +10,7 @@ if TYPE_CHECKING:
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:
-    """List the parameters whose values the paper does not give; none for a scenario of one's own.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario as it was run.
-    source : str
-        What the user named: a file, or a paper's scenario such as ``vezzoli_2014/fig6``.
-    without : iterable of str
-        Dotted paths that are swept, which are omitted.
-
-    Returns
-    -------
-    list of str
-        One line, or none.
-    """
+    """List the parameters whose values the paper does not give; none for a scenario of one's own."""
     from electrovib.scenario import not_in_paper, paper_of_preset
 
     paper = paper_of_preset(source)

@@ -9,18 +9,7 @@ import typer
 
 
 def scenario_names(incomplete: str) -> Iterator[str]:
-    """Complete the name of a paper's scenario; only the paper that is already written is imported.
-
-    Parameters
-    ----------
-    incomplete : str
-        What stands on the command line.
-
-    Yields
-    ------
-    str
-        ``author_year/name``; ``author_year/`` where several papers can be meant.
-    """
+    """Complete the name of a paper's scenario; only the paper that is already written is imported."""
     from electrovib.core.discovery import offers, paper_names
 
     author_year, slash, _ = incomplete.partition("/")
@@ -37,18 +26,7 @@ def scenario_names(incomplete: str) -> Iterator[str]:
 
 
 def model_names(incomplete: str) -> Iterator[tuple[str, str]]:
-    """Complete the name of a model, a paper, a material, a skin or a scenario.
-
-    Parameters
-    ----------
-    incomplete : str
-        What stands on the command line.
-
-    Yields
-    ------
-    tuple of str
-        Name, and what it is.
-    """
+    """Complete the name of a model, a paper, a material, a skin or a scenario."""
     from electrovib.study.catalogue.items import everything
 
     for item in everything():
@@ -57,36 +35,14 @@ def model_names(incomplete: str) -> Iterator[tuple[str, str]]:
 
 
 def paper_names(incomplete: str) -> Iterator[str]:
-    """Complete the name of a paper, without importing it.
-
-    Parameters
-    ----------
-    incomplete : str
-        What stands on the command line.
-
-    Yields
-    ------
-    str
-        ``author_year``.
-    """
+    """Complete the name of a paper, without importing it."""
     from electrovib.core import discovery
 
     yield from (name for name in discovery.paper_names() if name.startswith(incomplete))
 
 
 def quantity_names(incomplete: str) -> Iterator[str]:
-    """Complete the name of a quantity of a scenario.
-
-    Parameters
-    ----------
-    incomplete : str
-        What stands on the command line.
-
-    Yields
-    ------
-    str
-        ``mean electrostatic_force``.
-    """
+    """Complete the name of a quantity of a scenario."""
     from electrovib.core.signals import SIGNALS
     from electrovib.solve.quantities.names import TAKEN, signals_over_time
 
@@ -96,38 +52,14 @@ def quantity_names(incomplete: str) -> Iterator[str]:
 
 
 def space_names(incomplete: str) -> Iterator[str]:
-    """Complete the name of a shipped population.
-
-    Parameters
-    ----------
-    incomplete : str
-        What stands on the command line.
-
-    Yields
-    ------
-    str
-        ``fingers``.
-    """
+    """Complete the name of a shipped population."""
     from electrovib.scenario.space.shipped import shipped_names
 
     yield from (name for name in shipped_names() if name.startswith(incomplete))
 
 
 def parameter_paths(ctx: typer.Context, incomplete: str) -> Iterator[tuple[str, str]]:
-    """Complete the dotted path of a physical parameter of the scenario that stands before it.
-
-    Parameters
-    ----------
-    ctx : typer.Context
-        With the scenario, if it has been typed.
-    incomplete : str
-        What stands on the command line.
-
-    Yields
-    ------
-    tuple of str
-        Path, and what it means.
-    """
+    """Complete the dotted path of a physical parameter of the scenario that stands before it."""
     from electrovib.core.errors import ElectrovibError
     from electrovib.scenario import read_scenario
 
@@ -149,13 +81,7 @@ ARGUMENTS: Final[dict[str, Callable[[str], Iterator[Any]]]] = {
 
 
 def complete_arguments(app: typer.Typer) -> None:
-    """Let the shell complete the arguments of all registered commands that take a name of `ARGUMENTS`.
-
-    Parameters
-    ----------
-    app : typer.Typer
-        With its commands and groups of commands; an argument that declares a completion of its own keeps it.
-    """
+    """Let the shell complete the arguments of all registered commands that take a name of `ARGUMENTS`."""
     for group in app.registered_groups:
         assert group.typer_instance is not None
         complete_arguments(group.typer_instance)

@@ -131,13 +131,7 @@ def _check_kind(kind: str) -> None:
 
 
 def pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Split ``SIGNAL=TEXT`` at the first equals sign.
-
-    Raises
-    ------
-    InputError
-        If there is none, or if a signal is given twice.
-    """
+    """Split ``SIGNAL=TEXT`` at the first equals sign."""
     from electrovib.core.errors import InputError
 
     found: dict[str, str] = {}

@@ -16,20 +16,7 @@ def is_map(trace: Any) -> bool:
 
 
 def judged(trace: Any, output: str | None, report: str | None) -> list[str]:
-    """Write a line for each exceeded limit of a map, one for what was not judged, and one that names where the rest is.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        Sweep over two parameters or more.
-    output, report : str or None
-        Files that were written.
-
-    Returns
-    -------
-    list of str
-        Without the last line where nothing is exceeded or unknown.
-    """
+    """Write a line for each exceeded limit of a map, one for what was not judged, and one that names where the rest is."""
     from electrovib.core.parsing import read_json
     from electrovib.view.lines import swept_paths, swept_units
 

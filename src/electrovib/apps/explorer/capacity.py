@@ -20,15 +20,7 @@ FIRST_CONNECTION: Final = 5.0
 
 
 def has_room(pages: Mapping[str, Any], coming: int = 0) -> bool:
-    """Return whether one more page can be opened; on a full server those are closed first whose browsers have left.
-
-    Parameters
-    ----------
-    pages : mapping of str to nicegui.Client
-        Open pages, in the order in which they were requested or, later, left by their browsers.
-    coming : int
-        Pages that are opened before this one.
-    """
+    """Return whether one more page can be opened; on a full server those are closed first whose browsers have left."""
     latest = time.time() - FIRST_CONNECTION
     left = [
         each

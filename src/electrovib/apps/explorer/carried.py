@@ -19,20 +19,7 @@ _UNITS: Final = {"voltage": "V", "current": "A"}
 
 
 def carried(kind: type[Model], present: Model) -> dict[str, float]:
-    """Return the values of a model that another model takes: those of the same name and unit, within its ranges.
-
-    Parameters
-    ----------
-    kind : type of Model
-        Model that is chosen.
-    present : Model
-        Model that it replaces; parameters of its parts count where no other parameter has their name.
-
-    Returns
-    -------
-    values : dict of str to float
-        Name of a parameter of `kind` to its value [SI].
-    """
+    """Return the values of a model that another model takes: those of the same name and unit, within its ranges."""
     known: dict[str, tuple[float, str]] = {}
     for path, value, quantity in sorted(present.parameters(), key=lambda each: each[0].count(".")):
         if value is not None:
@@ -49,24 +36,7 @@ def carried(kind: type[Model], present: Model) -> dict[str, float]:
 
 
 def carried_drive(kind: type[Drive], present: Drive, *, limit: float | None = None) -> dict[str, Any]:
-    """Return the parameters with which a drive replaces another one.
-
-    Parameters
-    ----------
-    kind : type of Drive
-        Drive that is chosen.
-    present : Drive
-        Drive that it replaces.
-    limit : float, optional
-        Largest magnitude that the set-up allows for what `kind` prescribes [V or A].
-
-    Returns
-    -------
-    parameters : dict of str to value
-        The example of `kind`, with the highest and lowest voltage (or current), the frequency and every other parameter that
-        both drives have. What does not fit the rest is left at the example. A drive that would exceed the limit, and the
-        present one, is reduced to the limit.
-    """
+    """Return the parameters with which a drive replaces another one."""
     table = dict(kind.example)
     for group in (
         _levels_of(kind, present),

@@ -48,20 +48,7 @@ class Choice:
     options: Mapping[str, str]
 
     def present(self, state: PageState, scenario: Scenario) -> str:
-        """Return the name of what a page shows for this part; `AS_GIVEN` where the part was not replaced.
-
-        Parameters
-        ----------
-        state : PageState
-            Changes of the page.
-        scenario : Scenario
-            Scenario with these changes.
-
-        Returns
-        -------
-        name : str
-            One of `options`, or the name of another model that a link gives.
-        """
+        """Return the name of what a page shows for this part; `AS_GIVEN` where the part was not replaced."""
         owner = self.path.rpartition(".")[0]
         if not {self.path, f"{self.path}.model", owner} & set(state.changes):
             return AS_GIVEN
@@ -72,20 +59,7 @@ class Choice:
 
 
 def choices(scenario: Scenario) -> list[Choice]:
-    """Return what can be chosen for a scenario.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        As it is without any change: its layers decide which materials can be chosen.
-
-    Returns
-    -------
-    choices : list of Choice
-        Drive, force law, the material of skin and insulator where the stack has these layers, and the lateral compliance of
-        the skin, with which perception computes displacements. An alternative that does not fit the rest of the scenario is
-        refused with a sentence when it is chosen.
-    """
+    """Return what can be chosen for a scenario."""
     found = [
         Choice("Drive", "drive", _as_given(scenario.drive) | {name: name for name in _drives()}),
         Choice(
@@ -106,26 +80,7 @@ def choices(scenario: Scenario) -> list[Choice]:
 
 
 def chosen(state: PageState, choice: Choice, name: str, own: Mapping[str, Scenario]) -> PageState:
-    """Return the state in which a part is replaced, with the parameters that still apply.
-
-    Parameters
-    ----------
-    state : PageState
-        Present state.
-    choice : Choice
-        What is replaced.
-    name : str
-        One of its options.
-    own : mapping of str to Scenario
-        Scenarios that the page was started with, by name.
-
-    Returns
-    -------
-    PageState
-        A drive keeps highest and lowest voltage, frequency and what else both drives have; a force law the parameters that
-        both laws have; a compliance begins with example values; a material or skin keeps what was changed and what its
-        source does not state.
-    """
+    """Return the state in which a part is replaced, with the parameters that still apply."""
     if name == AS_GIVEN:
         return state.reset(choice.path)
     if choice.path not in _FAMILIES:

@@ -56,20 +56,7 @@ class Computed:
         return tuple(self.found.variables[name][0])
 
     def values(self, name: str, *, layer: str = "") -> NDArray[Any]:
-        """Return the array of a signal.
-
-        Parameters
-        ----------
-        name : str
-            A signal, or one of its dimensions.
-        layer : str
-            Name of a layer, for a signal that has one row for each; empty for all rows.
-
-        Returns
-        -------
-        values : ndarray
-            In SI, without a copy.
-        """
+        """Return the array of a signal."""
         if name in self.found.coordinates:
             return self.found.coordinates[name]
         dimensions, values = self.found.variables[name]
@@ -81,26 +68,6 @@ class Computed:
 
 
 def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
-    """Simulate a scenario within the time and memory that a page allows.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    longest : float
-        Estimated time above which the run is refused [s].
-
-    Returns
-    -------
-    Computed
-        Scenario and signals.
-
-    Raises
-    ------
-    InputError
-        If models cannot be combined.
-    BudgetError
-        If the run would take more time or memory than a page allows.
-    """
+    """Simulate a scenario within the time and memory that a page allows."""
     with budget(time=longest, memory=LARGEST_RUN):
         return Computed(scenario, Simulated.of(Expanded(scenario)))

@@ -70,18 +70,7 @@ class Control(Declared):
     is_logarithmic: bool
 
     def at(self, position: float) -> float:
-        """Return the value at a position of the slider.
-
-        Parameters
-        ----------
-        position : float
-            From 0 to `STEPS`.
-
-        Returns
-        -------
-        value : float
-            In SI; the first value itself at its own position.
-        """
+        """Return the value at a position of the slider."""
         if round(position) == self.position(self.value):
             return self.value
         part = min(max(position / STEPS, 0.0), 1.0)
@@ -106,19 +95,7 @@ class Control(Declared):
 
 
 def controls(scenario: Scenario) -> list[Control]:
-    """Return a control for each parameter that has a value.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Its values are where the sliders begin.
-
-    Returns
-    -------
-    controls : list of Control
-        In the order of `SECTIONS`, within it in that of the scenario; without parameters that can only be 0, such as the
-        initial charge of the layer that touches the finger.
-    """
+    """Return a control for each parameter that has a value."""
     declared = [
         _control(path, value, quantity, scenario.sources.get(path, ""))
         for path, value, quantity in parameters_of(scenario)

@@ -75,19 +75,7 @@ class Blank(Declared):
 
 
 def parameters_of(scenario: Scenario) -> Iterator[tuple[str, float | None, Quantity]]:
-    """Walk over the parameters that a page offers.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario of the page.
-
-    Yields
-    ------
-    tuple
-        Dotted path, value in SI (None without one), declaration: all parameters of the scenario and, where it declares no
-        perception, those of the default one, with which the tab `Felt` is computed. A change of one of them declares it.
-    """
+    """Walk over the parameters that a page offers."""
     yield from scenario.parameters()
     if scenario.perception is None:
         for name, value, quantity in Perception().parameters():

@@ -80,18 +80,7 @@ class RunningFit:
         self._cancelled.set()
 
     def run(self) -> FitResult:
-        """Fit the parameters to the recording.
-
-        Returns
-        -------
-        FitResult
-            As `electrovib.fit` returns it.
-
-        Raises
-        ------
-        ElectrovibError
-            If the fit was cancelled, takes too long, does not find the parameters, or would be one fit too many.
-        """
+        """Fit the parameters to the recording."""
         if not _FREE.acquire(blocking=False):
             raise InputError(
                 f"{MOST_FITS} fits run on this server; start this one again when one of them has ended."

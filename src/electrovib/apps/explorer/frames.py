@@ -78,13 +78,7 @@ class Frames:
 
 
 def check_events(handlers: MutableMapping[str, Any]) -> None:
-    """Let each handler of an event refuse what it cannot read with one line in the log.
-
-    Parameters
-    ----------
-    handlers : mapping of str to callable
-        Those of the framework, by the name of the event; mistakes of a function of the page do not reach them.
-    """
+    """Let each handler of an event refuse what it cannot read with one line in the log."""
     for name in handlers.keys() - {"disconnect"}:
         handlers[name] = _checked(name, _report if name == "log" else handlers[name])
 

@@ -68,20 +68,7 @@ Slice = Callable[[Further], Further]
 
 
 def slices(tab: str, found: Computed) -> Iterator[Slice]:
-    """Return the pieces of work that a tab needs beside the Trace, each short.
-
-    Parameters
-    ----------
-    tab : str
-        One of `TABS`.
-    found : Computed
-        Scenario with its Trace.
-
-    Yields
-    ------
-    callable
-        Takes what is known so far and returns it with one more result. A mistake becomes a sentence in `problems`.
-    """
+    """Return the pieces of work that a tab needs beside the Trace, each short."""
     if tab == FREQUENCY:
         yield _guarded(lambda known: _with_band(known, found), "The band of fingers")
     elif tab == LAWS:

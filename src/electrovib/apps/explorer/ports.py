@@ -16,27 +16,7 @@ TRIED_PORTS: Final = 50
 
 
 def listening(host: str, port: int | None) -> tuple[int, list[socket.socket]]:
-    """Take a port.
-
-    Parameters
-    ----------
-    host : str
-        Address or name of this machine.
-    port : int or None
-        None takes the first port from `FIRST_PORT` on that nothing else listens on.
-
-    Returns
-    -------
-    port : int
-        Number of the port.
-    sockets : list of socket
-        One for each address of the host; they listen from now on, so that no other program can take the port.
-
-    Raises
-    ------
-    InputError
-        If the host is no name of this machine, or the port cannot be opened.
-    """
+    """Take a port."""
     if not host:
         raise InputError(
             "host is empty: give an address, for instance 127.0.0.1, or 0.0.0.0 for all interfaces"
@@ -108,14 +88,8 @@ def close(sockets: list[socket.socket]) -> None:
 def served_on(sockets: list[socket.socket]) -> Iterator[None]:
     """Let the framework serve on sockets that listen already, and close them at the end.
 
-    Parameters
-    ----------
-    sockets : list of socket
-        From `listening`.
-
-    Notes
-    -----
-    By itself the framework opens its port only after everything is imported, when another server may have taken it.
+    By itself the framework opens its port only after everything is imported, when another server may have
+    taken it.
     """
     from nicegui.server import Server
 

@@ -44,27 +44,7 @@ _DIMENSIONS: Final = ("time", "frequency", "layer", "sample")
 def read_apart(
     path: Path, columns: Mapping[str, str] | None = None, **options: Any
 ) -> xarray.Dataset | Recorded:
-    """Read a recording in a process of its own.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    columns : mapping of str to str, optional
-        Signal to the heading of its column, with which the recording is imported.
-    **options
-        ``step``, ``scale`` and ``title`` of `electrovib.import_file`; an empty one is not stated.
-
-    Returns
-    -------
-    xarray.Dataset or Recorded
-        A Trace if the file names its signals or `columns` do, else its columns.
-
-    Raises
-    ------
-    ElectrovibError
-        If no reader takes the file, if it is damaged or too large, or if reading it takes too much time or memory.
-    """
+    """Read a recording in a process of its own."""
     arguments = {"columns": dict(columns) if columns else None, "options": options}
     with (
         GuardedReading(_READER, path, limits=LIMITS, **arguments) as reading,

@@ -45,18 +45,7 @@ class Presence:
 
     @contextmanager
     def working(self, is_in_vain: Callable[[], bool] = bool) -> Iterator[None]:
-        """End the work of this thread within the block once the visitor has left, or its result is no longer wanted.
-
-        Parameters
-        ----------
-        is_in_vain : callable
-            Returns whether the result is no longer wanted; by default it is wanted as long as the visitor is there.
-
-        Yields
-        ------
-        None
-            Within the block, in this thread.
-        """
+        """End the work of this thread within the block once the visitor has left, or its result is no longer wanted."""
         _HERE.presence = self
         try:
             with interruptible(lambda: self.has_left or is_in_vain()):
@@ -67,18 +56,7 @@ class Presence:
 
 @contextmanager
 def closed_at_end(close: Callable[[], None]) -> Iterator[None]:
-    """Call a function if the server is stopped, or the visitor leaves for whom this thread works, within the block.
-
-    Parameters
-    ----------
-    close : callable
-        Called from another thread, perhaps more than once.
-
-    Yields
-    ------
-    None
-        Within the block.
-    """
+    """Call a function if the server is stopped, or the visitor leaves for whom this thread works, within the block."""
     presence: Presence = getattr(_HERE, "presence", None) or Presence()
     places = (_TO_CLOSE, presence.to_close)
     for each in places:
@@ -98,23 +76,7 @@ class InterruptedWorkError(Exception):
 
 @contextmanager
 def interruptible(is_in_vain: Callable[[], bool]) -> Iterator[None]:
-    """End time stepping between two steps once nobody waits for its result.
-
-    Parameters
-    ----------
-    is_in_vain : callable
-        Returns whether the result is no longer wanted; called often, from the thread that computes.
-
-    Yields
-    ------
-    None
-        Within the block, in this thread.
-
-    Raises
-    ------
-    InterruptedWorkError
-        From within the computation.
-    """
+    """End time stepping between two steps once nobody waits for its result."""
 
     def check(_: float = 0.0) -> None:
         if SERVER_ENDS.is_set() or is_in_vain():

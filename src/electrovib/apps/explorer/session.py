@@ -120,23 +120,7 @@ class Session:
         self.computed, self.measured, self.pinned, self.further = None, None, [], Further()
 
     async def work(self, work: Callable[[], R]) -> R:
-        """Run work of many seconds outside of the event loop.
-
-        Parameters
-        ----------
-        work : callable
-            Called without arguments, in a thread.
-
-        Returns
-        -------
-        object
-            What it returns.
-
-        Raises
-        ------
-        ElectrovibError
-            As the work raises it; any other exception becomes one with a sentence, and is logged.
-        """
+        """Run work of many seconds outside of the event loop."""
 
         def limited() -> R:
             with budget(time=LONGEST_RUN, memory=LARGEST_RUN), self._presence.working():
@@ -153,13 +137,7 @@ class Session:
             raise InputError(_mistake_of_ours(error)) from None
 
     async def read(self, work: Callable[[], R]) -> R:
-        """Read a file of the visitor, one at a time; as `work`.
-
-        Raises
-        ------
-        InputError
-            If another file of this visitor is being read.
-        """
+        """Read a file of the visitor, one at a time; as `work`."""
         if self._is_reading:
             raise InputError("Another file is still being read. Drop this one again when it has been read.")
         self._is_reading = True

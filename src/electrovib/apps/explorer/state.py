@@ -63,27 +63,7 @@ def _shipped() -> tuple[str, ...]:
 
 
 def read_query(query: str, *, own: Mapping[str, Scenario], default: str) -> PageState:
-    """Read a state from an address.
-
-    Parameters
-    ----------
-    query : str
-        Part of the address behind the question mark.
-    own : mapping of str to Scenario
-        Scenarios that the page was started with, by name.
-    default : str
-        Name of the scenario where the address names none.
-
-    Returns
-    -------
-    PageState
-        A state whose scenario can be built.
-
-    Raises
-    ------
-    InputError
-        If the address is too long, names an unknown scenario, parameter or file, or holds a value that does not fit.
-    """
+    """Read a state from an address."""
     if len(query) > LONGEST_LINK:
         raise InputError(f"The link has {len(query)} letters; at most {LONGEST_LINK} are read.")
     try:
@@ -105,25 +85,7 @@ def read_query(query: str, *, own: Mapping[str, Scenario], default: str) -> Page
 
 
 def scenario_of(state: PageState, *, own: Mapping[str, Scenario]) -> Scenario:
-    """Build the scenario of a page.
-
-    Parameters
-    ----------
-    state : PageState
-        Name and changes.
-    own : mapping of str to Scenario
-        Scenarios that the page was started with, by name.
-
-    Returns
-    -------
-    Scenario
-        Validated.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown, a change does not fit, names a file, or asks for more samples than a page computes.
-    """
+    """Build the scenario of a page."""
     if not all(isinstance(each, str) for each in (state.preset, *state.changes, *state.changes.values())):
         raise InputError("The name of a scenario, and the paths and values of its changes, have to be texts.")
     known = presets(own)
@@ -156,20 +118,7 @@ def refuse_many_samples(scenario: Scenario) -> Scenario:
 
 
 def refuse_files(content: Any, *, path: str = "") -> None:
-    """Refuse tables that name a file: nobody who sends a link or a table makes this program read one.
-
-    Parameters
-    ----------
-    content : object
-        Nested tables, lists and values.
-    path : str
-        Dotted path of the content.
-
-    Raises
-    ------
-    InputError
-        If a key of any table, or the last part of a dotted path, names a file.
-    """
+    """Refuse tables that name a file: nobody who sends a link or a table makes this program read one."""
     if isinstance(content, Mapping):
         for key, item in content.items():
             inner = f"{path}.{key}" if path else str(key)

@@ -52,27 +52,9 @@ class Uploaded:
 def read_upload(name: str, content: bytes) -> Uploaded:
     """Read a recording from the bytes of a file.
 
-    Parameters
-    ----------
-    name : str
-        Name of the file; only its suffix is used.
-    content : bytes
-        The file.
-
-    Returns
-    -------
-    Uploaded
-        With a Trace if the file names its signals, else with its columns.
-
-    Raises
-    ------
-    InputError, ElectrovibError
-        If it is too large, or if no reader takes it.
-
-    Notes
-    -----
-    The bytes are written into a new folder with a name of our own, and the folder is removed when the file has been read.
-    They are read in a process of their own with limited memory and time, whatever their format.
+    The bytes are written into a new folder with a name of our own, and the folder is removed when the file
+    has been read. They are read in a process of their own with limited memory and time, whatever their
+    format.
     """
     name = shown_name(name)
     found = _read(name, content)
@@ -82,28 +64,7 @@ def read_upload(name: str, content: bytes) -> Uploaded:
 
 
 def named(name: str, content: bytes, columns: Mapping[str, str], **options: Any) -> Uploaded:
-    """Import a recording with the signals that a visitor has chosen for its columns.
-
-    Parameters
-    ----------
-    name, content : str, bytes
-        As for `read_upload`.
-    columns : mapping of str to str
-        Signal to the heading of its column, with a unit in brackets where the file states none.
-    **options
-        ``step``, the time between samples where the file has no time stamps, and ``scale``, signals to the sensitivities of
-        their sensors, such as ``"1.5 N/V"``.
-
-    Returns
-    -------
-    Uploaded
-        With a Trace.
-
-    Raises
-    ------
-    InputError
-        If a column or unit does not fit.
-    """
+    """Import a recording with the signals that a visitor has chosen for its columns."""
     name = shown_name(name)
     found = _read(name, content, columns, **options)
     assert not isinstance(found, Recorded)
@@ -134,13 +95,7 @@ def _through_a_file(name: str, content: bytes, read: Callable[[Path], R]) -> R:
 
 
 def read_uploaded_scenario(name: str, content: bytes) -> Scenario:
-    """Read a scenario from the bytes of a TOML file, in which no file may be named.
-
-    Raises
-    ------
-    InputError
-        If it is too large, no TOML, names a file, or is no valid scenario.
-    """
+    """Read a scenario from the bytes of a TOML file, in which no file may be named."""
     name = shown_name(name)
     refuse_large(name, len(content), most=LARGEST_SCENARIO)
     tables: Any = _through_a_file(name, content, read_tables_apart)

@@ -27,33 +27,15 @@ class EnableDriver:
         self._line = line
 
     def enable(self) -> None:
-        """Enable the high voltage.
-
-        Raises
-        ------
-        BenchError
-            If the line does not read back as enabled.
-        """
+        """Enable the high voltage."""
         self._switch(self._line.on, self._line.enabled, "enabled")
 
     def disable(self) -> None:
-        """Disable the high voltage.
-
-        Raises
-        ------
-        BenchError
-            If the line does not read back as disabled.
-        """
+        """Disable the high voltage."""
         self._switch(self._line.off, self._line.disabled, "disabled")
 
     def confirm(self) -> None:
-        """Read the state back without a change.
-
-        Raises
-        ------
-        BenchError
-            If the line does not read back as enabled.
-        """
+        """Read the state back without a change."""
         self._expect(self._line.enabled, "enabled", "while the high voltage was on")
 
     def _switch(self, command: str, wanted: str, state: str) -> None:

@@ -83,13 +83,7 @@ class Hp33120a:
         return identify(self.link, self.models, self._also, "generator.accept_model")
 
     def zero(self) -> None:
-        """Put out 0 V, constant: ``APPLy:DC DEF,DEF,0``, and read it back.
-
-        Raises
-        ------
-        BenchError
-            If the generator does not report 0 V, constant.
-        """
+        """Put out 0 V, constant: ``APPLy:DC DEF,DEF,0``, and read it back."""
         self.link.write("APPL:DC DEF,DEF,0")
         shape, offset = self.link.ask("FUNC:SHAP?"), self.link.ask_number("VOLT:OFFS?")
         if not shape.upper().startswith("DC") or abs(offset) > 1e-3:
@@ -100,10 +94,9 @@ class Hp33120a:
     def set_burst(self) -> None:
         """Set one cycle for each trigger.
 
-        Notes
-        -----
-        It is unverified whether burst mode can be switched on at a constant voltage: a settings conflict is accepted here,
-        the command is repeated with the waveform, and the state is read back before anything is enabled.
+        It is unverified whether burst mode can be switched on at a constant voltage: a settings conflict is
+        accepted here, the command is repeated with the waveform, and the state is read back before anything
+        is enabled.
         """
         self.link.write("*CLS")
         self.link.write("BM:SOUR INT")
@@ -119,13 +112,7 @@ class Hp33120a:
         self._refuse_errors()
 
     def set_load(self) -> None:
-        """Set a load of high impedance, and read it back.
-
-        Raises
-        ------
-        BenchError
-            If the generator reports another load, with which the voltage would be twice what is set.
-        """
+        """Set a load of high impedance, and read it back."""
         self.link.write("OUTP:LOAD INF")
         load = self.link.ask_number("OUTP:LOAD?")
         if not load >= HIGH_IMPEDANCE * (1 - 1e-6):
@@ -137,14 +124,7 @@ class Hp33120a:
     def download(self, codes: NDArray[np.int16], duration: float, amplitude: float) -> None:
         """Load a waveform and select it as a burst.
 
-        Parameters
-        ----------
-        codes : ndarray, shape (n,)
-            Points from -2047 to 2047; the first and the last are 0.
-        duration : float
-            Duration of one cycle [s].
-        amplitude : float
-            Voltage between the points -2047 and 2047 into a high impedance [V].
+        `codes` (n,).
         """
         fewest, most, largest = self.fewest_points, self.most_points, max(int(codes.max()), -int(codes.min()))
         if not fewest <= codes.size <= most or largest > self.largest_code:
@@ -178,20 +158,7 @@ class Hp33120a:
 
     @staticmethod
     def expected(points: int, duration: float, amplitude: float) -> dict[str, Any]:
-        """Return what `settings` has to report.
-
-        Parameters
-        ----------
-        points : int
-            Number of points.
-        duration, amplitude : float
-            Duration of one cycle [s], and voltage between the points -2047 and 2047 [V].
-
-        Returns
-        -------
-        dict
-            Query to a text, or to a number.
-        """
+        """Return what `settings` has to report."""
         return {
             "FUNC:SHAP?": "USER", "FUNC:USER?": "VOLATILE", "DATA:ATTR:POIN? VOLATILE": points,
             "FREQ?": 1 / duration, "VOLT?": amplitude, "VOLT:OFFS?": 0.0, "VOLT:UNIT?": "VPP",
@@ -216,22 +183,7 @@ class Hp33120a:
 
 
 def mismatches(found: Mapping[str, str], expected: Mapping[str, Any], tolerance: float = 1e-3) -> list[str]:
-    """Compare settings that were read back with those that were set.
-
-    Parameters
-    ----------
-    found : mapping of str to str
-        Reply by query.
-    expected : mapping of str to text or number
-        What has to be reported; a count, of type int, exactly.
-    tolerance : float
-        Allowed difference of another number, relative, and absolute for 0; dimensionless.
-
-    Returns
-    -------
-    list of str
-        One sentence for each difference.
-    """
+    """Compare settings that were read back with those that were set."""
     wrong = []
     for query, wanted in expected.items():
         reply = found.get(query, "")

@@ -13,29 +13,7 @@ if TYPE_CHECKING:
 
 
 def identify(link: Link, models: Collection[str], also: str, setting: str) -> str:
-    """Ask an instrument for its maker and model, and refuse a model that the driver was not written for.
-
-    Parameters
-    ----------
-    link : Link
-        To the instrument.
-    models : collection of str
-        Models of the driver, as the second field of the reply to ``*IDN?``.
-    also : str
-        A further model that the user has named; empty for none.
-    setting : str
-        Dotted path of the setting that names it.
-
-    Returns
-    -------
-    str
-        The whole reply.
-
-    Raises
-    ------
-    BenchError
-        If the reply has another form, or states another model.
-    """
+    """Ask an instrument for its maker and model, and refuse a model that the driver was not written for."""
     reply = link.ask("*IDN?")
     fields = [field.strip() for field in reply.split(",")]
     model = fields[1] if len(fields) > 1 else ""

@@ -78,18 +78,7 @@ class TektronixTds3014b:
         return identify(self.link, self.models, self._also, "oscilloscope.accept_model")
 
     def set_time(self, duration: float) -> float:
-        """Set the record so that it begins before the trigger and lasts longer than the burst.
-
-        Parameters
-        ----------
-        duration : float
-            Duration of the burst [s].
-
-        Returns
-        -------
-        length : float
-            Length of the whole record [s].
-        """
+        """Set the record so that it begins before the trigger and lasts longer than the burst."""
         scale = time_scale(duration)
         for command in (
             "HEAD OFF", f"HOR:RECO {RECORD}", f"HOR:MAI:SCA {scale:.3E}", f"HOR:TRIG:POS {BEFORE:g}", "ACQ:MOD SAM",
@@ -100,20 +89,7 @@ class TektronixTds3014b:
         return DIVISIONS * scale
 
     def set_channel(self, channel: int, low: float, high: float) -> float:
-        """Set an input so that its record holds a range of voltages.
-
-        Parameters
-        ----------
-        channel : int
-            Number of the input, 1 to 4.
-        low, high : float
-            Range [V].
-
-        Returns
-        -------
-        step : float
-            Difference of two readings [V].
-        """
+        """Set an input so that its record holds a range of voltages."""
         scale = volt_scale(low, high)
         for setting in ("COUP DC", "POS 0", f"SCA {scale:.3E}", f"OFFS {(low + high) / 2:.6E}"):
             self.link.write(f"CH{channel}:{setting}")
@@ -136,20 +112,7 @@ class TektronixTds3014b:
 
     @staticmethod
     def expected(duration: float, ranges: dict[int, tuple[float, float]]) -> dict[str, Any]:
-        """Return what `settings` has to report for a burst [s] and the ranges of the inputs [V].
-
-        Parameters
-        ----------
-        duration : float
-            Duration of the burst [s].
-        ranges : dict of int to tuple
-            Lowest and highest voltage of each input [V].
-
-        Returns
-        -------
-        dict
-            Query to a text, or to a number.
-        """
+        """Return what `settings` has to report for a burst [s] and the ranges of the inputs [V]."""
         found: dict[str, Any] = {
             "HOR:RECO?": RECORD, "HOR:MAI:SCA?": time_scale(duration), "HOR:TRIG:POS?": BEFORE, "ACQ:MOD?": "SAMPLE",
             "ACQ:STOPA?": "SEQUENCE", "TRIG:A:MOD?": "NORMAL", "TRIG:A:EDGE:SOU?": "EXT",
@@ -178,20 +141,7 @@ class TektronixTds3014b:
     def record(self, channel: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Read the record of an input.
 
-        Parameters
-        ----------
-        channel : int
-            Number of the input, 1 to 4.
-
-        Returns
-        -------
-        times, voltages : ndarray, shape (n,)
-            Times relative to the trigger [s], and voltages at the input [V].
-
-        Raises
-        ------
-        BenchError
-            If preamble and curve disagree, or the record has another form than was set.
+        Returns `times`, `voltages` (n,) [s].
         """
         for command in (
             f"DAT:SOU CH{channel}",
@@ -227,18 +177,7 @@ def time_scale(duration: float) -> float:
 
 
 def volt_scale(low: float, high: float) -> float:
-    """Return the voltage per division for a range.
-
-    Parameters
-    ----------
-    low, high : float
-        Range [V].
-
-    Returns
-    -------
-    scale : float
-        Voltage per division [V], with a tenth of the range to spare on either side.
-    """
+    """Return the voltage per division for a range."""
     return _scale(1.2 * (high - low) / HEIGHT, _VOLTS, _FINEST, _COARSEST)
 
 

@@ -16,20 +16,7 @@ TRIGGER_IGNORED = '-211,"Trigger ignored"'
 
 
 def matches(pattern: str, header: str) -> bool:
-    """Return whether a header is a form of a command.
-
-    Parameters
-    ----------
-    pattern : str
-        Command with the letters of its short form in capitals: ``"VOLTage:OFFSet"``.
-    header : str
-        As it was sent, without question mark.
-
-    Returns
-    -------
-    bool
-        Whether each part is the short or the long form.
-    """
+    """Return whether a header is a form of a command."""
     parts, given = pattern.split(":"), header.upper().split(":")
     return len(parts) == len(given) and all(
         part in (_short(wanted), wanted.upper()) for part, wanted in zip(given, parts, strict=True)

@@ -134,15 +134,7 @@ class TwinGenerator(TwinInstrument):
     def voltage(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the voltage of the open output.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            Times up to now [s].
-
-        Returns
-        -------
-        voltage : ndarray, shape (n,)
-            Voltage [V].
+        `times` (n,) [s]; returns `voltage` (n,) [V].
         """
         starts = np.array([each.since for each in self._history])
         which = np.searchsorted(starts, times, side="right") - 1

@@ -56,15 +56,7 @@ class TwinPlant:
     def plate_voltage(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the voltage of the plate.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            Times up to now [s].
-
-        Returns
-        -------
-        voltage : ndarray, shape (n,)
-            Voltage [V].
+        `times` (n,) [s]; returns `voltage` (n,) [V].
         """
         starts = np.array([start for start, _ in self._switched])
         states = np.array([on for _, on in self._switched])
@@ -74,19 +66,7 @@ class TwinPlant:
     def input_voltage(self, channel: int, times: NDArray[np.float64], trigger: float) -> NDArray[np.float64]:
         """Return the voltage at an input of the oscilloscope, with noise.
 
-        Parameters
-        ----------
-        channel : int
-            Number of the input.
-        times : ndarray, shape (n,)
-            Times [s].
-        trigger : float
-            Time of the trigger [s].
-
-        Returns
-        -------
-        voltage : ndarray, shape (n,)
-            Voltage [V]; noise alone at an input without a channel.
+        `times` (n,) [s]; returns `voltage` (n,) [V].
         """
         found = {each.input: (name, each) for name, each in self._settings.channels().items()}
         if channel not in found:

@@ -56,20 +56,7 @@ def void(value: object) -> None:
 
 
 def serve(instrument: Answering, lock: threading.Lock) -> int:
-    """Answer on a port of the loopback interface, in threads that end with the process.
-
-    Parameters
-    ----------
-    instrument : Answering
-        What answers.
-    lock : threading.Lock
-        Held during each message: the instruments share one plate.
-
-    Returns
-    -------
-    port : int
-        Number of the port.
-    """
+    """Answer on a port of the loopback interface, in threads that end with the process."""
     server = socket.create_server((HOST, 0))
     threading.Thread(target=_accept, args=(server, instrument, lock), daemon=True).start()
     port: int = server.getsockname()[1]

@@ -48,13 +48,7 @@ class Column:
     place: Callable[[int], str]
 
     def in_si(self, path: Path, asked: str, *, missing: bool = False) -> NDArray[np.float64]:
-        """Return the numbers converted to SI; numbers that are not finite are refused unless `missing` allows them.
-
-        Raises
-        ------
-        DataFileError
-            If there are fewer than two samples, one is not finite, or one is too large in SI units.
-        """
+        """Return the numbers converted to SI; numbers that are not finite are refused unless `missing` allows them."""
         if len(self.values) < 2:
             count = "only one row" if len(self.values) else "no rows"
             raise DataFileError(f"{self.label} has {count}; at least two are needed.", path=path)
@@ -94,26 +88,14 @@ class Column:
 
 
 def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> None:
-    """Refuse anything but a one-dimensional array of real numbers.
-
-    Raises
-    ------
-    DataFileError
-        If it has more than one dimension or holds something other than real numbers.
-    """
+    """Refuse anything but a one-dimensional array of real numbers."""
     if dimensions != 1 or dtype.kind not in "fiu":
         kind = f"{dimensions} dimensions" if dimensions != 1 else f"'{dtype}'"
         raise DataFileError(f"{label} holds {kind}, but a row of real numbers is needed.", path=path)
 
 
 def real_numbers(path: Path, label: str, array: NDArray[Any], unit: str, word: str) -> Column:
-    """Return an array of a binary file as a column.
-
-    Raises
-    ------
-    DataFileError
-        If it has more than one dimension or holds something other than real numbers.
-    """
+    """Return an array of a binary file as a column."""
     check_row(path, label, array.ndim, array.dtype)
     with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
         values = np.asarray(array, dtype=np.float64)

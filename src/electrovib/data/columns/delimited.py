@@ -59,22 +59,7 @@ class TextTable:
     def numbers(self, indices: Sequence[int], *, missing: bool = False) -> NDArray[np.float64]:
         """Read columns; rows of unequal length and fields that are no numbers are refused.
 
-        Parameters
-        ----------
-        indices : sequence of int
-            Numbers of the columns, starting at 0.
-        missing : bool
-            Whether empty fields are read as NaN instead of being refused.
-
-        Returns
-        -------
-        numbers : ndarray, shape (n_rows, n_indices)
-            Numbers in the units of the file.
-
-        Raises
-        ------
-        DataFileError
-            If a row has too few or too many fields, or a field is no number.
+        Returns `numbers` (n_rows, n_indices).
         """
         if next(self.rows(), None) is None:
             return np.empty((0, len(indices)))
@@ -121,27 +106,7 @@ class TextTable:
 
 
 def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> TextTable:
-    """Split delimited text into lines, headings and units.
-
-    Parameters
-    ----------
-    path : Path
-        Text file; ``#`` starts a comment line.
-    names : sequence of str
-        Names of columns; a first row that mixes words and numbers counts as headings if it holds one of them.
-    delimiter : str, optional
-        Delimiter of one character; found from the first lines if not given.
-
-    Returns
-    -------
-    TextTable
-        Table; without headings if the first row consists of numbers.
-
-    Raises
-    ------
-    DataFileError
-        If the file holds no rows.
-    """
+    """Split delimited text into lines, headings and units."""
     raw, encoding = _text(path)
     first = [line for _, line in itertools.islice(_rows(path, raw, encoding), 12)]
     if not first:
@@ -265,13 +230,7 @@ def _split(line: str, delimiter: str | None, *, headings: bool = False) -> list[
 
 
 def from_text(path: Path, columns: Sequence[str | int], *, missing: bool = False) -> dict[str | int, Column]:
-    """Read columns by heading or number; units are in the headings or in a row of their own.
-
-    Raises
-    ------
-    DataFileError
-        If the file is no text or no table, lacks a column, or holds a field that is no number.
-    """
+    """Read columns by heading or number; units are in the headings or in a row of their own."""
     table = read_table(path, [column for column in columns if isinstance(column, str)])
     indices = [choose(path, table.headings, column, table.width) for column in columns]
     numbers = table.numbers(indices, missing=missing)

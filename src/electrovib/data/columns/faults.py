@@ -19,13 +19,7 @@ DAMAGE: Final = (
 
 
 def check_file(path: Path) -> None:
-    """Refuse anything but an ordinary file that is not empty.
-
-    Raises
-    ------
-    DataFileError
-        If the path is missing, a folder, a device or empty, or if reading is not permitted.
-    """
+    """Refuse anything but an ordinary file that is not empty."""
     try:
         if path.is_dir():
             raise DataFileError("is a folder; give the name of a file in it.", path=path)

@@ -27,15 +27,7 @@ def name_and_unit(heading: str) -> tuple[str, str]:
 
 
 def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
-    """Return the number of a column, found by number, by heading, or by heading without the unit.
-
-    Raises
-    ------
-    DataFileError
-        If there is no column of that number, there are no headings, or several columns have the heading.
-    NoColumnError
-        If no column has the heading.
-    """
+    """Return the number of a column, found by number, by heading, or by heading without the unit."""
     if isinstance(column, int):
         if not 0 <= column < width:
             raise DataFileError(

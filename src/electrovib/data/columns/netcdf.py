@@ -13,13 +13,7 @@ if TYPE_CHECKING:
 
 
 def from_netcdf(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column]:
-    """Read variables by name; their attribute ``units`` has priority over a unit in the name.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged, lacks a variable, or the variables differ in length.
-    """
+    """Read variables by name; their attribute ``units`` has priority over a unit in the name."""
     from electrovib.data.guarded import read_guarded
     from electrovib.data.readers.netcdf import reader
 

@@ -18,13 +18,7 @@ if TYPE_CHECKING:
 
 
 def from_npy(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column]:
-    """Read columns of an array with a row per sample, or of a structured array.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged, holds another array, or lacks a column.
-    """
+    """Read columns of an array with a row per sample, or of a structured array."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # NumPy warns of what it finds in a damaged header

@@ -41,30 +41,6 @@ def read_columns(
 ) -> dict[str, NDArray[np.float64]]:
     """Read the wanted columns of a measured file, converted to SI.
 
-    Parameters
-    ----------
-    path : Path
-        File: ``.csv``, ``.txt`` or ``.tsv`` (the delimiter is found, lines with ``#`` are skipped, headings such as
-        ``time [us]`` are optional), ``.npy`` (a row per sample, or a structured array), ``.nc`` (variables) or ``.mat``
-        (``"name[3]"`` is column 3 of the array ``name``, ``"trial.force"`` a field of a struct; a number is a column of the
-        only array).
-    wanted : mapping
-        Parameter name to heading, or number starting at 0, and unit of the numbers if the file states none.
-    missing : bool
-        Whether NaN, infinities and empty fields of text (as NaN) are accepted.
-
-    Returns
-    -------
-    dict of str to ndarray
-        For each key of `wanted` a one-dimensional array in SI, of at least two values, finite unless `missing` is set.
-
-    Raises
-    ------
-    DataFileError
-        For any fault of the file, in one sentence with file, line or row, and column.
-
-    Notes
-    -----
     A unit in the file has priority over the one in `wanted`, and must be of the same kind.
     """
     check_file(path)

@@ -21,20 +21,7 @@ _CHANNEL: Final = re.compile(r"[A-Za-z]+\s?\d*\s*:\s*")
 
 
 def named_by_preamble(layout: Layout, settings: Mapping[str, str]) -> Layout:
-    """Return a layout with the names and units that rows such as ``Vertical Units,V,A`` or ``TraceName,CH1,CH2`` state.
-
-    Parameters
-    ----------
-    layout : Layout
-        Layout of the file.
-    settings : mapping of str to str
-        Settings of the preamble.
-
-    Returns
-    -------
-    Layout
-        With names where the headings give none or a row names the traces, and with units where the headings state none.
-    """
+    """Return a layout with the names and units that rows such as ``Vertical Units,V,A`` or ``TraceName,CH1,CH2`` state."""
     names, units = list(layout.names), list(layout.units)
     rows = {_key(row[0]): row for row in layout.preamble if row and row[0].strip()}
     for key, row in rows.items():

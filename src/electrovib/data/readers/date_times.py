@@ -34,20 +34,7 @@ _MOST_DAYS: Final = 10_000
 
 
 def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
-    """Return the columns of a text that hold the date and the time of a row.
-
-    Parameters
-    ----------
-    layout : Layout
-        Layout of the text.
-    lines : sequence of str
-        Its first lines.
-
-    Returns
-    -------
-    columns : tuple of int
-        A column of moments or of times of day, or a column of dates and one of times of day; empty if there is none.
-    """
+    """Return the columns of a text that hold the date and the time of a row."""
     rows = [split(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
     rows = [row for row in rows if len(row) > layout.columns[-1]]
     kinds = {
@@ -64,21 +51,7 @@ def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
 
 
 def with_stamps(recorded: Recorded, stamps: str) -> Recorded:
-    """Return the content of a text with its dates and times as a channel of time.
-
-    Parameters
-    ----------
-    recorded : Recorded
-        Content without a time.
-    stamps : str
-        Date and time of each row, a line each.
-
-    Returns
-    -------
-    Recorded
-        With the channel ``time`` [s] from the first row; the attributes ``first_time`` and ``date_order`` state the first
-        moment, and the order of day and month where it was assumed. Unchanged if the times do not increase.
-    """
+    """Return the content of a text with its dates and times as a channel of time."""
     time, order = seconds_from_first(stamps)
     known = time[np.isfinite(time)]
     if known.size < 2 or not (np.diff(known) >= 0).all() or known[0] == known[-1]:
@@ -96,18 +69,7 @@ def with_stamps(recorded: Recorded, stamps: str) -> Recorded:
 
 
 def kind_of(cells: Sequence[str]) -> str:
-    """Return what the fields of a column are: ``"moments"`` (date and time), ``"clock"``, ``"dates"``, or nothing.
-
-    Parameters
-    ----------
-    cells : sequence of str
-        Some fields of the column.
-
-    Returns
-    -------
-    str
-        One of these words; empty if a field is none of them.
-    """
+    """Return what the fields of a column are: ``"moments"`` (date and time), ``"clock"``, ``"dates"``, or nothing."""
     forms = {"moments": _BOTH, "clock": _ONLY_CLOCK, "dates": _ONLY_DATE}
     for kind, form in forms.items():
         if cells and all(len(cell) <= _LONGEST and form.fullmatch(cell) for cell in cells):
@@ -118,18 +80,7 @@ def kind_of(cells: Sequence[str]) -> str:
 def seconds_from_first(text: str) -> tuple[Real, str]:
     """Return the times of lines that hold a time of day, with or without a date.
 
-    Parameters
-    ----------
-    text : str
-        Lines such as ``2024-03-01 10:00:00.5``, ``3/1/2024 1:02:03 PM`` or ``10:59:15,250``.
-
-    Returns
-    -------
-    time : ndarray, shape (n,)
-        Time after the first readable line [s]; not a number where a line is none. A clock without a date that goes back by
-        more than half a day has passed midnight.
-    order : str
-        Order of the date that was assumed where the lines leave it open, such as ``"month/day"``; else empty.
+    Returns `time` (n,) [s].
     """
     day_first, order, dated = _day_first(text)
     lines = (line.rstrip("\n")[:_LONGEST] for line in io.StringIO(text))

@@ -26,13 +26,7 @@ _TIME_UNITS: Final = ("s", "ms", "us", "ns")
 
 
 def check_package(path: Path, module: str, what: str, otherwise: str = "") -> None:
-    """Refuse to read a file without the package that reads it.
-
-    Raises
-    ------
-    DataFileError
-        If the package is not installed; the message states the line that installs it.
-    """
+    """Refuse to read a file without the package that reads it."""
     if importlib.util.find_spec(module) is None:
         raise DataFileError(
             f"{what} is read with the package {module}, which is not installed: pip install 'electrovib[{EXTRA}]'{otherwise}",
@@ -41,13 +35,7 @@ def check_package(path: Path, module: str, what: str, otherwise: str = "") -> No
 
 
 def check_declared(path: Path, count: int) -> None:
-    """Refuse a file that declares more numbers than a file of its size may hold.
-
-    Raises
-    ------
-    DataFileError
-        If they exceed the allowance for the size of the file.
-    """
+    """Refuse a file that declares more numbers than a file of its size may hold."""
     size = path.stat().st_size
     if count * 8 > content_allowed(size):
         raise DataFileError(
@@ -65,33 +53,7 @@ def recorded_of(
     attributes: Mapping[str, str] | None = None,
     part: str = "",
 ) -> Recorded:
-    """Return columns as the content of a file; of columns of several lengths those that hold most numbers.
-
-    Parameters
-    ----------
-    path : Path
-        File, for messages.
-    columns : sequence of tuple
-        Name, unit and values, shape (n,), of each column.
-    step : float, optional
-        Time between samples [s].
-    start : float
-        Time of the first sample [s].
-    attributes : mapping of str to str, optional
-        Statements of the file.
-    part : str
-        Name of a column whose length is chosen; the length with most numbers if empty.
-
-    Returns
-    -------
-    Recorded
-        With unique names; columns of another length are named in the attribute ``omitted``.
-
-    Raises
-    ------
-    DataFileError
-        If no column has two numbers, or if there is no column of that name.
-    """
+    """Return columns as the content of a file; of columns of several lengths those that hold most numbers."""
     by_length: dict[int, list[tuple[str, str, Real]]] = defaultdict(list)
     for each in columns:
         by_length[each[2].size].append(each)
@@ -138,23 +100,7 @@ def is_named_time(channel: DataColumn) -> bool:
 def columns_of_array(name: str, unit: str, values: Real, most: int = 64) -> Iterator[tuple[str, str, Real]]:
     """Iterate over the columns of an array of one or two dimensions; other arrays have none.
 
-    Parameters
-    ----------
-    name : str
-        Name of the array.
-    unit : str
-        Its unit; empty if it is not stated.
-    values : ndarray
-        Its numbers, a row per sample.
-    most : int
-        Largest number of columns of an array of signals.
-
-    Yields
-    ------
-    name, unit : str
-        Of the column; ``"name[3]"`` for column 3, 0 first.
-    values : ndarray, shape (n,)
-        Its numbers.
+    Returns `values` (n,).
     """
     if values.ndim == 1 or (values.ndim == 2 and 1 in values.shape):
         yield name, unit, values.ravel()

@@ -30,25 +30,7 @@ _UNITS: Final = ("units", "unit", "Units", "Unit")
 
 
 def read_hdf5(path: Path, *, part: str = "") -> Recorded:
-    """Read the arrays of a netCDF or HDF5 file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    part : str
-        Name of an array whose length is chosen, where the arrays have several lengths; the length with most numbers if empty.
-
-    Returns
-    -------
-    Recorded
-        The arrays of one length that hold most numbers, named by their path; the others are named in ``omitted``.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged, holds no numbers, or has no such array.
-    """
+    """Read the arrays of a netCDF or HDF5 file."""
     check_file(path)
     with path.open("rb") as file:
         classic = file.read(3) == b"CDF"

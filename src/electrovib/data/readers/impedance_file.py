@@ -40,23 +40,7 @@ def instrument_of(head: bytes) -> str:
 
 
 def read_impedance_file(path: Path) -> Recorded:
-    """Read the spectrum of an impedance analyser.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Recorded
-        Frequency [Hz], real and imaginary part of the impedance [ohm].
-
-    Raises
-    ------
-    DataFileError
-        If the package impedance is not installed, or the file is damaged.
-    """
+    """Read the spectrum of an impedance analyser."""
     check_file(path)
     check_package(
         path, PACKAGE, "a file of an impedance analyser", "; with --reader text it is read as a plain table"

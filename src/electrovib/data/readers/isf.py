@@ -32,25 +32,8 @@ _CURVE: Final = re.compile(rb":?CURVE?\s+#", re.IGNORECASE)
 def read_isf(path: Path) -> Recorded:
     """Read one waveform of a Tektronix oscilloscope.
 
-    Parameters
-    ----------
-    path : Path
-        ``.isf`` file with long or short keys.
-
-    Returns
-    -------
-    Recorded
-        One channel with time step; of an envelope two, the minimum and the maximum of each interval, which are never averaged.
-
-    Raises
-    ------
-    DataFileError
-        If the preamble or the curve is incomplete, or of a form that is not known.
-
-    Notes
-    -----
-    value = yzero + ymult (count - yoff), time = xzero + xincr (index - pt_off). Of an envelope (PT_FMT ENV) a pair of
-    points belongs to one interval of two times xincr.
+    value = yzero + ymult (count - yoff), time = xzero + xincr (index - pt_off). Of an envelope (PT_FMT ENV) a
+    pair of points belongs to one interval of two times xincr.
     """
     check_file(path)
     raw = path.read_bytes()

@@ -34,30 +34,7 @@ _LONGEST_LINE: Final = 1_000_000
 def read_laboratory_text(
     path: Path, *, delimiter: str | None = None, decimal_comma: bool | None = None, part: str = ""
 ) -> Recorded:
-    """Read a text file of an instrument.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    delimiter : str, optional
-        One character, or empty for blanks; found if not given.
-    decimal_comma : bool, optional
-        Whether decimals are written with a comma; found if not given.
-    part : str
-        Of a file with several tables, as Gamry and VersaStudio write them: the name of the table; the spectrum or the
-        longest table if empty.
-
-    Returns
-    -------
-    Recorded
-        Every column of numbers, and the statements of the preamble.
-
-    Raises
-    ------
-    DataFileError
-        If there is no row of numbers, or rows are not alike; it names the option that helps.
-    """
+    """Read a text file of an instrument."""
     check_file(path)
     raw, about = one_table(path, path.read_bytes(), part)
     if about and delimiter is None:
@@ -77,33 +54,7 @@ def read_laboratory_bytes(
     origin: str = "",
     part: str = "",
 ) -> Recorded:
-    """Read the text of an instrument that is in memory.
-
-    Parameters
-    ----------
-    path : Path
-        File, for messages.
-    raw : bytes
-        Its text.
-    delimiter : str, optional
-        As for `read_laboratory_text`.
-    decimal_comma : bool, optional
-        As for `read_laboratory_text`.
-    origin : str
-        Name of the sheet that the text comes from, which becomes the attribute ``sheet``; empty if there is none.
-    part : str
-        Where the row of headings occurs several times: the table behind one of them, such as ``"step 2"``; the longest if empty.
-
-    Returns
-    -------
-    Recorded
-        Every column of numbers, and the statements of the preamble.
-
-    Raises
-    ------
-    DataFileError
-        If there is no row of numbers, or rows are not alike; it names the option that helps.
-    """
+    """Read the text of an instrument that is in memory."""
     encoding = _encoding(path, raw)
     first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
     layout = find_layout(first, delimiter=delimiter, decimal_comma=decimal_comma)

@@ -78,24 +78,8 @@ def find_layout(
 ) -> Layout | None:
     """Find the layout of a text file from its beginning.
 
-    Parameters
-    ----------
-    lines : sequence of str
-        The first lines of the file, without line ends.
-    delimiter : str, optional
-        One character, or empty for blanks; found if not given.
-    decimal_comma : bool, optional
-        Whether decimals are written with a comma; found if not given.
-
-    Returns
-    -------
-    Layout or None
-        Layout under which most lines are rows of numbers; None if no line is one.
-
-    Notes
-    -----
-    All rows of numbers hold numbers in the same columns, which are those of the last lines that were inspected. The lines
-    before the first such row, and the text in other columns, are the preamble.
+    All rows of numbers hold numbers in the same columns, which are those of the last lines that were
+    inspected. The lines before the first such row, and the text in other columns, are the preamble.
     """
     best: tuple[tuple[float, int], Layout] | None = None
     for separator in DELIMITERS if delimiter is None else (delimiter,):

@@ -93,13 +93,7 @@ class Mat5:
         self.unfolded = 0
 
     def variables(self) -> list[Mat5Variable]:
-        """List the variables of the file.
-
-        Raises
-        ------
-        DataFileError
-            If there is another element where a variable must be.
-        """
+        """List the variables of the file."""
         found, place = [], _HEADER
         while place < len(self.raw):
             kind, start, size, place = self._tag(self.raw, place)
@@ -113,13 +107,7 @@ class Mat5:
         return [variable for variable in found if variable.name]
 
     def fields(self, variable: Mat5Variable) -> list[Mat5Variable]:
-        """List the fields of a struct by their path, ``"name.field"``; empty for an array of structs.
-
-        Raises
-        ------
-        DataFileError
-            If the names of the fields are misplaced, or a field is no array.
-        """
+        """List the fields of a struct by their path, ``"name.field"``; empty for an array of structs."""
         if variable.kind != _CLASSES[_STRUCT] or _product(variable.shape) != 1:
             return []
         body = self._body(variable)
@@ -169,13 +157,7 @@ class Mat5:
         return whole
 
     def text(self, variable: Mat5Variable) -> str:
-        """Read a row of characters.
-
-        Raises
-        ------
-        DataFileError
-            If the variable holds no text.
-        """
+        """Read a row of characters."""
         kind, data = next(self._content(variable))
         encoding = _TEXTS.get(kind)
         if variable.kind != _CLASSES[_CHAR] or encoding is None:

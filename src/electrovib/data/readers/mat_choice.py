@@ -23,13 +23,7 @@ def structs_on_path(wanted: str, known: Mapping[str, object]) -> Iterator[str]:
 
 
 def chosen(path: Path, wanted: str, known: Known) -> str:
-    """Return the name of the selected variable, or refuse with a list of what there is.
-
-    Raises
-    ------
-    DataFileError
-        If there is no variable, none of that name, more than one to choose from, or if it is no real numeric array.
-    """
+    """Return the name of the selected variable, or refuse with a list of what there is."""
 
     def listed(names: Sequence[str]) -> str:
         shown = [_described(name, *known[name][:2]) for name in names[:20]]

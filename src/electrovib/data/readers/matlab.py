@@ -24,26 +24,7 @@ _COLUMN: Final = re.compile(r"(([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)(?:\[(\d{1,9})\])?
 
 
 def read_matlab(path: Path, variable: str = "") -> NDArray[np.float64]:
-    """Read one real numeric array of a MATLAB file.
-
-    Parameters
-    ----------
-    path : Path
-        File saved by MATLAB with ``-v6``, ``-v7`` or ``-v7.3``, or by another program in these formats.
-    variable : str
-        Name of the array, or path of a field of a struct, ``"trial.force"``; may be omitted if the file holds only one
-        real numeric array that is no single number.
-
-    Returns
-    -------
-    values : ndarray
-        Array in the shape that MATLAB shows, converted to float.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged, of another format, or has no such array; the message lists what it has.
-    """
+    """Read one real numeric array of a MATLAB file."""
     version = _version_73 if _is_version_73(path) else _version_5
     try:
         return version(path, variable)
@@ -52,25 +33,7 @@ def read_matlab(path: Path, variable: str = "") -> NDArray[np.float64]:
 
 
 def read_variables(path: Path, names: Collection[str]) -> dict[str, NDArray[Any] | str]:
-    """Read whole variables of a MATLAB file: arrays of real or complex numbers, and rows of characters.
-
-    Parameters
-    ----------
-    path : Path
-        As for `read_matlab`.
-    names : collection of str
-        Names of the variables.
-
-    Returns
-    -------
-    dict of str to ndarray or str
-        Those of them that the file has; arrays in the shape that MATLAB shows.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged or of another format.
-    """
+    """Read whole variables of a MATLAB file: arrays of real or complex numbers, and rows of characters."""
     version = _variables_of_version_73 if _is_version_73(path) else _variables_of_version_5
     try:
         return version(path, names)
@@ -86,27 +49,7 @@ def _is_version_73(path: Path) -> bool:
 
 
 def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column]:
-    """Read columns of the arrays of a MATLAB file.
-
-    Parameters
-    ----------
-    path : Path
-        As for `read_matlab`.
-    columns : sequence of str or int
-        ``"name[3]"`` is column 3 (counted from 0) of the array ``name``; ``"name"`` an array of one row or column; a
-        number is a column of the only array in the file. A field of a struct is named by its path, ``"trial.force"``.
-        A unit may follow: ``"name[3] [us]"``.
-
-    Returns
-    -------
-    dict of str or int to Column
-        Each of the requested columns.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged or lacks one of them.
-    """
+    """Read columns of the arrays of a MATLAB file."""
     arrays: dict[str, NDArray[np.float64]] = {}
     found: dict[str | int, Column] = {}
     for column in columns:

@@ -26,25 +26,7 @@ _MOST: Final = 500
 
 
 def read_matlab_table(path: Path, *, part: str = "") -> Recorded:
-    """Read the real numeric arrays of a MATLAB file.
-
-    Parameters
-    ----------
-    path : Path
-        ``.mat`` file.
-    part : str
-        Name of an array whose length is chosen, where the arrays have several lengths; the length with most numbers if empty.
-
-    Returns
-    -------
-    Recorded
-        The columns of one length that hold most numbers, ``"dataQ[0]"`` or ``"trial.force"``; others are named in ``omitted``.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged, holds no numbers, or has no such array.
-    """
+    """Read the real numeric arrays of a MATLAB file."""
     check_file(path)
     with path.open("rb") as file:
         begin = file.read(512)

@@ -67,13 +67,7 @@ def reader(path: Path, function: str) -> Reader:
 
 
 def columns(path: Path, wanted: Sequence[str | int]) -> Iterator[tuple[str, Any]]:
-    """Yield name, unit and values of each column, decoded by the conventions for packed and missing numbers.
-
-    Raises
-    ------
-    DataFileError
-        If a column is requested by its number.
-    """
+    """Yield name, unit and values of each column, decoded by the conventions for packed and missing numbers."""
     with _opened(path) as (variables, _):
         for column in wanted:
             names = list(variables)

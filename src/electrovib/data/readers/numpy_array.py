@@ -22,24 +22,7 @@ _MOST: Final = 1024
 
 
 def read_numpy(path: Path) -> Recorded:
-    """Read an array of numbers; nothing is unpickled.
-
-    Parameters
-    ----------
-    path : Path
-        ``.npy`` file.
-
-    Returns
-    -------
-    Recorded
-        One channel for each column, ``column 0`` first, or for each field. An array with more columns than rows, and at most
-        64 rows, is taken for a row per signal, which the attribute ``arrangement`` states.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged or holds no table of real numbers.
-    """
+    """Read an array of numbers; nothing is unpickled."""
     check_file(path)
     try:
         with warnings.catch_warnings():

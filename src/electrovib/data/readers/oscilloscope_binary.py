@@ -37,23 +37,7 @@ def is_oscilloscope_binary(head: bytes) -> bool:
 
 
 def read_oscilloscope_binary(path: Path) -> Recorded:
-    """Read the analogue channels of a binary file of an oscilloscope.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Recorded
-        One channel for each that was recorded, with the time step that the file states.
-
-    Raises
-    ------
-    DataFileError
-        If RigolWFM is not installed, the file is damaged, or its format is not known.
-    """
+    """Read the analogue channels of a binary file of an oscilloscope."""
     check_file(path)
     check_package(path, PACKAGE, "a binary file of an oscilloscope")
     found = read_guarded(
@@ -87,13 +71,7 @@ class _Tektronix:
 
 
 def _tektronix(path: Path) -> _Tektronix | None:
-    """Read the statements of a Tektronix .wfm of version 1 to 3; None for another file.
-
-    Raises
-    ------
-    ValueError
-        If each pair of samples is the minimum and the maximum of an envelope.
-    """
+    """Read the statements of a Tektronix .wfm of version 1 to 3; None for another file."""
     with path.open("rb") as file:
         head = file.read(_TEKTRONIX_HEAD)
     found = re.match(rb"(\x0f\x0f|\xf0\xf0):WFM#00([123])", head)

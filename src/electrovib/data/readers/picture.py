@@ -29,22 +29,7 @@ _HOW: Final = "Save it as 8-bit greyscale PNG without transparency."
 def read_picture(path: Path, *, most_pixels: int) -> NDArray[np.uint8]:
     """Read a greyscale picture.
 
-    Parameters
-    ----------
-    path : Path
-        PNG file of 8-bit grey values; colours whose three channels are equal count as grey.
-    most_pixels : int
-        Most pixels; the size that the file declares is compared before anything is unpacked.
-
-    Returns
-    -------
-    values : ndarray, shape (rows, columns)
-        Grey values from 0 to 255, the upper row first.
-
-    Raises
-    ------
-    DataFileError
-        If the file is no such picture, is damaged, or exceeds a limit.
+    Returns `values` (rows, columns).
     """
     check_file(path)
     size = path.stat().st_size
@@ -60,24 +45,7 @@ def read_picture(path: Path, *, most_pixels: int) -> NDArray[np.uint8]:
 def unpacked(path: str | Path, most_pixels: int) -> Iterator[tuple[str, NDArray[np.uint8]]]:
     """Yield the grey values of a picture under the name ``values``.
 
-    Parameters
-    ----------
-    path : str or Path
-        PNG file.
-    most_pixels : int
-        Most pixels.
-
-    Yields
-    ------
-    name : str
-        ``values``.
-    values : ndarray, shape (rows, columns)
-        Grey values from 0 to 255.
-
-    Raises
-    ------
-    DataFileError
-        If it is no greyscale picture or has too many pixels.
+    Returns `values` (rows, columns).
     """
     from PIL import Image, UnidentifiedImageError
 

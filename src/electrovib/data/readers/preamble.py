@@ -56,22 +56,7 @@ def _looks_like_number(text: str) -> bool:
 
 
 def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[float | None, float]:
-    """Find the time step and the first time in the preamble.
-
-    Parameters
-    ----------
-    layout : Layout
-        Of the file.
-    settings : mapping of str to str
-        As from `settings_of`.
-
-    Returns
-    -------
-    step : float or None
-        Time between samples [s]; None if it is not stated.
-    start : float
-        Time of the first sample [s]; 0 if it is not stated.
-    """
+    """Find the time step and the first time in the preamble."""
     step: float | None = None
     start = 0.0
     for key, value in settings.items():

@@ -232,13 +232,7 @@ FORMATS: Final = (
 
 
 def format_of(path: Path) -> FileFormat:
-    """Find the format of a file from its first bytes and its suffix.
-
-    Raises
-    ------
-    DataFileError
-        If no reader takes it; the message lists the formats.
-    """
+    """Find the format of a file from its first bytes and its suffix."""
     check_file(path)
     with path.open("rb") as file:
         head = file.read(HEAD)
@@ -251,27 +245,7 @@ def format_of(path: Path) -> FileFormat:
 
 
 def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
-    """Read a file of an instrument.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    reader : str
-        Name of a format; found from the file if empty.
-    **options
-        Options of the format: ``delimiter`` and ``decimal_comma`` of text, and ``part``, the sheet, table or array to read.
-
-    Returns
-    -------
-    Recorded
-        Its channels.
-
-    Raises
-    ------
-    DataFileError
-        If no reader takes it, it is damaged, or an option does not belong to its format.
-    """
+    """Read a file of an instrument."""
     by_name = {each.name: each for each in FORMATS}
     if reader and reader not in by_name:
         raise DataFileError(f"there is no reader '{reader}'.{nearest(reader, by_name)}", path=path)

@@ -26,20 +26,7 @@ _FIRST_CELLS: Final = re.compile(r"x|x-axis|time|source|t|", re.IGNORECASE)
 
 
 def with_headings(rows: Sequence[Sequence[str]], layout: Layout) -> Layout:
-    """Return a layout with the headings, units and preamble of the lines above the numbers.
-
-    Parameters
-    ----------
-    rows : sequence of sequence of str
-        Fields of the first lines.
-    layout : Layout
-        With the place of the numbers.
-
-    Returns
-    -------
-    Layout
-        Also with the number of rows between headings and numbers that hold words in place of numbers.
-    """
+    """Return a layout with the headings, units and preamble of the lines above the numbers."""
     first, columns, comma = layout.first, layout.columns, layout.decimal_comma
     width = len(rows[first])
     rows = [

@@ -88,37 +88,11 @@ def spectrum_of(
 ) -> MeasuredSpectrum:
     """Find frequency and impedance, or permittivity, among the columns of a table.
 
-    Parameters
-    ----------
-    recorded : Recorded
-        The table.
-    columns : mapping of str to str, optional
-        Meaning of a column, among ``frequency``, ``angular_frequency``, ``modulus``, ``phase``, ``real``, ``imaginary``,
-        ``minus_imaginary``, ``permittivity``, ``loss`` (the loss factor), ``loss_tangent``, ``conductivity``, ``resistivity``, to
-        its heading, with a unit behind it where the file states none: ``"Phase [deg]"``; found by the headings if absent, and
-        conductivity and resistivity by their units too.
-    spectrum : int
-        Which of several spectra, 1 for the first, where the frequencies turn back; 0 for the first, which is then said.
-    phase_unit : str
-        Unit of a phase whose own is neither stated nor seen from its values; such a phase is refused if empty.
-
-    Returns
-    -------
-    MeasuredSpectrum
-        Sorted by frequency.
-
-    Raises
-    ------
-    InputError
-        If the columns make no spectrum; the message lists them and states how to name their meanings.
-
-    Notes
-    -----
-    Rows of the frequency 0, which a potentiostat writes for samples over time, and of an impedance of 0 are omitted. Of modulus
-    and phase, and real and imaginary part, the pair with more rows other than 0 is taken, of equal ones the first. A phase
-    without a unit is in degrees if any value is beyond 2 pi, and otherwise refused unless its heading or `columns` states the
-    unit. Where several columns
-    state the loss, the first of those above is taken, and a difference of more than 2 % between them is refused.
+    Rows of the frequency 0, which a potentiostat writes for samples over time, and of an impedance of 0 are
+    omitted. Of modulus and phase, and real and imaginary part, the pair with more rows other than 0 is taken,
+    of equal ones the first. A phase without a unit is in degrees if any value is beyond 2 pi, and otherwise
+    refused unless its heading or `columns` states the unit. Where several columns state the loss, the first
+    of those above is taken, and a difference of more than 2 % between them is refused.
     """
     found = _assigned(recorded, columns or {})
     if "frequency" in found:

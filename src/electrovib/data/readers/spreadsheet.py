@@ -34,25 +34,7 @@ _MOST_FILLED: Final = 64
 
 
 def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
-    """Read a sheet of a spreadsheet that holds rows of numbers.
-
-    Parameters
-    ----------
-    path : Path
-        ``.xlsx`` file.
-    part : str
-        Title of the sheet; the first one with rows of numbers if empty.
-
-    Returns
-    -------
-    Recorded
-        As of a text file with the same rows; formulas count as the values that were saved with them.
-
-    Raises
-    ------
-    DataFileError
-        If openpyxl is not installed, or the file is damaged, unpacks to too much, or holds no numbers or no such sheet.
-    """
+    """Read a sheet of a spreadsheet that holds rows of numbers."""
     check_file(path)
     check_package(path, PACKAGE, "a spreadsheet", ", or save it as .csv")
     size = path.stat().st_size

@@ -19,32 +19,13 @@ _MOST_NAMED: Final = 20
 
 
 def split_part(part: str | None) -> tuple[str | None, int]:
-    """Split the name of a part into that of the table and the number of the spectrum in it.
-
-    Parameters
-    ----------
-    part : str or None
-        Such as ``"Sheet1"``, ``"spectrum 2"`` or ``"Sheet1, spectrum 2"``.
-
-    Returns
-    -------
-    table : str or None
-        As a reader takes it.
-    spectrum : int
-        1 for the first one; 0 where none is stated.
-    """
+    """Split the name of a part into that of the table and the number of the spectrum in it."""
     found = _NAME.fullmatch(part or "")
     return (part, 0) if found is None else (found[1], int(found[2]))
 
 
 def refuse_spectrum(part: str | None, spectrum: int) -> None:
-    """Refuse the name of a spectrum for columns over time.
-
-    Raises
-    ------
-    InputError
-        If a spectrum is named.
-    """
+    """Refuse the name of a spectrum for columns over time."""
     if spectrum:
         raise InputError(f"part = {part}: the columns are signals over time, not a spectrum")
 
@@ -52,15 +33,7 @@ def refuse_spectrum(part: str | None, spectrum: int) -> None:
 def sweeps_of(frequency: Real) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]]:
     """Find the spectra in a column of frequencies.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        As in the file; rows without a frequency above 0 belong to no spectrum.
-
-    Returns
-    -------
-    rows : list of ndarray of int
-        Rows of each spectrum: a new one begins where the frequency turns back. One if a spectrum would have fewer than 4 rows.
+    `frequency` (n,).
     """
     rows = np.flatnonzero(np.isfinite(frequency) & (frequency > 0))
     changes = np.sign(np.diff(frequency[rows]))
@@ -80,24 +53,7 @@ def sweeps_of(frequency: Real) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]
 def chosen_sweep(frequency: Real, spectrum: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], str]:
     """Return the rows of one spectrum, and what was chosen among several.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        As in the file.
-    spectrum : int
-        Number of the spectrum; the first one if 0.
-
-    Returns
-    -------
-    rows : ndarray of int
-        Rows of the table.
-    words : str
-        Which spectrum was read and which were not; empty where there is one.
-
-    Raises
-    ------
-    InputError
-        If there is no spectrum of this number.
+    `frequency` (n,).
     """
     found = sweeps_of(frequency)
     if spectrum > len(found):

@@ -34,30 +34,7 @@ _SHORTEST: Final = 3
 
 
 def one_table(path: Path, raw: bytes, part: str) -> tuple[bytes, dict[str, str]]:
-    """Return one table of a file that holds several.
-
-    Parameters
-    ----------
-    path : Path
-        File, for messages.
-    raw : bytes
-        Its text.
-    part : str
-        Name of the table; if empty, the table of an impedance spectrum, else the longest one.
-
-    Returns
-    -------
-    text : bytes
-        The table; the whole text if it does not consist of such tables.
-    attributes : dict of str to str
-        ``table``, the name of the table, ``omitted``, the names of the others, and the settings of the file; empty if there
-        are no tables.
-
-    Raises
-    ------
-    DataFileError
-        If there is no table of that name.
-    """
+    """Return one table of a file that holds several."""
     tables, about = _of_gamry(raw) if _HEAD.match(raw) else _of_versastudio(raw)
     if not tables:
         return raw, {}
@@ -66,27 +43,7 @@ def one_table(path: Path, raw: bytes, part: str) -> tuple[bytes, dict[str, str]]
 
 
 def repeated_table(path: Path, raw: bytes, layout: Layout, part: str) -> tuple[bytes, dict[str, str]]:
-    """Return one of the tables of a text whose row of headings occurs several times, as tribometers write one for each step.
-
-    Parameters
-    ----------
-    path, raw, part
-        As for `one_table`.
-    layout : Layout
-        Of the beginning of the text.
-
-    Returns
-    -------
-    text : bytes
-        The table with the lines above it; the whole text if its headings occur once.
-    attributes : dict of str to str
-        As from `one_table`.
-
-    Raises
-    ------
-    DataFileError
-        If there is no table of that name.
-    """
+    """Return one of the tables of a text whose row of headings occurs several times, as tribometers write one for each step."""
     tables = _of_headings(raw, layout)
     if not tables:
         return raw, {}

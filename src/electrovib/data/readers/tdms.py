@@ -22,26 +22,7 @@ _UNITS: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
 def read_tdms(path: Path, *, part: str = "") -> Recorded:
-    """Read the channels of a TDMS file.
-
-    Parameters
-    ----------
-    path : Path
-        ``.tdms`` file.
-    part : str
-        Name of a channel whose length is chosen, where the channels have several lengths; the length with most numbers if empty.
-
-    Returns
-    -------
-    Recorded
-        Channels ``"group/channel"`` of one length, in the unit of their property ``unit_string``, with the time step of
-        ``wf_increment``; channels of another length are named in ``omitted``.
-
-    Raises
-    ------
-    DataFileError
-        If npTDMS is not installed, the file is damaged, or it has no such channel.
-    """
+    """Read the channels of a TDMS file."""
     check_file(path)
     check_package(path, PACKAGE, "NI TDMS")
     found = read_guarded(Reader(f"{__name__}:channels", (PACKAGE, "numpy"), "an NI TDMS file"), path)

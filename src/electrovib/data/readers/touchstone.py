@@ -25,25 +25,8 @@ _LONGEST_LINE: Final = 1000
 def read_touchstone(path: Path) -> Recorded:
     """Read the impedance of a one-port.
 
-    Parameters
-    ----------
-    path : Path
-        ``.s1p`` file of version 1.
-
-    Returns
-    -------
-    Recorded
-        Frequency [Hz], real and imaginary part of the impedance [ohm].
-
-    Raises
-    ------
-    DataFileError
-        If the file states more than one port, or parameters other than S, Z and Y.
-
-    Notes
-    -----
-    Z = R (1 + S) / (1 - S) with the reference resistance R of the file. Parameters Z and Y of version 1 are normalised to R.
-    Without an option line the format prescribes GHz, S, MA and 50 ohm.
+    Z = R (1 + S) / (1 - S) with the reference resistance R of the file. Parameters Z and Y of version 1 are
+    normalised to R. Without an option line the format prescribes GHz, S, MA and 50 ohm.
     """
     check_file(path)
     raw = path.read_bytes()

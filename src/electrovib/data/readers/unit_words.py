@@ -32,20 +32,7 @@ UNIT_NAMES: Final = {word for word, unit in UNITS.items() if unit and word.isalp
 
 
 def name_and_unit(heading: str) -> tuple[str, str]:
-    """Split ``Time (s)``, ``CH1 [mV]`` or ``Volt``, ``in s``.
-
-    Parameters
-    ----------
-    heading : str
-        As written.
-
-    Returns
-    -------
-    name : str
-        Without the unit.
-    unit : str
-        Of electrovib where it is known, else as written; empty if there is none.
-    """
+    """Split ``Time (s)``, ``CH1 [mV]`` or ``Volt``, ``in s``."""
     heading = heading[:_LONGEST_HEADING]
     if found := _PARTS_OF_ZPLOT.fullmatch(heading):
         return found[1], "ohm"
@@ -65,18 +52,7 @@ def name_and_unit(heading: str) -> tuple[str, str]:
 
 
 def as_unit(text: str) -> str | None:
-    """Return the unit that a word stands for; None if it is no unit.
-
-    Parameters
-    ----------
-    text : str
-        As written, such as ``"Volts"``.
-
-    Returns
-    -------
-    str or None
-        Unit of electrovib, empty for a word that stands for no unit, such as ``"unknown"``.
-    """
+    """Return the unit that a word stands for; None if it is no unit."""
     if found := _RESISTIVITY.fullmatch(text.strip()):
         return f"{found[1].replace('µ', 'u')}ohm {found[2]}"
     if (found := _PER_TIME.fullmatch(text.strip())) and UNITS.get(found[1].lower(), "").endswith("m"):
@@ -85,18 +61,5 @@ def as_unit(text: str) -> str | None:
 
 
 def unit_of_force(name: str, unit: str) -> str:
-    """Return the unit of a column; the mass in which a force is stated becomes the force of its weight.
-
-    Parameters
-    ----------
-    name : str
-        Heading of the column, such as ``"Fz"``.
-    unit : str
-        Its unit, such as ``"g"``.
-
-    Returns
-    -------
-    str
-        Such as ``"gf"``; unchanged for a column that is no force.
-    """
+    """Return the unit of a column; the mass in which a force is stated becomes the force of its weight."""
     return f"{unit}f" if unit in ("g", "kg") and _FORCE.fullmatch(name) else unit

@@ -22,23 +22,7 @@ _MOST_CHANNELS: Final = 256
 
 
 def read_wave(path: Path) -> Recorded:
-    """Read a sound file.
-
-    Parameters
-    ----------
-    path : Path
-        ``.wav`` file.
-
-    Returns
-    -------
-    Recorded
-        One channel for each of the file, as shares of full scale [1]: the file states no other unit.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged or in a compressed form.
-    """
+    """Read a sound file."""
     check_file(path)
     raw = path.read_bytes()
     order = "<" if raw[:4] == b"RIFF" else ">"

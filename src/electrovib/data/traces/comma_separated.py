@@ -38,13 +38,7 @@ _MOST_LAYERS: Final = 1000
 
 
 def csv_files(sizes: Mapping[Any, int], path: Path) -> dict[Path, str]:
-    """Return the CSV files of a Trace of these sizes, each with the dimension of its table.
-
-    Raises
-    ------
-    InputError
-        If the Trace has records of a sweep, or a layer but neither time nor frequency.
-    """
+    """Return the CSV files of a Trace of these sizes, each with the dimension of its table."""
     sweeps = [str(name) for name in sizes if name not in (*TABLES, "layer")]
     tables = [name for name in TABLES if name in sizes]
     if not tables and "layer" not in sizes and "sample" not in sizes:
@@ -65,27 +59,6 @@ def csv_forms(files: Iterable[Path]) -> dict[Path, Form]:
 def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
     """Write a Trace as CSV: one file over time, another over frequency; of a sweep, one row for each case.
 
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        Trace, or sweep without records; its units are set again.
-    path : Path
-        Main file, over time if the Trace has a time.
-    force : bool
-        Whether files that we did not write may be replaced.
-
-    Returns
-    -------
-    list of Path
-        Files written; all are complete before the first is moved into place.
-
-    Raises
-    ------
-    InputError
-        If the Trace has records of a sweep, or a file cannot be written or would replace one that is not ours.
-
-    Notes
-    -----
     One column per layer, two for complex numbers; each number has the digits that restore the float exactly.
     """
     stored = prepared(trace, path)
@@ -169,23 +142,7 @@ def _of_every_case(trace: xarray.Dataset, name: str) -> NDArray[np.float64]:
 
 
 def load_csv(path: Path) -> xarray.Dataset:
-    """Read a Trace from CSV, with the file over frequency that belongs to it.
-
-    Parameters
-    ----------
-    path : Path
-        Main file, written by `save_csv`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Trace, identical to the one that was saved.
-
-    Raises
-    ------
-    DataFileError
-        If a file is damaged, changed, missing, of another save, or not a Trace.
-    """
+    """Read a Trace from CSV, with the file over frequency that belongs to it."""
     table, about = _read_part(path)
     if "structure" not in about or "attributes" not in about:
         raise DataFileError("is one part of a Trace; load the file it belongs to instead.", path=path)

@@ -38,31 +38,9 @@ _HEADER: Final = 116  # bytes of text that a file begins with
 def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
     """Write a Trace for MATLAB, one variable per signal.
 
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        Any Trace; its units are set again.
-    path : Path
-        Output in version 5 of the format, compressed unless the reader would refuse the ratio; replaced as a whole.
-    force : bool
-        Whether a file that we did not write may be replaced.
-
-    Returns
-    -------
-    list of Path
-        File written.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, would replace one that is not ours, or the Trace is too large for the format
-        (4 GB a variable).
-
-    Notes
-    -----
     Names become MATLAB names (``drive.rise`` is ``drive_rise``). Beside the signals the file has the structs
-    ``units`` and ``dimensions`` with a text per variable, and the JSON text ``trace_json`` with everything else, such as
-    ``jsondecode(trace_json).attributes.scenario``.
+    ``units`` and ``dimensions`` with a text per variable, and the JSON text ``trace_json`` with everything
+    else, such as ``jsondecode(trace_json).attributes.scenario``.
     """
     import scipy.io
 
@@ -99,18 +77,7 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
 
 
 def matlab_names(names: Iterable[str]) -> dict[str, str]:
-    """Assign a unique MATLAB variable name to each name.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Names of a Trace.
-
-    Returns
-    -------
-    dict of str to str
-        Name to variable name: at most 63 letters, digits and underscores, beginning with a letter, no keyword.
-    """
+    """Assign a unique MATLAB variable name to each name."""
     found: dict[str, str] = {}
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_]", "_", name)[:55]
@@ -125,23 +92,6 @@ def matlab_names(names: Iterable[str]) -> dict[str, str]:
 def load_mat(path: Path) -> xarray.Dataset:
     """Read a Trace from a MATLAB file.
 
-    Parameters
-    ----------
-    path : Path
-        File written by `save_mat`, or saved again by MATLAB with ``-v6``, ``-v7`` or ``-v7.3``.
-
-    Returns
-    -------
-    xarray.Dataset
-        Trace, identical to the one that was saved.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged or is not a Trace.
-
-    Notes
-    -----
     The checksums of compressed variables are verified.
     """
     text = read_variables(path, ["trace_json"]).get("trace_json", "{}")

@@ -27,29 +27,8 @@ _LONG_TEXT: Final = 8000  # HDF5 refuses attributes beyond 64 kB, and keeps smal
 def save_nc(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
     """Write a Trace as netCDF.
 
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        Any Trace; its units are set again.
-    path : Path
-        Output; replaced as a whole.
-    force : bool
-        Whether a file that we did not write may be replaced.
-
-    Returns
-    -------
-    list of Path
-        File written.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, would replace one that is not ours, or if netCDF cannot hold the Trace.
-
-    Notes
-    -----
-    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... . The file is built in memory, because
-    the HDF5 library ends the interpreter if the disk is full.
+    Texts too long for an attribute become scalar variables ``long_attribute_0``, ... . The file is built in
+    memory, because the HDF5 library ends the interpreter if the disk is full.
     """
     stored = prepared(trace, path).drop_encoding()
     attributes, stored.attrs = stored.attrs, {WRITTEN_BY: unsigned(Form.NETCDF)}
@@ -80,23 +59,7 @@ def in_memory(stored: xarray.Dataset, encoding: dict[Any, Any]) -> io.BytesIO:
 
 
 def load_nc(path: Path) -> xarray.Dataset:
-    """Read a Trace from netCDF.
-
-    Parameters
-    ----------
-    path : Path
-        File written by `save_nc`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Trace in memory, identical to the one that was saved.
-
-    Raises
-    ------
-    DataFileError
-        If the file is damaged or is not a Trace.
-    """
+    """Read a Trace from netCDF."""
     check_file(path)
     with GuardedReading(reader(path, "everything"), path) as reading:
         import xarray  # while the other process reads

@@ -25,13 +25,7 @@ def not_a_trace(path: Path) -> DataFileError:
 
 
 def prepared(trace: xarray.Dataset, path: Path) -> xarray.Dataset:
-    """Return a copy with its units set, after checking that attributes are texts or numbers.
-
-    Raises
-    ------
-    InputError
-        If an attribute is anything else.
-    """
+    """Return a copy with its units set, after checking that attributes are texts or numbers."""
     stamped = stamp(trace)
     stamped.attrs = {"format": FORMAT, **trace.attrs}
     problems = []
@@ -53,13 +47,7 @@ def _plain(value: Any) -> Any:
 
 
 def structure_of(path: Path, trace: xarray.Dataset, elsewhere: Collection[str]) -> dict[str, Any]:
-    """Describe a prepared Trace for JSON, without the numbers that are stored elsewhere in the file.
-
-    Raises
-    ------
-    InputError
-        If a variable holds neither numbers nor texts.
-    """
+    """Describe a prepared Trace for JSON, without the numbers that are stored elsewhere in the file."""
     variables = []
     for name, variable in trace.variables.items():
         kind = {**dict.fromkeys("fiub", "real"), "c": "complex", **dict.fromkeys("UOT", "text")}.get(

@@ -20,22 +20,7 @@ OPTIONS = ".options method=gear reltol=1e-6 vntol=1e-12 abstol=1e-15 trtol=1"
 
 
 def analyses(timing: Timing, grid: FrequencyGrid, *, smallest_charge: float) -> list[str]:
-    """Return the analyses over time, from the given initial state, and over frequency for a drive of 1 V or 1 A.
-
-    Parameters
-    ----------
-    timing : Timing
-        Duration and longest step.
-    grid : FrequencyGrid
-        Frequencies, which ngspice meets where a whole number of them makes a decade.
-    smallest_charge : float
-        Change of charge below which it counts as rounding [C].
-
-    Returns
-    -------
-    lines : list of str
-        Lines of the netlist.
-    """
+    """Return the analyses over time, from the given initial state, and over frequency for a drive of 1 V or 1 A."""
     decades = math.log10(grid.high / grid.low)
     density = max(1, math.ceil((grid.samples - 1) / decades * (1 - 1e-9)))
     step = number(timing.step)
@@ -52,24 +37,7 @@ def saved(nodes: Iterable[str]) -> list[str]:
 
 
 def results(section: ReadSection, nodes: Mapping[str, str], name: str, *, step: float) -> list[str]:
-    """Return the commands that run the analyses and write two tables.
-
-    Parameters
-    ----------
-    section : ReadSection
-        The circuit.
-    nodes : mapping of str to str
-        Linear quantity of the force law to its node.
-    name : str
-        Beginning of the names of the tables.
-    step : float
-        Time step of the search for the operating point [s].
-
-    Returns
-    -------
-    lines : list of str
-        Lines of the netlist.
-    """
+    """Return the commands that run the analyses and write two tables."""
     over_time, over_frequency = _over_time(section, nodes), _over_frequency(section.slabs, nodes)
     return [
         remark(

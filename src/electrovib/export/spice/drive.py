@@ -24,25 +24,7 @@ MOST_TONES = 500
 
 
 def drive_sources(drive: Drive, timing: Timing) -> list[str]:
-    """Return the sources between the nodes ``drive`` and ``0``.
-
-    Parameters
-    ----------
-    drive : Drive
-        A voltage, whose parts are connected in series, or a current, whose parts are connected in parallel.
-    timing : Timing
-        Steps in time; the duration of the edge that replaces a step is the only approximation.
-
-    Returns
-    -------
-    lines : list of str
-        Elements of the netlist, one of them the unit source of the frequency response.
-
-    Raises
-    ------
-    InputError
-        If a part of the drive has no form in a netlist.
-    """
+    """Return the sources between the nodes ``drive`` and ``0``."""
     lines, bottom = [], "0"
     current, parts = drive.quantity == "current", drive.parts()
     for count, part in enumerate(parts, start=1):

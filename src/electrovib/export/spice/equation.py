@@ -46,29 +46,7 @@ _REASONS = (TypeError, ValueError, KeyError, AttributeError, SyntaxError, np.exc
 
 
 def written(model: Model, method: str, arguments: Mapping[str, Formula], *, path: str) -> Formula:
-    """Return the result of a method of a model as a formula of ngspice.
-
-    Parameters
-    ----------
-    model : Model
-        Model with a declared equation of the method, or with a method of plain arithmetic.
-    method : str
-        Name of the method.
-    arguments : mapping of str to Formula
-        Formulas of the arguments.
-    path : str
-        Dotted path of the model in the scenario, for a message.
-
-    Returns
-    -------
-    Formula
-        The formula in the syntax of ngspice.
-
-    Raises
-    ------
-    InputError
-        If neither the equation nor the code is an elementary formula.
-    """
+    """Return the result of a method of a model as a formula of ngspice."""
     try:
         printed = model.equation.get(method)
         if printed is None:

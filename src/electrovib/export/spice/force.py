@@ -16,29 +16,7 @@ if TYPE_CHECKING:
 
 
 def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tuple[list[str], dict[str, str]]:
-    """Return the sources of a force law.
-
-    Parameters
-    ----------
-    law : ForceLaw
-        A causal force law.
-    section : ReadSection
-        Readings of the circuit, to which the filters of the law are added.
-    second : float
-        Area of the first contact over that of a second one [1]; 0 without a second contact.
-
-    Returns
-    -------
-    elements : list of str
-        Elements of the netlist; the voltage of node ``force`` is the attraction in newton.
-    nodes : dict of str to str
-        Linear quantity of the law to its node.
-
-    Raises
-    ------
-    InputError
-        If the law is not a formula of voltages and currents of the circuit.
-    """
+    """Return the sources of a force law."""
     amplitudes = _readings(law, section)
     names, nodes = Names(), {}
     lines = [

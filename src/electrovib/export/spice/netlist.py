@@ -26,27 +26,7 @@ OF_A_LAYER = {"thickness", "role", "material", "leak", "initial_charge", "breakd
 
 
 def netlist(scenario: Scenario, *, name: str) -> str:
-    """Return a scenario as a netlist that ngspice runs without further input.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario with a causal force law.
-    name : str
-        Beginning of the names of the tables that ngspice writes.
-
-    Returns
-    -------
-    text : str
-        The netlist, determined by scenario and name.
-
-    Raises
-    ------
-    InputError
-        If a part of the scenario has no exact form in a circuit.
-    NotCausalError
-        If the force law has no time-domain form.
-    """
+    """Return a scenario as a netlist that ngspice runs without further input."""
     _check(scenario)
     timing = Timing.of(scenario.drive, scenario.time)
     circuit = BuiltCircuit.of(scenario)

@@ -33,13 +33,7 @@ def smallest_charge(scenario: Scenario, circuit: BuiltCircuit, timing: Timing) -
 
 
 def check_digits(scenario: Scenario, circuit: BuiltCircuit, timing: Timing) -> None:
-    """Refuse conductances so large that ngspice would lose the other admittances in rounding.
-
-    Raises
-    ------
-    InputError
-        With the time step or the frequency that would avoid it.
-    """
+    """Refuse conductances so large that ngspice would lose the other admittances in rounding."""
     element = Surroundings.of(scenario).element
     largest = max(slab.admittances[0] for slab in circuit.all_slabs)
     if element.resistance:

@@ -67,13 +67,7 @@ class ReadSection:
 
     @property
     def frequency(self) -> np.ndarray:
-        """Refuse: a circuit has no single frequency.
-
-        Raises
-        ------
-        TypeError
-            Always.
-        """
+        """Refuse: a circuit has no single frequency."""
         raise TypeError("a circuit has no single frequency")
 
     @property
@@ -112,10 +106,8 @@ class ReadSection:
     def interface_displacement(self) -> MeterReading:
         """Displacement at the interface of plate and finger, for a stack without a gap.
 
-        Notes
-        -----
-        If the last layer of the plate does not conduct, it is the charge on that layer; else it is the integral of the
-        current, on a separate capacitor.
+        If the last layer of the plate does not conduct, it is the charge on that layer; else it is the
+        integral of the current, on a separate capacitor.
         """
         last = beside_interface(self.roles, "plate")
         charged = any(slab.layer.initial_charge for slab in self.slabs.values())

@@ -56,13 +56,7 @@ class Start:
 
     @classmethod
     def of(cls, scenario: Scenario, debye: Mapping[str, DebyeSum]) -> Start:
-        """Compute the voltages at time 0 of a scenario.
-
-        Raises
-        ------
-        InputError
-            If a netlist cannot represent the initial state.
-        """
+        """Compute the voltages at time 0 of a scenario."""
         if not isinstance(scenario.time.initial_state, PeriodicState):
             fields, second, body, interface = _charged(scenario, debye)
             return cls(
@@ -162,12 +156,10 @@ def _charged(
 ) -> tuple[dict[str, float], dict[str, float], float, float]:
     """Return the fields of both contacts, the voltage of the body and the displacement at the interface from rest.
 
-    Notes
-    -----
-    Before time 0 the plate carries the image q of the charges Q_k on the plate's side of each element, so that the
-    voltages add up to 0; under a prescribed current it carries none. Without a resistance in series, a step of the
-    drive changes the charge at once: q sum T/eps = eps0 v - sum Q_k T_k/eps_k, with both sums over all elements in
-    series.
+    Before time 0 the plate carries the image q of the charges Q_k on the plate's side of each element, so
+    that the voltages add up to 0; under a prescribed current it carries none. Without a resistance in series,
+    a step of the drive changes the charge at once: q sum T/eps = eps0 v - sum Q_k T_k/eps_k, with both sums
+    over all elements in series.
     """
     layers, around, drive = scenario.stack.layers, Surroundings.of(scenario), scenario.drive
     charges = np.cumsum([0.0, *(layer.initial_charge for layer in layers.values())]).tolist()

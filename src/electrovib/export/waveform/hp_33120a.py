@@ -30,25 +30,7 @@ SMALLEST_AMPLITUDE: Final = 0.1
 
 
 def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
-    """Return the samples as codes of 12 bits, in which 2047 is the largest voltage unless a full scale is given.
-
-    Parameters
-    ----------
-    waveform : Waveform
-        Samples.
-    scaling : Scaling
-        Voltage of the drive over that of the generator, and the voltage of the drive at code 2047.
-
-    Returns
-    -------
-    Encoded
-        With the settings of the generator.
-
-    Raises
-    ------
-    InputError
-        If a sample exceeds the full scale, or the full scale is not what the generator can put out.
-    """
+    """Return the samples as codes of 12 bits, in which 2047 is the largest voltage unless a full scale is given."""
     gain = scaling.gain
     if not (math.isfinite(gain) and gain > 0):
         raise InputError("must be a number above 0", path="gain", value=str(gain))
@@ -84,22 +66,7 @@ def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
 def codes_of(voltages: Real, full: float) -> Real:
     """Return the codes of voltages, without an offset: code 0 is 0 V whatever the amplitude.
 
-    Parameters
-    ----------
-    voltages : ndarray, shape (n,)
-        Of the drive [V].
-    full : float
-        Voltage of the drive at code 2047 [V].
-
-    Returns
-    -------
-    codes : ndarray, shape (n,)
-        Whole numbers from -2047 to 2047.
-
-    Raises
-    ------
-    InputError
-        If a voltage exceeds the full scale; none is clipped.
+    `voltages` (n,) [V]; returns `codes` (n,).
     """
     codes: Real = np.rint(voltages / full * LARGEST_CODE)
     if not np.all(np.abs(codes) <= LARGEST_CODE):

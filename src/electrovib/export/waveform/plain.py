@@ -19,25 +19,7 @@ _HEADER = 116  # bytes of text that a MATLAB file begins with
 
 
 def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
-    """Return the samples themselves, which double precision holds exactly.
-
-    Parameters
-    ----------
-    waveform : Waveform
-        Samples.
-    scaling : Scaling
-        Has to be the default one.
-
-    Returns
-    -------
-    Encoded
-        In volts of the drive.
-
-    Raises
-    ------
-    InputError
-        If a scaling is given.
-    """
+    """Return the samples themselves, which double precision holds exactly."""
     if scaling != Scaling():
         raise InputError(
             "this format holds volts of the drive; omit the full scale and the gain", path="scaling"

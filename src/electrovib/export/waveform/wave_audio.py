@@ -29,25 +29,7 @@ COUPLING: Final = (
 
 
 def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
-    """Return the samples as shares of full scale in 24 bits, rounded towards 0 so that none is enlarged.
-
-    Parameters
-    ----------
-    waveform : Waveform
-        Samples.
-    scaling : Scaling
-        Voltage at full scale; without one the largest voltage is just below it.
-
-    Returns
-    -------
-    Encoded
-        With the note on the scale.
-
-    Raises
-    ------
-    InputError
-        If a sample exceeds the full scale, or a gain is given.
-    """
+    """Return the samples as shares of full scale in 24 bits, rounded towards 0 so that none is enlarged."""
     if scaling.gain != 1.0:
         raise InputError(
             "belongs to an instrument (--as); a WAV file has a full scale",

@@ -164,24 +164,7 @@ def check_waveform_file(
     inputs: Iterable[Path] = (),
     force: bool = False,
 ) -> None:
-    """Check, before a long computation, whether a waveform can be written to a file.
-
-    Parameters
-    ----------
-    path : str or Path
-        The output.
-    instrument, edge
-        As for `export_waveform`.
-    inputs : iterable of Path
-        Files that are read; none of them is replaced.
-    force : bool
-        Whether a file that was not written by electrovib may be replaced.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown, the edge does not suit it, or the file cannot be written.
-    """
+    """Check, before a long computation, whether a waveform can be written to a file."""
     place = Path(path)
     form = _format(place, instrument)
     refuse_unsuited(form, edge)
@@ -197,33 +180,7 @@ def sampled_drive(
     ramp: float | None = None,
     held: bool = False,
 ) -> Waveform:
-    """Sample the drive of a scenario for a format.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive, and the time up to which it is played.
-    form : WaveformFormat
-        Format.
-    rate : float or None
-        Samples per second [Hz]; chosen if None.
-    largest_error : float
-        Error over the largest voltage that will be allowed [1].
-    ramp : float or None
-        Duration of a ramp at either end [s].
-    held : bool
-        Whether each sample is held until the next.
-
-    Returns
-    -------
-    Waveform
-        Not yet rounded to what the format can hold.
-
-    Raises
-    ------
-    InputError
-        If the drive cannot be played, or the rate does not suit the format.
-    """
+    """Sample the drive of a scenario for a format."""
     drive, end = scenario.drive, float(scenario.time.times(scenario.drive)[-1])
     if drive.quantity == "voltage" and form.played and ramp is None:
         refuse_unless_zero_at_both_ends(drive, end)
@@ -248,22 +205,7 @@ def sampled_drive(
 
 
 def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str, ...]:
-    """Return what a file of a waveform states about itself.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Its origin.
-    wave : Waveform
-        Samples as the file holds them.
-    form : WaveformFormat
-        Format.
-
-    Returns
-    -------
-    lines : tuple of str
-        Title, number of samples and error.
-    """
+    """Return what a file of a waveform states about itself."""
     title = " ".join(scenario.title.split()) or "a scenario without a title"
     amplified = (
         " at the input of its amplifier" if scenario.circuit.amplifier is not None else " at the plate"

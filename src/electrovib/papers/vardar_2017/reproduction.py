@@ -28,23 +28,7 @@ REPORTED: Final = 60.0
 
 
 def reproduce(*, skin: str | None = None) -> Reproduction:
-    """Compute what the abstract states.
-
-    Parameters
-    ----------
-    skin : str, optional
-        Not used by this paper.
-
-    Returns
-    -------
-    Reproduction
-        Rows, panels and words; figures are drawn elsewhere.
-
-    Raises
-    ------
-    InputError
-        If a table of skin is given: its conduction, on which everything here depends, would be unknown.
-    """
+    """Compute what the abstract states."""
     if skin is not None:
         raise InputError(
             f"--skin {skin}: vardar_2017 depends on the conduction of the skin, which a table does not give; use"

@@ -54,48 +54,13 @@ def sine_over_square(
     resistance: float = 0.0,
     person: Perception = ON_FORCE,
 ) -> float:
-    """Threshold voltage of a sine over that of a square, both given as peaks.
-
-    Parameters
-    ----------
-    skin : Material
-        Stratum corneum.
-    frequency : float
-        Fundamental [Hz].
-    edge : float
-        Time an edge of the square takes [s].
-    resistance : float
-        Body [ohm].
-    person : Perception
-        Channels and skin.
-
-    Returns
-    -------
-    ratio : float
-        Threshold ratio [dB]; above 0 the square is felt at a lower voltage. The level grows as the square of the voltage.
-    """
+    """Threshold voltage of a sine over that of a square, both given as peaks."""
     drives = pair(skin, frequency=frequency, edge=edge, resistance=resistance)
     return felt_threshold.threshold_ratio(*drives, person)
 
 
 def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORCE) -> float:
-    """Lowest frequency of equal thresholds.
-
-    Parameters
-    ----------
-    skin : Material
-        Stratum corneum.
-    edge : float
-        Time an edge of the square takes [s].
-    person : Perception
-        Channels and skin.
-
-    Returns
-    -------
-    frequency : float
-        Frequency of equal thresholds [Hz]; infinite if the square is felt at a lower voltage up to 1920 Hz, 0 if
-        nowhere above 15 Hz.
-    """
+    """Lowest frequency of equal thresholds."""
     low, high = FREQUENCIES[0], FREQUENCIES[-1]
     return felt_threshold.crossover(
         lambda frequency: pair(skin, frequency=frequency, edge=edge), low=low, high=high, person=person

@@ -92,18 +92,7 @@ def ramp_for(scenario: Scenario, *, force: float) -> float:
 
 
 def lateral_decay(scenario: Scenario) -> float:
-    """Decay of the lateral force after a step of the voltage, simulated [s].
-
-    Parameters
-    ----------
-    scenario : Scenario
-        A skin with one relaxation time, under Coulomb friction.
-
-    Returns
-    -------
-    decay : float
-        Time in which the lateral force above that of the load falls to 1/e [s].
-    """
+    """Decay of the lateral force after a step of the voltage, simulated [s]."""
     step = {"drive": {"model": "Step", "level": values.VOLTAGE}}
     time = np.array([0.0, 5e-3, 10e-3])
     trace = simulate(scenario.replace(step), time=time)
@@ -124,8 +113,6 @@ def edge_ratio(scenario: Scenario) -> float:
 def frequency_force(material: Material, frequency: Real, *, thickness: float = values.SKIN_THICKNESS) -> Real:
     """Mean attraction on the thin coating of figure 7 under a 100 V sine [N], by the law as printed.
 
-    Notes
-    -----
     Without the body's resistance, as in the paper: above 10 kHz a body would take part of the voltage.
     """
     changes: dict[str, Any] = {
@@ -161,22 +148,6 @@ def floating_factor(scenario: Scenario, *, capacitance: float) -> float:
 def causality_residual(material: Material, *, ramp: float = 20e-3, before: float = 1e-3) -> float:
     """Compute the response of the law as printed before a ramp begins, as a share of its peak.
 
-    Parameters
-    ----------
-    material : Material
-        Skin.
-    ramp : float
-        Time the ramp takes [s].
-    before : float
-        Time before the ramp at which the response is evaluated [s].
-
-    Returns
-    -------
-    residual : float
-        |v_e(-before)|/max |v_e| [1]; 0 for a causal law.
-
-    Notes
-    -----
     By a discrete Fourier transform over a period long against skin and ramp, 0.2 s after 4 s at 0 V.
     """
     period, count = 8.0, 1 << 20
@@ -194,22 +165,7 @@ def causality_residual(material: Material, *, ramp: float = 20e-3, before: float
 
 
 def static_force(law: str, *, gap: float | None = None, skin: float = values.SKIN_THICKNESS) -> float:
-    """Compute the attraction at 1000 V on the paper's film without conduction.
-
-    Parameters
-    ----------
-    law : str
-        Name of a force law.
-    gap : float, optional
-        Air between film and skin [m]; a vanishing gap if absent.
-    skin : float
-        Thickness of the stratum corneum [m].
-
-    Returns
-    -------
-    force : float
-        Attraction [N].
-    """
+    """Compute the attraction at 1000 V on the paper's film without conduction."""
     base = scenarios()["fig6_static" if gap is None else "fig6_gap"]
     changes: dict[str, Any] = {
         "force.model": law,

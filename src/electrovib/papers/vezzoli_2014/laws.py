@@ -29,13 +29,7 @@ _REFERENCE = "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 20
 
 
 def dielectric_permittivity(section: Section, name: str) -> float:
-    """Relative permittivity of a layer of the plate, which the paper takes as a constant.
-
-    Raises
-    ------
-    InputError
-        If the layer is dispersive.
-    """
+    """Relative permittivity of a layer of the plate, which the paper takes as a constant."""
     material = section[name].material
     exact = material.debye()
     if exact is None or any(exact.strengths):
@@ -203,22 +197,7 @@ class Vezzoli2014PerFrequency(ForceLaw):
 def literal_response(
     frequency: NDArray[np.float64], *, insulator: float, skin: NDArray[np.complex128]
 ) -> NDArray[np.complex128]:
-    """Compute equation (5) with real capacitance and conductance that depend on frequency.
-
-    Parameters
-    ----------
-    frequency : ndarray
-        Hz, above 0.
-    insulator : float
-        Capacitance per area [F/m2].
-    skin : ndarray of complex
-        Complex capacitance per area, conduction included [F/m2].
-
-    Returns
-    -------
-    response : ndarray of complex, shape of `frequency`
-        v_e/v [1].
-    """
+    """Compute equation (5) with real capacitance and conductance that depend on frequency."""
     angular = 2 * np.pi * frequency
     charging = 1j * angular * (insulator + skin.real)
     response: NDArray[np.complex128] = charging / (-angular * skin.imag + charging)

@@ -88,18 +88,7 @@ _BRIEF: Final = (
 
 
 def page(rows: tuple[Row, ...]) -> Page:
-    """Write the explanations with the numbers of this run.
-
-    Parameters
-    ----------
-    rows : tuple of Row
-        Of this reproduction.
-
-    Returns
-    -------
-    Page
-        In full, and shortened.
-    """
+    """Write the explanations with the numbers of this run."""
     from electrovib.papers.vezzoli_2014.falling_edge import outcomes
     from electrovib.papers.vezzoli_2014.population import predicted
 
@@ -124,18 +113,7 @@ def page(rows: tuple[Row, ...]) -> Page:
 
 
 def findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
-    """State the main results with the numbers of this run.
-
-    Parameters
-    ----------
-    rows : tuple of Row
-        Of this reproduction.
-
-    Returns
-    -------
-    findings : tuple of str
-        Three, of one or two sentences each.
-    """
+    """State the main results with the numbers of this run."""
     found = {row.id: row for row in rows}
     eight, skins, decay, attraction = (
         _interval(found[name])

@@ -25,23 +25,7 @@ EQUATIONS: Final[Mapping[str, str]] = {
 
 
 def reproduce(*, skin: str | None = None) -> Reproduction:
-    """Compute everything that Vezzoli et al. 2014 states.
-
-    Parameters
-    ----------
-    skin : str, optional
-        A table of one's own skin, columns frequency, permittivity and resistivity; drawn beside the others.
-
-    Returns
-    -------
-    Reproduction
-        Rows, panels and words; figures are drawn elsewhere.
-
-    Raises
-    ------
-    InputError
-        If the table cannot be read or is not a passive dielectric.
-    """
+    """Compute everything that Vezzoli et al. 2014 states."""
     from electrovib.papers.vezzoli_2014 import (
         by_skin,
         compute,

@@ -156,12 +156,6 @@ def _figure_7() -> Scenario:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Return the paper's set-ups.
-
-    Returns
-    -------
-    dict of str to Scenario
-        Every value has its source; what the paper does not print is marked.
-    """
+    """Return the paper's set-ups."""
     figure_6 = _figure_6()
     return {**_figure_2(figure_6["fig6_gap"]), **figure_6, "fig7": _figure_7()}

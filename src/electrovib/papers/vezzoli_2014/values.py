@@ -72,18 +72,7 @@ def point_layer(source: str) -> tuple[dict[str, Any], str]:
 
 
 def capacitance(*, permittivity: float, thickness: float, area: float) -> float:
-    """Capacitance of a slab, equation (3) of the paper: C = eps0 eps A/T.
-
-    Parameters
-    ----------
-    permittivity, thickness, area : float
-        1, m, m2.
-
-    Returns
-    -------
-    capacitance : float
-        F.
-    """
+    """Capacitance of a slab, equation (3) of the paper: C = eps0 eps A/T."""
     return eps0 * permittivity * area / thickness
 
 
@@ -120,18 +109,7 @@ def skin_capacitance() -> float:
 
 
 def surrogate(*, exponent: float) -> ConstantPhase:
-    """Constant-phase skin through the point eps 1560, tau 7.7 ms; constructed, and conducts nothing.
-
-    Parameters
-    ----------
-    exponent : float
-        n of the admittance.
-
-    Returns
-    -------
-    ConstantPhase
-        tau(f) = tan(n pi/2)/(2 pi f) equals 7.7 ms where eps' is 1560.
-    """
+    """Constant-phase skin through the point eps 1560, tau 7.7 ms; constructed, and conducts nothing."""
     anchor = math.tan(exponent * math.pi / 2) / (2 * math.pi * TAU_MODEL)
     return ConstantPhase(
         permittivity=SKIN_PERMITTIVITY, reference_frequency=anchor, exponent=exponent, conductivity=0.0

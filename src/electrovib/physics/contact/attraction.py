@@ -137,8 +137,6 @@ class RoughAttraction:
     def slope(self, gap: float) -> float:
         """Change of the attraction [Pa/m] at a mean gap [m].
 
-        Notes
-        -----
         By the chain rule: the mean gap moves the share phi that touches and with it x = mean/rms and the rms.
         """
         pressure, thickness = self._borne(gap), self.electrical_thickness
@@ -165,13 +163,7 @@ class RoughAttraction:
 
 
 def check_thickness(*, electrical_thickness: float) -> None:
-    """Refuse an electrical thickness [m] for which the attraction of a closed gap is unbounded.
-
-    Raises
-    ------
-    InputError
-        If it is not above 0.
-    """
+    """Refuse an electrical thickness [m] for which the attraction of a closed gap is unbounded."""
     if not (electrical_thickness > 0 and math.isfinite(electrical_thickness)):
         raise InputError(
             f"electrical_thickness = {electrical_thickness}: must be above 0 m, for instance 27e-6; without a blocking layer"

@@ -108,43 +108,13 @@ class PerssonSurface(RoughSurface):
 
 
 def exponential_pressure(gap: ArrayLike, *, flat: float, decay: float) -> NDArray[np.float64]:
-    """Return a repulsion that falls exponentially with the gap.
-
-    Parameters
-    ----------
-    gap : float or array_like
-        Gap [m].
-    flat : float
-        Pressure at gap 0 [Pa].
-    decay : float
-        Change of gap over which the repulsion falls by a factor e [m].
-
-    Returns
-    -------
-    pressure : float or ndarray, same shape
-        Repulsion per area [Pa].
-    """
+    """Return a repulsion that falls exponentially with the gap."""
     pressure: NDArray[np.float64] = flat * np.exp(-np.asarray(gap, dtype=float) / decay)
     return pressure
 
 
 def exponential_gap(pressure: ArrayLike, *, flat: float, decay: float) -> NDArray[np.float64]:
-    """Return the gap at which an exponential repulsion bears a pressure.
-
-    Parameters
-    ----------
-    pressure : float or array_like
-        Pressure [Pa].
-    flat : float
-        Pressure at gap 0 [Pa].
-    decay : float
-        Change of gap over which the repulsion falls by a factor e [m].
-
-    Returns
-    -------
-    gap : float or ndarray, same shape
-        Gap [m]; infinite at pressures of 0 or less, 0 at pressures of `flat` or more.
-    """
+    """Return the gap at which an exponential repulsion bears a pressure."""
     with np.errstate(divide="ignore"):
         ratio = np.log(flat / np.maximum(np.asarray(pressure, dtype=float), 0.0))
     gap: NDArray[np.float64] = np.maximum(decay * ratio, 0.0)
@@ -152,25 +122,7 @@ def exponential_gap(pressure: ArrayLike, *, flat: float, decay: float) -> NDArra
 
 
 def gaussian_gaps(*, mean_gap: float, touching: float) -> GaussianGaps:
-    """Return the Gaussian distribution of gaps with a given mean gap and a given real contact.
-
-    Parameters
-    ----------
-    mean_gap : float
-        Mean over the whole area, where contact counts as gap 0 [m], above 0.
-    touching : float
-        Share of the area in contact [1], above 0 and at most `MOST_TOUCHING`.
-
-    Returns
-    -------
-    GaussianGaps
-        The distribution: x = mean/rms from Phi(-x) = touching, rms = mean_gap/(x Phi(x) + n(x)).
-
-    Raises
-    ------
-    InputError
-        If the share in contact or the mean gap is outside its limits.
-    """
+    """Return the Gaussian distribution of gaps with a given mean gap and a given real contact."""
     from scipy.special import ndtr, ndtri
 
     if not (mean_gap > 0 and math.isfinite(mean_gap) and 0 < touching <= MOST_TOUCHING):

@@ -181,18 +181,7 @@ class Drive(Model, family=True):
 
 
 def common_period(periods: Sequence[float]) -> float | None:
-    """Find the shortest common multiple of some periods.
-
-    Parameters
-    ----------
-    periods : sequence of float
-        s, > 0.
-
-    Returns
-    -------
-    period : float or None
-        Common period [s]; None without periods, or where their ratios are not those of whole numbers up to 100 000.
-    """
+    """Find the shortest common multiple of some periods."""
     if not periods:
         return None
     first = periods[0]

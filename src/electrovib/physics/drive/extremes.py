@@ -26,20 +26,7 @@ _CURVED = 2.0
 
 
 def extremes(parts: Sequence[Part], start: float, end: float) -> tuple[float, float]:
-    """Find the lowest and the highest sum of parts between two times.
-
-    Parameters
-    ----------
-    parts : sequence of Linear, Tones or Smooth
-        The parts of the drive.
-    start, end : float
-        s; of a step at the start the value after it counts, of one at the end both values do.
-
-    Returns
-    -------
-    lowest, highest : float
-        Extremes of the sum [V].
-    """
+    """Find the lowest and the highest sum of parts between two times."""
     at_end = sum(float(part.value(np.array(end))) for part in parts)
     if end <= start:
         return at_end, at_end

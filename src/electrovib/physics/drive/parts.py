@@ -27,18 +27,7 @@ MOST_LOOKS = 1_000_000
 def circling(frequency: float, time: Real) -> tuple[Real, Real]:
     """Return cosine and sine of the phase of a tone.
 
-    Parameters
-    ----------
-    frequency : float
-        Hz.
-    time : ndarray, shape (n,)
-        s.
-
-    Returns
-    -------
-    cosine, sine : ndarray, shape (n,)
-        Cosine and sine of 2 pi frequency time, from -1 to 1. At many evenly spaced times they are products of those of
-        two coarser grids, to rounding.
+    `time` (n,); returns `cosine`, `sine` (n,).
     """
     angular, step = 2 * np.pi * frequency, _even_step(time)
     if step is None:
@@ -200,22 +189,7 @@ class Chirped(Smooth):
 
     @classmethod
     def between(cls, amplitude: float, first: float, last: float, length: float) -> Chirped:
-        """Make a sine whose frequency changes linearly from one value to another, from time 0 on.
-
-        Parameters
-        ----------
-        amplitude : float
-            Peak voltage [V].
-        first, last : float
-            Frequencies at the beginning and at the end [Hz], >= 0.
-        length : float
-            Duration [s].
-
-        Returns
-        -------
-        Chirped
-            The sine, off after its duration.
-        """
+        """Make a sine whose frequency changes linearly from one value to another, from time 0 on."""
         sweep = (last - first) / length
 
         def phase(time: Real) -> Real:

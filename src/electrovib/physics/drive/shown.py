@@ -24,22 +24,7 @@ ROUNDING: Final = 1e-9
 
 
 def enough(drive: Drive, start: float, end: float, *, fewest: int, most: int) -> int:
-    """Return a number of even times that shows a drive.
-
-    Parameters
-    ----------
-    drive : Drive
-        Any drive.
-    start, end : float
-        First and last time [s].
-    fewest, most : int
-        Smallest number that may be returned, and largest one that is tried.
-
-    Returns
-    -------
-    count : int
-        Number of times, both ends included; above `most` where no number up to it shows the drive.
-    """
+    """Return a number of even times that shows a drive."""
     count = max(fewest, math.ceil(FEWEST * fastest_frequency(drive) * (end - start)) + 1)
     while count <= most and not shows(drive, np.linspace(start, end, count)):
         count = 2 * count - 1
@@ -49,17 +34,7 @@ def enough(drive: Drive, start: float, end: float, *, fewest: int, most: int) ->
 def shows(drive: Drive, times: Real) -> bool:
     """Return whether a line through given times shows oscillations and straight pieces of a drive.
 
-    Parameters
-    ----------
-    drive : Drive
-        Any drive.
-    times : ndarray, shape (n,)
-        Increasing [s], at least two.
-
-    Returns
-    -------
-    bool
-        Whether the values of the drive at these times, joined by straight lines, follow it.
+    `times` (n,) [s].
     """
     step = float(np.max(np.diff(times)))
     if step * fastest_frequency(drive) * FEWEST > 1 + ROUNDING:
@@ -85,18 +60,7 @@ def _missed(part: Linear, times: Real) -> float:
 
 
 def fastest_frequency(drive: Drive) -> float:
-    """Return the highest frequency of the parts of a drive.
-
-    Parameters
-    ----------
-    drive : Drive
-        Any drive.
-
-    Returns
-    -------
-    frequency : float
-        Of straight pieces one over the duration of all of them [Hz].
-    """
+    """Return the highest frequency of the parts of a drive."""
     return max((_fastest_of(part) for part in drive.parts()), default=0.0)
 
 

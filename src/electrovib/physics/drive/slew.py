@@ -17,23 +17,7 @@ _ROUNDED = 1e-9
 
 
 def slew_of(drive: Drive, end: float, *, from_rest: bool = True) -> float:
-    """Return the largest absolute rate of change of a drive.
-
-    Parameters
-    ----------
-    drive : Drive
-        Voltage or current.
-    end : float
-        Last time [s].
-    from_rest : bool
-        Whether the drive is 0 before time 0, so that another value at time 0 is a step.
-
-    Returns
-    -------
-    slew : float
-        V/s, or A/s of a current drive; infinite where the drive is discontinuous. Exact for straight pieces; of tones and
-        formulas the bound 2 pi f times the amplitude is used.
-    """
+    """Return the largest absolute rate of change of a drive."""
     parts = drive.parts()
     smallest = _ROUNDED * sum(part.bound() for part in parts)
     if from_rest and abs(float(drive.voltage(0.0))) > smallest:

@@ -69,29 +69,56 @@ class ForceLaw(Model, family=True):
         )
 
     def effective_voltage(self, section: Section) -> Linear | None:
-        """Return the part of the voltage that causes the attraction; None where the law does not define one."""
+        """Return the part of the voltage that causes the attraction.
+
+        Parameters
+        ----------
+        section : Section
+            Layers per volt of the drive, over frequency or as transfer functions.
+
+        Returns
+        -------
+        voltage : Linear or None
+            Share of the drive voltage [-]; None where the law does not define one.
+        """
         del section
         return None
 
     def diagnostics(self, layers: Mapping[str, Layer]) -> tuple[Diagnostic, ...]:
-        """Return what a user should know of this law with these layers; by default nothing."""
+        """Return what a user should know of this law with these layers; by default nothing.
+
+        Parameters
+        ----------
+        layers : mapping of str to Layer
+            Layers by name, in the order from the plate to the finger.
+
+        Returns
+        -------
+        diagnostics : tuple of Diagnostic
+            One for each statement.
+        """
         del layers
         return ()
 
     def diagnostics_over_frequency(self, section: Section) -> tuple[Diagnostic, ...]:
-        """Return diagnostics of this law over frequency, for layers without their leaks."""
+        """Return diagnostics of this law over frequency, for layers without their leaks.
+
+        Parameters
+        ----------
+        section : Section
+            Layers per volt of the drive over frequency.
+
+        Returns
+        -------
+        diagnostics : tuple of Diagnostic
+            One for each statement.
+        """
         del section
         return ()
 
 
 def layer_of(section: Section, wanted: str) -> LayerState:
-    """Return a layer that a law needs: by role the one nearest to the interface, else by name.
-
-    Raises
-    ------
-    InputError
-        If the stack has none.
-    """
+    """Return a layer that a law needs: by role the one nearest to the interface, else by name."""
     name = needed_layer(section.roles, wanted)
     if name is None:
         raise InputError(f"stack: the force law needs {wanted_layer(wanted)}")
@@ -99,21 +126,7 @@ def layer_of(section: Section, wanted: str) -> LayerState:
 
 
 def needed_layer(roles: Mapping[str, Role], wanted: str) -> str | None:
-    """Return the name of a layer that a law needs.
-
-    Parameters
-    ----------
-    roles : mapping of str to str
-        Name to role of each layer, from the plate to the finger.
-    wanted : str
-        An entry of `ForceLaw.needs`.
-
-    Returns
-    -------
-    name : str or None
-        Name of the layer nearest to the interface for a role, else `wanted` itself; None where the stack has no such
-        layer.
-    """
+    """Return the name of a layer that a law needs."""
     role = next((each for each in ORDER if each == wanted), None)
     if role is not None:
         return beside_interface(roles, role)
@@ -131,12 +144,10 @@ def wanted_layer(wanted: str) -> str:
 def gap_field(section: Section) -> Linear:
     """Return the field in the gap [V/m per volt], or in a vanishing gap that does not leak where the stack has none.
 
-    Notes
-    -----
-    Without a gap E = (D_gap(0-) + integral of J dt)/eps0 with the total current density J, because charge conducted to
-    the interface accumulates there. It equals the bound displacement of the last layer of the plate over eps0 only if
-    no layer of the plate conducts. Where bridges cover a share of the gap, it is the field times the square root of the
-    share without bridges, so that its stress is the mean over the area.
+    Without a gap E = (D_gap(0-) + integral of J dt)/eps0 with the total current density J, because charge
+    conducted to the interface accumulates there. It equals the bound displacement of the last layer of the
+    plate over eps0 only if no layer of the plate conducts. Where bridges cover a share of the gap, it is the
+    field times the square root of the share without bridges, so that its stress is the mean over the area.
     """
     name = beside_interface(section.roles, "gap")
     if name is None:

@@ -195,20 +195,7 @@ class EffectiveMedium(ForceLaw):
 
 
 def equivalent_field(section: Section, voltage: Linear) -> Linear:
-    """Return the field E = V/sqrt(K L) whose stress in vacuum is the static force of Vezzoli et al. 2014.
-
-    Parameters
-    ----------
-    section : Section
-        K = sum T/eps and L = sum T are the sums over its layers of the plate and of the finger.
-    voltage : Linear
-        V, per volt of the drive.
-
-    Returns
-    -------
-    Linear
-        Field per volt of the drive [V/m].
-    """
+    """Return the field E = V/sqrt(K L) whose stress in vacuum is the static force of Vezzoli et al. 2014."""
     names = [name for name, role in section.roles.items() if role in _PLATE_AND_FINGER]
     length = sum(section[name].thickness for name in names)
     return section.inverse_root_thickness(names) * voltage * (1 / length**0.5)

@@ -50,8 +50,6 @@ class Bristles(NamedTuple):
 def strength_at_speed(speed: Any, strength: Any, excess: Any, stribeck_speed: Any) -> Any:
     """Return the strength [N] at a speed [m/s] from that of fast sliding [N], for numbers or arrays.
 
-    Notes
-    -----
     The compiled time stepping uses this function too.
     """
     return strength * (1 + excess * np.exp(-((speed / stribeck_speed) ** 2)))
@@ -62,8 +60,6 @@ def yielding_rate(
 ) -> Any:
     """Return the rate of the deflection [m/s] under the strength at its speed [N], for numbers or arrays.
 
-    Notes
-    -----
     The compiled time stepping uses this function too.
     """
     left = 1 - direction * stiffness * deflection / level

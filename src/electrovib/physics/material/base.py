@@ -214,35 +214,11 @@ def _not_in_the_library(name: str) -> str:
 
 
 def axis(frequency: ArrayLike) -> Complex:
-    """Return the imaginary angular frequency.
-
-    Parameters
-    ----------
-    frequency : array_like
-        Hz, any shape; NaN gives NaN.
-
-    Returns
-    -------
-    axis : ndarray of complex
-        j w [1/s], same shape.
-    """
+    """Return the imaginary angular frequency."""
     result: Complex = 2j * np.pi * np.asarray(frequency, dtype=float)
     return result
 
 
 def level(value: float, *, frequency: ArrayLike) -> Complex:
-    """Return the same number at all frequencies.
-
-    Parameters
-    ----------
-    value : float
-        In any unit.
-    frequency : array_like
-        Hz, any shape.
-
-    Returns
-    -------
-    level : ndarray of complex
-        In the unit of `value`, same shape; NaN where the frequency is NaN.
-    """
+    """Return the same number at all frequencies."""
     return np.full(np.shape(frequency), value, complex) + 0 * axis(frequency)

@@ -69,18 +69,7 @@ class Perception(Model):
 
 
 def decibels(ratio: ArrayLike) -> NDArray[np.float64]:
-    """Return the level of a ratio of amplitudes in decibels.
-
-    Parameters
-    ----------
-    ratio : array_like
-        Ratio of amplitudes [1], >= 0.
-
-    Returns
-    -------
-    level : ndarray, same shape
-        20 lg ratio [dB]; minus infinity at 0.
-    """
+    """Return the level of a ratio of amplitudes in decibels."""
     amplitude = np.asarray(ratio, dtype=float)
     level = np.full(amplitude.shape, -np.inf)
     np.log10(amplitude, out=level, where=amplitude != 0)
@@ -90,22 +79,8 @@ def decibels(ratio: ArrayLike) -> NDArray[np.float64]:
 def felt_amplitude(channel: Channel, frequency: ArrayLike, displacement: ArrayLike) -> float:
     r"""Return the amplitude at the Pacinian channel's best frequency that is equivalent to a line spectrum in a channel.
 
-    Parameters
-    ----------
-    channel : Channel
-        The channel whose sensitivity weights the lines.
-    frequency : array_like, shape (n,)
-        Frequencies [Hz], above 0.
-    displacement : array_like, shape (n,)
-        Amplitudes, zero to peak [m]; in N where the displacement is assumed proportional to the force.
+    `frequency` (n,) [Hz], `displacement` (n,) [m].
 
-    Returns
-    -------
-    amplitude : float
-        Equivalent amplitude, zero to peak, in the unit of `displacement`.
-
-    Notes
-    -----
     .. math:: \sqrt{\sum_k (w(f_k)\,|X_k|)^2}
 
     Powers add within a channel; between channels the highest counts. The phase has no effect, so a train of short
@@ -118,18 +93,6 @@ def felt_amplitude(channel: Channel, frequency: ArrayLike, displacement: ArrayLi
 def strongest(perception: Perception, frequency: ArrayLike, displacement: ArrayLike) -> float:
     """Return the largest equivalent amplitude of a line spectrum over the channels.
 
-    Parameters
-    ----------
-    perception : Perception
-        The channels.
-    frequency : array_like, shape (n,)
-        Frequencies [Hz], above 0.
-    displacement : array_like, shape (n,)
-        Amplitudes, zero to peak [m], or [N] where the displacement is assumed proportional to the force.
-
-    Returns
-    -------
-    amplitude : float
-        Equivalent amplitude, zero to peak, in the unit of `displacement`.
+    `frequency` (n,) [Hz], `displacement` (n,) [m].
     """
     return max(felt_amplitude(channel, frequency, displacement) for channel in perception.channels)

@@ -11,24 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 def contact_fraction(pressure: ArrayLike, *, modulus: float, slope: float) -> NDArray[np.float64]:
     """Return the share of the nominal area in real contact when a rough elastic body is pressed on a plate.
 
-    Parameters
-    ----------
-    pressure : float or array_like
-        Nominal pressure [Pa], 0 or more: load plus attraction.
-    modulus : float
-        Effective modulus E/(1 - nu^2) [Pa], above 0.
-    slope : float
-        Root mean square slope of the roughness, above 0.
-
-    Returns
-    -------
-    share : float or ndarray
-        Real over nominal contact area [1], from 0 to 1.
-
-    Notes
-    -----
-    erf(sqrt(2) p/(E* h')) from Persson's contact mechanics, cited from memory, unverified. Its limits are checked:
-    1.596 p/(E* h') for small pressures, 1 for large ones.
+    erf(sqrt(2) p/(E* h')) from Persson's contact mechanics, cited from memory, unverified. Its limits are
+    checked: 1.596 p/(E* h') for small pressures, 1 for large ones.
     """
     from scipy.special import erf
 
@@ -37,21 +21,6 @@ def contact_fraction(pressure: ArrayLike, *, modulus: float, slope: float) -> ND
 
 
 def contact_growth(*, pressure: float, modulus: float, slope: float) -> float:
-    """Return the derivative of `contact_fraction` with pressure.
-
-    Parameters
-    ----------
-    pressure : float
-        Nominal pressure [Pa], 0 or more.
-    modulus : float
-        Effective modulus [Pa], above 0.
-    slope : float
-        Root mean square slope, above 0.
-
-    Returns
-    -------
-    growth : float
-        Derivative of the share in contact [1/Pa].
-    """
+    """Return the derivative of `contact_fraction` with pressure."""
     reduced = pressure / (modulus * slope)
     return math.sqrt(8 / math.pi) / (modulus * slope) * math.exp(-2 * reduced**2)

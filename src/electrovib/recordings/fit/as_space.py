@@ -20,25 +20,7 @@ def space_tables(
     *,
     between: Mapping[str, float] | None = None,
 ) -> dict[str, dict[str, object]]:
-    """Write estimates as tables of distributions, as `electrovib.scenario.space.read_space` reads them.
-
-    Parameters
-    ----------
-    rows : iterable of EstimatedParameter
-        The table of a fit.
-    paths : mapping of str to str
-        Name of a row to the dotted path of its parameter; other rows are omitted.
-    between : mapping of str to float, optional
-        Path to the standard deviation of a parameter between sessions, in SI, which is added to that of its mean.
-
-    Returns
-    -------
-    tables : dict of str to dict
-        Path to a normal distribution where the interval is symmetric, and to a log-normal one, with the median at the
-        estimate and the same 95 % interval, for an interval from a profile with two ends above 0. Parameters that the data
-        do not determine, or of a model that does not describe them, are omitted; `omitted_from_space` states why,
-        `space_correlations` how the others are correlated.
-    """
+    """Write estimates as tables of distributions, as `electrovib.scenario.space.read_space` reads them."""
     found: dict[str, dict[str, object]] = {}
     for row in rows:
         if row.name not in paths or not row.method or row.state in {"not", MISFIT}:
@@ -59,20 +41,7 @@ def space_tables(
 def omitted_from_space(
     rows: Iterable[EstimatedParameter], paths: Mapping[str, str], tables: Collection[str]
 ) -> dict[str, str]:
-    """State why parameters of a fit have no distribution in its space.
-
-    Parameters
-    ----------
-    rows, paths
-        As for `space_tables`.
-    tables : collection of str
-        Paths that have a distribution.
-
-    Returns
-    -------
-    reasons : dict of str to str
-        Path to the reason, such as the combination that the data do not determine.
-    """
+    """State why parameters of a fit have no distribution in its space."""
     return {
         paths[row.name]: row.note or f"its interval ({row.method or 'none'}) has no two ends above 0"
         for row in rows
@@ -81,23 +50,7 @@ def omitted_from_space(
 
 
 def space_correlations(found: ScenarioFit, tables: Collection[str]) -> dict[tuple[str, str], float]:
-    """Return the correlation matrix of the estimates in a space, pair by pair.
-
-    Parameters
-    ----------
-    found : ScenarioFit
-        The fit.
-    tables : collection of str
-        Paths that have a distribution.
-
-    Returns
-    -------
-    correlations : dict of (str, str) to float
-        Pair of paths, in the order of the unknowns, to the correlation coefficient of their estimates, from -1 to 1: a minor of a
-        correlation matrix, which is positive semidefinite. To first order it holds for the logarithms too. A pair with a
-        parameter that varies between sessions is omitted, because a few sessions do not determine it, and so is one with a
-        parameter that is not determined or lies on a bound.
-    """
+    """Return the correlation matrix of the estimates in a space, pair by pair."""
     names = list(found.estimate.values)
     matrix = found.correlation
     shared = [

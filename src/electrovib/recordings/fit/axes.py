@@ -25,21 +25,7 @@ if TYPE_CHECKING:
 def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list[str]]:
     """Collect the signals of a recording over one axis.
 
-    Parameters
-    ----------
-    columns : sequence of Observed
-        Signals of the recording.
-    axis : str
-        ``"time"`` or ``"frequency"``.
-
-    Returns
-    -------
-    there : list of int
-        Which signals are over this axis.
-    stamps : ndarray, shape (n,)
-        All values of the axis, increasing [s or Hz].
-    names : list of str
-        Names of these signals, each once.
+    Returns `stamps` (n,) [s or Hz].
     """
     there = [number for number, each in enumerate(columns) if each.axis == axis]
     stamps = [columns[number].x for number in there]
@@ -49,20 +35,7 @@ def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list
 
 
 def over_time(prepared: Prepared, columns: Sequence[Observed]) -> Repeated | None:
-    """Prepare the signals of a recording over time.
-
-    Parameters
-    ----------
-    prepared : Prepared
-        Scenario and free parameters.
-    columns : sequence of Observed
-        Signals of the recording.
-
-    Returns
-    -------
-    Repeated or None
-        These signals as a function of the free parameters; None where none is over time.
-    """
+    """Prepare the signals of a recording over time."""
     if all(each.axis != "time" for each in columns):
         return None
     _, stamps, names = along(columns, "time")
@@ -74,24 +47,7 @@ def signals_over_frequency(
 ) -> dict[str, NDArray[Any]]:
     """Predict signals over frequency, exactly, for the materials as declared.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    frequency : ndarray, shape (n,)
-        Frequencies [Hz].
-    names : sequence of str
-        Names of signals over frequency.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        Each in its unit.
-
-    Raises
-    ------
-    ElectrovibError
-        If the scenario does not predict one of them.
+    `frequency` (n,) [Hz].
     """
     variables = over_frequency(scenario, phasors(scenario, frequency))
     absent = [name for name in names if name not in variables or variables[name][0] != ("frequency",)]

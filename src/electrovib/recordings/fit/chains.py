@@ -16,22 +16,7 @@ if TYPE_CHECKING:
 
 
 def chains_of(posterior: Posterior, units: Mapping[str, str]) -> xarray.Dataset:
-    """Return the chains of a posterior distribution with their diagnostics.
-
-    Parameters
-    ----------
-    posterior : Posterior
-        The samples.
-    units : mapping of str to str
-        Unknown to its SI unit.
-
-    Returns
-    -------
-    chains : xarray.Dataset
-        ``value`` over ``parameter``, ``step`` and ``chain`` in the ``unit`` of each parameter, ``log_density`` over ``step`` and
-        ``chain``, ``autocorrelation_time`` over ``parameter`` in steps; attributes ``burn_in``, ``acceptance``, ``seed`` and
-        ``problems``, a JSON list that is empty where the diagnostics raise no objection.
-    """
+    """Return the chains of a posterior distribution with their diagnostics."""
     import xarray
 
     names = list(posterior.chains)

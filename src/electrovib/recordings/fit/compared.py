@@ -41,25 +41,9 @@ class FitComparison:
 def compare_fits(fits: Mapping[str, ScenarioFit]) -> FitComparison:
     """Compare models that were fitted to the same data.
 
-    Parameters
-    ----------
-    fits : mapping of str to ScenarioFit
-        Name of each model to its fit, at least two.
-
-    Returns
-    -------
-    comparison : FitComparison
-        Differences of AICc and BIC.
-
-    Raises
-    ------
-    InputError
-        If they were not fitted to the same number of data.
-
-    Notes
-    -----
-    A difference of AICc below 2 does not distinguish two models, one above 10 leaves the worse one without support
-    (Burnham and Anderson 2002). The criteria compare models with each other; none of them may be adequate.
+    A difference of AICc below 2 does not distinguish two models, one above 10 leaves the worse one without
+    support (Burnham and Anderson 2002). The criteria compare models with each other; none of them may be
+    adequate.
     """
     sizes = {name: each.estimate.count for name, each in fits.items()}
     if len(set(sizes.values())) > 1:

@@ -24,25 +24,8 @@ def curvature_bias(
 ) -> dict[str, float]:
     """Compute the bias of estimates from the curvature of the predictions.
 
-    Parameters
-    ----------
-    problem : WeightedProblem
-        Predictions and weights; a representative part of the samples suffices.
-    values : mapping of str to float
-        Estimates of all unknowns, in SI.
-    names : sequence of str
-        Unknowns that are judged, in the order of `values`.
-    covariance : ndarray, shape (names, names)
-        Of these unknowns, finite and positive definite.
+    `covariance` (names, names).
 
-    Returns
-    -------
-    bias : dict of str to float
-        Bias over standard deviation of each, dimensionless; infinite where the models refuse values one standard deviation
-        away.
-
-    Notes
-    -----
     To second order the bias is the solution b of J b = -d/2 by least squares, with J the derivatives and d the sum of the
     second differences of the predictions along the columns of the Cholesky factor of the covariance (Box 1971).
     """

@@ -18,39 +18,13 @@ LEAST_DETERMINED: Final = 1e-13
 
 
 def aicc(deviance: float, *, counted: int, data: int) -> float:
-    """Compute Akaike's criterion with the correction for few data.
-
-    Parameters
-    ----------
-    deviance : float
-        Minus twice the logarithm of the largest likelihood, up to a constant of the data, dimensionless.
-    counted : int
-        Number of estimated parameters, noises included.
-    data : int
-        Number of data.
-
-    Returns
-    -------
-    criterion : float
-        Dimensionless; infinite where the correction has no meaning, with `data` at most `counted` + 1.
-    """
+    """Compute Akaike's criterion with the correction for few data."""
     left = data - counted - 1
     return deviance + 2 * counted + 2 * counted * (counted + 1) / left if left > 0 else math.inf
 
 
 def bic(deviance: float, *, counted: int, data: int) -> float:
-    """Compute the criterion of Schwarz from the deviance, the number of estimated parameters and that of the data.
-
-    Parameters
-    ----------
-    deviance, counted, data
-        As for `aicc`, dimensionless.
-
-    Returns
-    -------
-    criterion : float
-        Dimensionless.
-    """
+    """Compute the criterion of Schwarz from the deviance, the number of estimated parameters and that of the data."""
     return deviance + counted * math.log(data)
 
 
@@ -149,22 +123,7 @@ class LeastSquaresEstimate:
         )
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
-        """Interval of one parameter from its standard deviation and Student's t.
-
-        Parameters
-        ----------
-        name : str
-            Which.
-        level : float
-            Probability, between 0 and 1.
-
-        Returns
-        -------
-        lower : float
-            In the parameter's unit; NaN where there is no standard deviation.
-        upper : float
-            Likewise.
-        """
+        """Interval of one parameter from its standard deviation and Student's t."""
         half = self.quantile(level) * self.standard_deviations[name]
         return self.values[name] - half, self.values[name] + half
 
@@ -182,21 +141,7 @@ def estimate_at(
 ) -> LeastSquaresEstimate:
     """Judge the parameters at which a search has ended.
 
-    Parameters
-    ----------
-    values : mapping of str to float
-        Each parameter in its unit.
-    residual : ndarray, shape (n,)
-        Weighted residuals there, dimensionless.
-    derivatives : ndarray, shape (n, parameters)
-        Of the residuals after the parameters.
-    noise_is_known, on_bound, evaluations, converged, stalled
-        As in `LeastSquaresEstimate`.
-
-    Returns
-    -------
-    estimate : LeastSquaresEstimate
-        Parameters on a bound have variance 0 there, which `on_bound` states.
+    `residual` (n,), `derivatives` (n, parameters).
     """
     inside = [at for at, name in enumerate(values) if name not in on_bound]
     squares = float(residual @ residual)

@@ -35,37 +35,8 @@ def fit_function(
 ) -> LeastSquaresEstimate:
     """Fit the parameters of a function to data by least squares.
 
-    Parameters
-    ----------
-    function : callable
-        ``function(x, **parameters)``, shape (n,), real or complex.
-    x : array_like, shape (n,) or (m, n)
-        Where the data were taken.
-    y : array_like, shape (n,)
-        Data, real or complex; of complex data the real and imaginary parts count alike.
-    start : mapping of str to float or FreeParameter
-        Initial value of each parameter, or with bounds.
-    noise : array_like, shape () or (n,), optional
-        Standard deviation of the data, of each part where they are complex, above 0, in their unit; without it the
-        scatter of the residuals is taken.
-    derivatives : callable, optional
-        ``derivatives(x, **parameters)``, shape (n, parameters), in the order of `start`. Without it they are computed
-        with an imaginary step, exactly, if the function is real, analytic and written with numpy; else by differences.
-    converged : float
-        Relative change of the sum of squares and of the parameters at which the search ends.
+    `x` (n,), `y` (n,), `noise` ().
 
-    Returns
-    -------
-    LeastSquaresEstimate
-        Values, covariance and criteria.
-
-    Raises
-    ------
-    InputError
-        If data and function do not fit together, if data or noise are not finite, or as for `least_squares`.
-
-    Notes
-    -----
     Derivative by an imaginary step h: df/dp = Im f(p + i h)/h, which takes no difference and loses no digit
     (Squire and Trapp 1998).
     """

@@ -94,23 +94,8 @@ def identifiability(
 ) -> Identifiability:
     """Judge which parameters the data determine.
 
-    Parameters
-    ----------
-    derivatives : ndarray, shape (n, parameters)
-        Derivatives of the residuals over their standard deviation after the parameters, in the order of `values`.
-    values : mapping of str to float
-        Estimates, in the units of the parameters.
-    zeros : sequence of str
-        Parameters without a natural scale, such as the zero of a signal: they are estimated, and judged only by what other
-        parameters add to their uncertainty.
+    `derivatives` (n, parameters).
 
-    Returns
-    -------
-    judgement : Identifiability
-        State of each parameter, and the combinations that are not determined.
-
-    Notes
-    -----
     With the derivatives J after the logarithms of the parameters, J = U S V', each column v of V is a combination
     sum(v_i ln p_i) with the standard deviation 1/s. A combination with 1/s above 1 is not determined. A parameter is not
     determined if it is a member of such a combination; else it is well determined if the standard deviation of its logarithm
@@ -159,17 +144,7 @@ def identifiability(
 def trades(derivatives: Real, at: int, bound: int) -> bool:
     """State whether a parameter trades with one on its bound.
 
-    Parameters
-    ----------
-    derivatives : ndarray, shape (n, parameters)
-        Derivatives of the residuals after all parameters, of any scale.
-    at, bound : int
-        The parameter, and the one on its bound.
-
-    Returns
-    -------
-    trades : bool
-        Whether the standard deviation of the first would be more than a quarter larger if the other were free.
+    `derivatives` (n, parameters).
     """
     norms = np.linalg.norm(derivatives, axis=0)
     return bool(norms[bound]) and _is_lost(

@@ -94,40 +94,7 @@ def least_squares(
     judged: bool = True,
     stall: Stall | None = None,
 ) -> LeastSquaresEstimate:
-    """Minimise the sum of squares of a weighted residual.
-
-    Parameters
-    ----------
-    residual : callable
-        Values of the parameters by name, to the residuals over their standard deviation, shape (n,), dimensionless
-        where the noise is known.
-    free : mapping of str to FreeParameter
-        At least one.
-    derivatives : callable
-        The same values to the derivatives of the residuals after them, shape (n, parameters).
-    noise_is_known : bool
-        Whether the residuals are in units of their standard deviation; else the scatter of the residuals is taken for it.
-    final_derivatives : callable, optional
-        Those for the covariance, by default `derivatives`.
-    converged : float
-        Relative change of the sum of squares and of the parameters at which the search ends.
-    most_evaluations : int
-        After which it ends without having converged.
-    judged : bool
-        Whether the covariance is computed, with derivatives at the minimum.
-    stall : Stall, optional
-        By which the search ends where the data do not determine how to go on; by default it goes on.
-
-    Returns
-    -------
-    estimate : LeastSquaresEstimate
-        With covariance, or with the reason why there is none.
-
-    Raises
-    ------
-    InputError
-        If there are fewer residuals than parameters, if they are not finite at the start, or if lmfit is not installed.
-    """
+    """Minimise the sum of squares of a weighted residual."""
     begin = {name: each.start for name, each in free.items()}
     first = np.asarray(residual(begin), dtype=float)
     if first.size < len(free):

@@ -119,25 +119,7 @@ class Observed:
 
 
 def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> tuple[Observed, ...]:
-    """Collect the signals of a recording that a scenario predicts.
-
-    Parameters
-    ----------
-    measured : MeasuredTrace
-        The recording.
-    signals : sequence of str, optional
-        Only these; by default every signal that a scenario predicts.
-
-    Returns
-    -------
-    columns : tuple of Observed
-        At least one; samples that are no number are omitted.
-
-    Raises
-    ------
-    InputError
-        If a name is no signal of the recording, or one that a scenario prescribes, or nothing is left.
-    """
+    """Collect the signals of a recording that a scenario predicts."""
     trace = measured.trace
     offered = {
         str(name): str(variable.dims[0])

@@ -15,20 +15,7 @@ if TYPE_CHECKING:
 def newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
     """Compute the Gauss-Newton step of a least-squares problem.
 
-    Parameters
-    ----------
-    derivatives : ndarray, shape (n, unknowns)
-        Of the residuals after the unknowns, in 1 over the unit of each.
-    residual : ndarray, shape (n,)
-        Weighted residuals, dimensionless.
-
-    Returns
-    -------
-    step : ndarray, shape (unknowns,)
-        Step to the minimum of the linearised problem, in the unit of each unknown; NaN where the derivatives do not
-        determine it.
-    deviations : ndarray, shape (unknowns,)
-        Standard deviations for residuals with a standard deviation of 1, likewise.
+    `derivatives` (n, unknowns), `residual` (n,); returns `step` (unknowns,), `deviations` (unknowns,).
     """
     scale = np.linalg.norm(derivatives, axis=0)
     count = len(scale)

@@ -49,45 +49,11 @@ def fit_scenario(
 ) -> ScenarioFit:
     """Estimate parameters of a scenario from recordings.
 
-    Parameters
-    ----------
-    scenario : str, Path, mapping, Scenario or xarray.Dataset
-        The experiment, as for `electrovib.load`; its values of the free parameters are where the search begins.
-    recordings : MeasuredTrace or xarray.Dataset, or a sequence of them
-        Signals over time or frequency: steps, sweeps and impedance spectra together share parameters.
-    free : sequence of str
-        Dotted paths of the unknown parameters; their bounds are those that the models declare.
-    varying : sequence of str
-        Those of them that differ between the sessions of the recordings.
-    signals : sequence of str, optional
-        Only these signals; by default all that the recordings hold and the scenario predicts.
-    start : mapping of str to float, optional
-        Initial values by path, in SI.
-    keep : sequence of str
-        ``"drive"``, ``"load"`` and ``"motion"``: parts that are taken from the scenario although a recording holds
-        ``drive_voltage``, ``normal_force`` or ``sliding_speed``, which drive the model of it otherwise.
-    progress : callable, optional
-        Called with the number of evaluations and the sum of squares; the fit ends with an error when it returns True.
-
-    Returns
-    -------
-    result : ScenarioFit
-        Estimates with covariance, residuals, and the scenario with these values.
-
-    Raises
-    ------
-    InputError
-        For wrong paths, recordings without a signal to fit or that contradict what was stated for them, or values that the
-        models refuse at the start.
-    CancelledError
-        If `progress` ends the fit.
-
-    Notes
-    -----
-    Weighted least squares. Noise that is not stated is estimated for each signal of each recording from its residuals, in
-    turn with the parameters, until it changes by less than 0.1 %: the estimate of largest likelihood, with the degrees of
-    freedom that the parameters take shared among the signals by their number of data. Combinations that the data do not
-    determine are named, and their parameters have no interval: see `identifiability`.
+    Weighted least squares. Noise that is not stated is estimated for each signal of each recording from its
+    residuals, in turn with the parameters, until it changes by less than 0.1 %: the estimate of largest
+    likelihood, with the degrees of freedom that the parameters take shared among the signals by their number
+    of data. Combinations that the data do not determine are named, and their parameters have no interval: see
+    `identifiability`.
     """
     measured = _measured(recordings)
     if not free:

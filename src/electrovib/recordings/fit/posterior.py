@@ -63,22 +63,7 @@ class Posterior:
     problems: tuple[str, ...]
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
-        """Interval between the quantiles of the samples.
-
-        Parameters
-        ----------
-        name : str
-            Which unknown.
-        level : float
-            Probability, between 0 and 1.
-
-        Returns
-        -------
-        lower : float
-            Lower quantile, in SI.
-        upper : float
-            Upper quantile, in SI.
-        """
+        """Interval between the quantiles of the samples."""
         lower, upper = np.quantile(self.samples[name], [0.5 - level / 2, 0.5 + level / 2])
         return float(lower), float(upper)
 
@@ -93,36 +78,9 @@ def sample_posterior(
 ) -> Posterior:
     """Sample the posterior distribution of the unknowns of a fit.
 
-    Parameters
-    ----------
-    found : ScenarioFit
-        The fit; its noise is taken as known.
-    seed : int
-        Of the random numbers; the same seed gives the same samples.
-    steps : int
-        Length of each chain, at least 20.
-    walkers : int, optional
-        Number of chains, even and at least twice the number of unknowns; by default four times that.
-    progress : callable, optional
-        Called with the steps done and all steps; sampling ends with an error when it returns True.
-
-    Returns
-    -------
-    posterior : Posterior
-        Samples and diagnostics.
-
-    Raises
-    ------
-    InputError
-        If emcee is not installed, or the chains are too few or too short.
-    CancelledError
-        If `progress` ends the sampling.
-
-    Notes
-    -----
-    Gaussian likelihood with the noise of the fit. The prior is uniform between the bounds of a parameter; for a parameter that
-    is searched by its logarithm it is uniform in the logarithm, within a factor of 1e6 of the estimate. Half of each chain
-    is burn-in.
+    Gaussian likelihood with the noise of the fit. The prior is uniform between the bounds of a parameter; for
+    a parameter that is searched by its logarithm it is uniform in the logarithm, within a factor of 1e6 of
+    the estimate. Half of each chain is burn-in.
     """
     emcee = require_emcee()
     Sampling(seed=seed, steps=steps)

@@ -35,30 +35,7 @@ def read_points(
 ) -> tuple[Real, Real, list[str]]:
     """Read the points of a power law from tables.
 
-    Parameters
-    ----------
-    files : sequence of str or Path
-        Files that a reader takes.
-    x, y : str
-        Headings of the columns in every file, with a unit where the file states none; converted to SI.
-    session : str
-        Heading of a column of numbers that states the session of each point; by default each file is a session.
-    reader, delimiter, decimal_comma
-        As for `electrovib.import_file`.
-
-    Returns
-    -------
-    x : ndarray, shape (n,)
-        In SI.
-    y : ndarray, shape (n,)
-        In SI.
-    sessions : list of str
-        Session of each point: its number, with the file in front where there are several, or the name of the file.
-
-    Raises
-    ------
-    InputError
-        For files that cannot be read or that lack a column. Rows with an empty field are omitted.
+    Returns `x` (n,), `y` (n,).
     """
     problems = [f"{path}: is given twice; omit one" for path in dict.fromkeys(files) if files.count(path) > 1]
     if x == y:
@@ -96,18 +73,7 @@ def _in_si(column: DataColumn) -> Real:
 
 
 def power_law_csv(law: PowerLawFit) -> str:
-    """Write a power law as CSV: a row for each session, then the mean over sessions with its interval.
-
-    Parameters
-    ----------
-    law : PowerLawFit
-        The fit.
-
-    Returns
-    -------
-    text : str
-        Exponents are dimensionless; ``factor`` is y at x = 1, both in SI; ``scatter`` is the standard deviation of ln y.
-    """
+    """Write a power law as CSV: a row for each session, then the mean over sessions with its interval."""
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n# {law.sentence}\n")
     writer = csv.writer(text, lineterminator="\n")

@@ -155,20 +155,7 @@ class Prediction:
         )
 
     def point(self, record: int, values: Mapping[str, float]) -> dict[str, float]:
-        """Parameters of the scenario of one recording.
-
-        Parameters
-        ----------
-        record : int
-            Which.
-        values : mapping of str to float
-            Of all unknowns by name, in SI.
-
-        Returns
-        -------
-        dict of str to float
-            By dotted path, in SI.
-        """
+        """Parameters of the scenario of one recording."""
         session = self.measured[record].session
         return {
             each.path: values[each.name]
@@ -179,15 +166,7 @@ class Prediction:
     def __call__(self, values: Mapping[str, float]) -> Real:
         """Predict all data.
 
-        Parameters
-        ----------
-        values : mapping of str to float
-            Of all unknowns by name, in SI.
-
-        Returns
-        -------
-        prediction : ndarray, shape (n,)
-            In the order of `data`.
+        Returns `prediction` (n,).
         """
         rows = []
         for at in range(len(self.measured)):
@@ -238,18 +217,7 @@ class Prediction:
     def derivatives(self, values: Mapping[str, float], *, names: Sequence[str] | None = None) -> Real:
         """Differentiate all predictions after the unknowns.
 
-        Parameters
-        ----------
-        values : mapping of str to float
-            Of all unknowns by name, in SI.
-        names : sequence of str, optional
-            Only these unknowns; by default all. The columns are in the order of `unknowns`.
-
-        Returns
-        -------
-        derivatives : ndarray, shape (n, unknowns)
-            In the unit of each datum over that of each unknown; the last ones are kept, because a search ends where it has
-            just computed them.
+        Returns `derivatives` (n, unknowns).
         """
         wanted = [each for each in self.unknowns if names is None or each.name in names]
         key = (tuple(values.items()), tuple(each.name for each in wanted))
@@ -272,17 +240,7 @@ class Prediction:
     def alone(self, values: Mapping[str, float], rows: NDArray[np.bool_]) -> Real:
         """Return some of the predictions without unknown zeros.
 
-        Parameters
-        ----------
-        values : mapping of str to float
-            Of all unknowns by name, in SI.
-        rows : ndarray of bool, shape (n,)
-            Which data.
-
-        Returns
-        -------
-        prediction : ndarray, shape (rows,)
-            In the order of `data`, in the unit of each.
+        `rows` (n,); returns `prediction` (rows,).
         """
         zeros = {each.name: 0.0 for each in self.unknowns if each.is_offset}
         return self(dict(values) | zeros)[rows]
@@ -290,16 +248,7 @@ class Prediction:
     def linear_rows(self, unknown: Unknown) -> NDArray[np.bool_] | None:
         """Return the data that are linear in an unknown, where all others are independent of it.
 
-        Parameters
-        ----------
-        unknown : Unknown
-            One of `unknowns`.
-
-        Returns
-        -------
-        rows : ndarray of bool, shape (n,), or None
-            Data to which a zero is added, or whose predictions are proportional to the parameter as its model declares; None
-            for every other unknown.
+        Returns `rows` (n,).
         """
         if unknown.name not in self._linear:
             self._linear[unknown.name] = (

@@ -39,34 +39,9 @@ def as_recorded(
 ) -> tuple[list[MeasuredTrace], list[str]]:
     """Let the drive, load and motion of each recording drive the model of it.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The experiment.
-    measured : sequence of MeasuredTrace
-        The recordings.
-    free : sequence of str
-        Dotted paths of the unknown parameters.
-    keep : collection of str
-        ``"drive"``, ``"load"`` and ``"motion"``: parts that are taken from the scenario whatever a recording holds.
-
-    Returns
-    -------
-    measured : list of MeasuredTrace
-        With what differs from the scenario among the changes of each.
-    said : list of str
-        What was taken from a recording and differs from the scenario, with both numbers.
-
-    Raises
-    ------
-    InputError
-        If a recording contradicts a setting that was stated for it, prescribes a part with a free parameter, or holds a
-        current where the scenario has a voltage.
-
-    Notes
-    -----
-    A recording that is, within its noise and 0.5 % of its largest value (2 % of a load or speed), the course of the scenario
-    times a constant scales the scenario's formula by that constant. Every other one replaces it, linear between its samples.
+    A recording that is, within its noise and 0.5 % of its largest value (2 % of a load or speed), the course
+    of the scenario times a constant scales the scenario's formula by that constant. Every other one replaces
+    it, linear between its samples.
     """
     if unknown := [part for part in keep if part not in PRESCRIBING.values()]:
         raise InputError(f"keep = {unknown[0]}: expected drive, load or motion")

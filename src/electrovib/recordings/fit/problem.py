@@ -69,15 +69,7 @@ class WeightedProblem:
         self.data: Real = self.prediction.data
 
     def residual(self, values: Mapping[str, float]) -> Real:
-        """Return the weighted residuals, shape (n,), dimensionless; NaN where the models refuse the values.
-
-        Raises
-        ------
-        ElectrovibError
-            At the first evaluation, if the models refuse the values.
-        CancelledError
-            If the callback ends the fit.
-        """
+        """Return the weighted residuals, shape (n,), dimensionless; NaN where the models refuse the values."""
         try:
             found: Real = (self.prediction(values) - self.data) * self.weights
         except ElectrovibError:
@@ -101,24 +93,7 @@ class WeightedProblem:
         fixed: Mapping[str, float] | None = None,
         converged: float = SEARCHED,
     ) -> LeastSquaresEstimate:
-        """Minimise the sum of squares.
-
-        Parameters
-        ----------
-        free : mapping of str to FreeParameter
-            Unknowns that are searched, with their initial values.
-        known : bool
-            Whether the noise is known.
-        fixed : mapping of str to float, optional
-            Values of all other unknowns, in SI.
-        converged : float
-            Relative change at which the search ends; above `SEARCHED` the covariance is not computed.
-
-        Returns
-        -------
-        estimate : LeastSquaresEstimate
-            Of the free unknowns. A search that moves along a combination that the data do not determine is ended, see `Stall`.
-        """
+        """Minimise the sum of squares."""
         held, names, judged = dict(fixed or {}), tuple(free), converged <= SEARCHED
         separated = Separated(self, free, held)
         if separated.is_useful:
@@ -175,22 +150,7 @@ class WeightedProblem:
         )
 
     def minimum_near(self, free: Mapping[str, FreeParameter], *, known: bool) -> LeastSquaresEstimate:
-        """Minimise the sum of squares from starting values that are close to the minimum, by Gauss-Newton steps.
-
-        Parameters
-        ----------
-        free : mapping of str to FreeParameter
-            All unknowns, with their initial values.
-        known : bool
-            Whether the noise is known.
-
-        Returns
-        -------
-        estimate : LeastSquaresEstimate
-            Judged with derivatives at the minimum, which ask for a further step of less than 1 % of a standard deviation or
-            1e-7 of the value. Where a step leads to a bound or to a larger sum of squares, or `_MOST_NEAR` steps do not
-            suffice, this is the result of `minimum`.
-        """
+        """Minimise the sum of squares from starting values that are close to the minimum, by Gauss-Newton steps."""
         values = {name: each.start for name, each in free.items()}
         left = self.residual(values)
         squares = float(left @ left)
@@ -232,26 +192,6 @@ class WeightedProblem:
     ) -> float:
         """Smallest sum of squares with one unknown held at a value.
 
-        Parameters
-        ----------
-        name : str
-            The unknown that is held.
-        value : float
-            Its value, in SI.
-        at : mapping of str to float
-            Estimates of all unknowns, with which the search begins.
-        free : mapping of str to FreeParameter
-            All unknowns.
-        variance : float
-            Of the weighted residuals, dimensionless, above 0.
-
-        Returns
-        -------
-        squares : float
-            Dimensionless; infinite where the models refuse the value.
-
-        Notes
-        -----
         The linear unknowns have their best values within their bounds, so that only the others are searched.
         """
         others = {each: free[each].starting_at(at[each]) for each in free if each != name}

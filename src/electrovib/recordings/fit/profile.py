@@ -46,29 +46,7 @@ def profile_interval(
     allowed: float,
     logarithmic: bool = False,
 ) -> ProfileInterval:
-    """Find where the smallest sum of squares at a fixed value of one parameter has risen by an allowed amount.
-
-    Parameters
-    ----------
-    rise : callable
-        Value of the parameter to the rise of the sum of squares, minimised over all others, above its minimum; in units of
-        the variance of the residuals. It may give infinity where no prediction exists.
-    best : float
-        Estimate, in the parameter's unit.
-    deviation : float
-        Standard deviation of the estimate, with which the search begins; not finite or 0 where none is known.
-    bounds : tuple of float
-        Lowest and highest value.
-    allowed : float
-        Rise at the ends of the interval: the quantile of chi-squared, or of F, for one parameter.
-    logarithmic : bool
-        Whether the search outwards goes by factors.
-
-    Returns
-    -------
-    interval : ProfileInterval
-        Both ends.
-    """
+    """Find where the smallest sum of squares at a fixed value of one parameter has risen by an allowed amount."""
     count = 0
 
     def height(value: float) -> float:

@@ -54,28 +54,12 @@ def random_effects(
 ) -> RandomEffects:
     """Estimate the spread between groups, and their mean.
 
-    Parameters
-    ----------
-    values : sequence of float
-        Estimate of each group; at least two.
-    deviations : sequence of float
-        Standard error of each estimate by the noise of its own group, in the unit of the values.
-    freedom : sequence of float, optional
-        Degrees of freedom with which each of these errors was estimated; by default they are known.
-
-    Returns
-    -------
-    found : RandomEffects
-        With both intervals.
-
-    Notes
-    -----
-    The spread fulfils Q(spread) = groups - 1 with Q = sum (value - mean)^2 / (spread^2 + error^2), Paule and Mandel, J. Res. NBS
-    87 (1982) 377. Q has the distribution of chi squared with groups - 1 degrees of freedom, so its quantiles give the interval
-    (Q profile: Viechtbauer, Stat. Med. 26 (2007) 37). An error that is itself estimated from few points has a distribution too:
-    the interval is that of the solutions over draws of all errors and of Q, and that of the mean over the same draws
-    (generalized intervals: Iyer, Wang and Mathew, J. Am. Stat. Assoc. 99 (2004) 1060). The draws are stratified and always the
-    same.
+    The spread fulfils Q(spread) = groups - 1 with Q = sum (value - mean)^2 / (spread^2 + error^2), Paule and
+    Mandel, J. Res. NBS 87 (1982) 377. Q has the distribution of chi squared with groups - 1 degrees of
+    freedom, so its quantiles give the interval (Q profile: Viechtbauer, Stat. Med. 26 (2007) 37). An error
+    that is itself estimated from few points has a distribution too: the interval is that of the solutions
+    over draws of all errors and of Q, and that of the mean over the same draws (generalized intervals: Iyer,
+    Wang and Mathew, J. Am. Stat. Assoc. 99 (2004) 1060). The draws are stratified and always the same.
     """
     found, errors = np.asarray(values, dtype=float), np.asarray(deviations, dtype=float)
     variances = np.maximum(errors, _ROUNDING * float(np.abs(found).max()) or _ROUNDING)[None, :] ** 2

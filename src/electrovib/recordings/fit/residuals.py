@@ -50,22 +50,7 @@ class Residuals:
 def residuals_of(
     prediction: Prediction, values: Mapping[str, float], noise: Sequence[float]
 ) -> list[Residuals]:
-    """Collect the residuals of every signal of every recording.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        Data and models.
-    values : mapping of str to float
-        Of all unknowns by name, in SI.
-    noise : sequence of float
-        Standard deviation of each signal over the scale of its data.
-
-    Returns
-    -------
-    list of Residuals
-        In the order of the recordings and their signals.
-    """
+    """Collect the residuals of every signal of every recording."""
     found, at = prediction(values), 0
     residuals = []
     names = [

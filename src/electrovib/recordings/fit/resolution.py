@@ -19,16 +19,7 @@ _HARMONICS: Final = 64
 def resolution_of(values: Real) -> float:
     """Return the step of which all distances between the values of a signal are whole multiples.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Recorded values, finite, in any unit.
-
-    Returns
-    -------
-    resolution : float
-        Smallest step between distinct values, in their unit; 0 where the others are no multiples of it, or fewer than 20 samples
-        or more than half as many distinct values as samples are given.
+    `values` (n,).
     """
     distinct = np.unique(values)
     if values.size < _FEWEST or not 1 < distinct.size <= values.size / 2:
@@ -49,27 +40,10 @@ def resolution_of(values: Real) -> float:
 def rounding_amplitudes(noise: float, resolution: float) -> Real:
     """Compute the amplitudes of the mean rounding error as a function of the value that is rounded.
 
-    Parameters
-    ----------
-    noise : float
-        Standard deviation of Gaussian noise before rounding, in the unit of the signal, 0 or more.
-    resolution : float
-        Step between recorded values, in the same unit, above 0.
+    Returns `amplitudes` (k,).
 
-    Returns
-    -------
-    amplitudes : ndarray, shape (k,)
-        Of the harmonics 1 to k of the value over the resolution, in the unit of the signal, with signs for rounding to the
-        nearest step.
-
-    Notes
-    -----
     (q/(pi k)) (-1)^k exp(-2 (pi k sigma/q)^2): the Fourier series of the sawtooth, averaged over the noise. From sigma = q/2
     on it vanishes, and rounding adds an independent error of the variance q^2/12.
-
-    References
-    ----------
-    B. Widrow and I. Kollar, Quantization Noise (Cambridge University Press, 2008).
     """
     order = np.arange(1, _HARMONICS + 1)
     damped = np.exp(-2 * (np.pi * order * noise / resolution) ** 2)
@@ -77,22 +51,7 @@ def rounding_amplitudes(noise: float, resolution: float) -> Real:
 
 
 def least_noise(scatter: float, coherence: float) -> float:
-    """Return the noise before rounding that the scatter of residuals implies at least.
-
-    Parameters
-    ----------
-    scatter : float
-        Standard deviation of the residuals over the step between recorded values [1].
-    coherence : float
-        Of the rounding errors, as of `coherence_of`.
-
-    Returns
-    -------
-    noise : float
-        Standard deviation over the step [1], 0 or more. At all positions between two steps alike the variance of rounded values
-        is that of the noise plus 1/12; halfway between two steps it is largest, and 1/4 without noise. The share `coherence` of
-        the samples is assumed to be there.
-    """
+    """Return the noise before rounding that the scatter of residuals implies at least."""
     from scipy.optimize import brentq
 
     def variance(noise: float) -> float:
@@ -118,16 +77,7 @@ def _variance_halfway(noise: float) -> float:
 def coherence_of(steps: Real) -> float:
     """Return how much the rounding errors of a signal are alike.
 
-    Parameters
-    ----------
-    steps : ndarray, shape (n,)
-        Prediction of the signal over the step between recorded values [1].
-
-    Returns
-    -------
-    coherence : float
-        0 where the prediction is spread over many steps evenly, 1 where it is constant: the mean of the cosine of 2 pi times the
-        distance in steps, over all pairs of samples, or the share of pairs in the same half of a step if that is larger.
+    `steps` (n,).
     """
     _, counts = np.unique(np.floor(2 * steps), return_counts=True)
     alike = float(np.abs(np.mean(np.exp(2j * np.pi * steps))) ** 2)

@@ -137,22 +137,7 @@ class ScenarioFit:
         return ""
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
-        """Interval of one unknown from its standard deviation and the rounding of the recordings.
-
-        Parameters
-        ----------
-        name : str
-            Which.
-        level : float
-            Probability, between 0 and 1.
-
-        Returns
-        -------
-        lower : float
-            In SI, within the range of the parameter; NaN where the data do not determine it.
-        upper : float
-            Likewise.
-        """
+        """Interval of one unknown from its standard deviation and the rounding of the recordings."""
         if self.why_no_interval(name):
             return math.nan, math.nan
         value, free = self.estimate.values[name], self.problem.prediction.free[name]
@@ -172,23 +157,9 @@ class ScenarioFit:
     def profile(self, name: str, *, level: float = 0.95) -> ProfileInterval:
         """Interval of one unknown from the profile of the likelihood.
 
-        Parameters
-        ----------
-        name : str
-            Which.
-        level : float
-            Probability, between 0 and 1.
-
-        Returns
-        -------
-        interval : ProfileInterval
-            Ends in SI; it holds where the symmetric interval does not, and costs about ten fits of the other unknowns. Rounding
-            of the recordings moves both ends outwards by what it adds to the variance.
-
-        Notes
-        -----
-        The ends are where the sum of squares, minimised over all other unknowns, has risen by the quantile of F(1, n - p)
-        times its variance, or by that of chi-squared with one degree of freedom where the noise is stated.
+        The ends are where the sum of squares, minimised over all other unknowns, has risen by the quantile of
+        F(1, n - p) times its variance, or by that of chi-squared with one degree of freedom where the noise
+        is stated.
         """
         from scipy.stats import chi2
         from scipy.stats import f as fisher

@@ -88,22 +88,7 @@ class Rounding:
         return math.hypot(self.deviations[name], float(np.sqrt(np.mean(self.errors[name] ** 2))))
 
     def half_width(self, name: str, *, level: float, quantile: float) -> float:
-        """Compute half the width of the interval of an unknown.
-
-        Parameters
-        ----------
-        name : str
-            Which.
-        level : float
-            Probability, between 0 and 1.
-        quantile : float
-            Standard deviations that hold this probability where rounding has no effect.
-
-        Returns
-        -------
-        half : float
-            In SI. The error is within it with this probability if all positions of the steps are equally probable.
-        """
+        """Compute half the width of the interval of an unknown."""
         from scipy.optimize import brentq
         from scipy.stats import norm
 
@@ -119,20 +104,7 @@ class Rounding:
         return float(brentq(excess, 0.0, float(np.max(errors)) + 10 * quantile * sigma, xtol=1e-6 * sigma))
 
     def is_coarse(self, name: str, value: float) -> bool:
-        """State whether rounding leaves an unknown weakly determined.
-
-        Parameters
-        ----------
-        name : str
-            Which.
-        value : float
-            Its estimate, in SI.
-
-        Returns
-        -------
-        coarse : bool
-            Whether its standard deviation is above a tenth of the estimate.
-        """
+        """State whether rounding leaves an unknown weakly determined."""
         return name in self.errors and self.deviation(name) > WELL * abs(value) > 0
 
     def note(self, name: str) -> str:
@@ -159,24 +131,8 @@ def rounding_of(
 ) -> Rounding | None:
     """Compute the effect of correlated rounding errors on the estimates.
 
-    Parameters
-    ----------
-    residuals : sequence of Residuals
-        Of each signal, with its noise.
-    derivatives : ndarray, shape (n, unknowns)
-        Of the weighted residuals after the unknowns, in 1 over the unit of each.
-    weights : ndarray, shape (n,)
-        1 over the standard deviation of each datum; only their ratios count.
-    names : sequence of str
-        The unknowns.
+    `derivatives` (n, unknowns), `weights` (n,).
 
-    Returns
-    -------
-    rounding : Rounding or None
-        None where no estimate is affected.
-
-    Notes
-    -----
     The estimates err by H b with H = (J'WJ)^-1 J'W and the mean rounding error b of each datum, a function of its prediction
     with the period of one step: `rounding_amplitudes`. How the steps lie relative to the levels of the signal is not known to
     a fraction of one step, so that all positions are equally probable, independently for levels that differ by a step or

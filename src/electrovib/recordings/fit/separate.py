@@ -133,20 +133,7 @@ class SeparateFits:
 
 
 def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter, ...]:
-    """Make the rows of a recording that could not be fitted.
-
-    Parameters
-    ----------
-    paths : mapping of str to str
-        Dotted path of each parameter to its unit.
-    why : str
-        The reason.
-
-    Returns
-    -------
-    rows : tuple of EstimatedParameter
-        Without numbers.
-    """
+    """Make the rows of a recording that could not be fitted."""
     none = math.nan
     return tuple(
         EstimatedParameter(
@@ -157,21 +144,7 @@ def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter,
 
 
 def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, BetweenSessions]:
-    """Summarise how parameters differ between recordings that were fitted separately.
-
-    Parameters
-    ----------
-    free : sequence of str
-        Dotted paths of the parameters.
-    fits : sequence of RecordedFit
-        Of all recordings.
-
-    Returns
-    -------
-    spreads : dict of str to BetweenSessions
-        Of each parameter that at least two recordings determine. Recordings count alike; those that do not determine the
-        parameter, or whose estimate lies on a bound, are omitted.
-    """
+    """Summarise how parameters differ between recordings that were fitted separately."""
     found = {}
     for path in free:
         own = {

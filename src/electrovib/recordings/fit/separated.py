@@ -75,24 +75,7 @@ class Separated:
     def best(self, values: Mapping[str, float]) -> tuple[dict[str, float], Real, Real]:
         """Compute the best values of the linear unknowns.
 
-        Parameters
-        ----------
-        values : mapping of str to float
-            Values of the other unknowns, in SI.
-
-        Returns
-        -------
-        linear : dict of str to float
-            Their best values, in SI.
-        columns : ndarray, shape (n, inside)
-            Orthonormal columns that span the weighted derivatives after those inside their bounds, dimensionless.
-        residual : ndarray, shape (n,)
-            Weighted residual, dimensionless; NaN where the models refuse the values.
-
-        Raises
-        ------
-        OutsideBoundsError
-            If a best value is outside its bounds, unless these are kept.
+        Returns `columns` (n, inside), `residual` (n,).
         """
         problem = self._problem
         left = problem.residual(self._fixed | dict(values) | self._reference)

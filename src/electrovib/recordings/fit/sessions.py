@@ -50,20 +50,7 @@ class BetweenSessions:
     group: str = "session"
 
     def interval(self, *, level: float = 0.95) -> tuple[float, float]:
-        """Interval of the mean over sessions, by Student's t with one degree of freedom less than sessions.
-
-        Parameters
-        ----------
-        level : float
-            Probability, between 0 and 1.
-
-        Returns
-        -------
-        lower : float
-            In the parameter's unit.
-        upper : float
-            Likewise.
-        """
+        """Interval of the mean over sessions, by Student's t with one degree of freedom less than sessions."""
         from scipy.stats import t
 
         half = float(t.ppf(0.5 + level / 2, len(self.values) - 1)) * self.standard_error
@@ -88,22 +75,8 @@ class BetweenSessions:
 def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -> BetweenSessions:
     """Summarise the estimates of one parameter in several sessions.
 
-    Parameters
-    ----------
-    estimate : LeastSquaresEstimate
-        Of all unknowns.
-    names : mapping of str to str
-        Session to the name of the unknown.
-
-    Returns
-    -------
-    BetweenSessions
-        With the spread between sessions of `random_effects`.
-
-    Notes
-    -----
-    In the mean the sessions count alike: their scatter has the variance between them plus that within, whatever the sizes, so
-    that Student's t holds for the mean when the sessions are alike in size.
+    In the mean the sessions count alike: their scatter has the variance between them plus that within,
+    whatever the sizes, so that Student's t holds for the mean when the sessions are alike in size.
     """
     deviations = estimate.standard_deviations
     return spread_of(
@@ -115,22 +88,7 @@ def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -
 def spread_of(
     values: Mapping[str, float], deviations: Sequence[float], *, group: str = "session"
 ) -> BetweenSessions:
-    """Summarise separate estimates of one parameter.
-
-    Parameters
-    ----------
-    values : mapping of str to float
-        Session or recording to its estimate, in the parameter's unit; at least two.
-    deviations : sequence of float
-        Standard deviation of each estimate by its own noise, in the parameter's unit.
-    group : str
-        What the values belong to: ``"session"`` or ``"recording"``.
-
-    Returns
-    -------
-    spread : BetweenSessions
-        With the spread between them of `random_effects`; their scatter where the noise of fewer than two is known.
-    """
+    """Summarise separate estimates of one parameter."""
     found = np.array(list(values.values()))
     scatter = float(np.var(found, ddof=1))
     within = float(np.sqrt(np.mean(np.square(deviations))))

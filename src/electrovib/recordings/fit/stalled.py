@@ -40,20 +40,7 @@ class Stall:
     def is_reached(self, values: Mapping[str, float], residual: Real, derivatives: Real) -> bool:
         """Record an accepted step, and state whether the search has stalled there.
 
-        Parameters
-        ----------
-        values : mapping of str to float
-            Of the unknowns that are searched, in their units.
-        residual : ndarray, shape (n,)
-            Weighted residuals, dimensionless.
-        derivatives : ndarray, shape (n, unknowns)
-            Of the residuals after the unknowns, in 1 over the unit of each.
-
-        Returns
-        -------
-        stalled : bool
-            Whether the last steps together have decreased the sum of squares by less than `GAIN` variances while a
-            combination of the unknowns is not determined.
+        `residual` (n,), `derivatives` (n, unknowns).
         """
         squares = float(residual @ residual)
         self._squares.append(squares)

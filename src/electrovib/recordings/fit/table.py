@@ -76,20 +76,7 @@ class EstimatedParameter:
 
 
 def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[EstimatedParameter, ...]:
-    """Summarise a fit, one row for each unknown and for the mean of each parameter that varies between sessions.
-
-    Parameters
-    ----------
-    found : ScenarioFit
-        The fit.
-    profiles : bool
-        Whether parameters that are not well determined get their interval from the profile of the likelihood.
-
-    Returns
-    -------
-    rows : tuple of EstimatedParameter
-        The means over sessions last.
-    """
+    """Summarise a fit, one row for each unknown and for the mean of each parameter that varies between sessions."""
     systematic = systematic_deviations(found)
     rows = [
         dataclasses.replace(

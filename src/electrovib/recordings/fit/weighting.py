@@ -27,28 +27,7 @@ _PRECISION: Final = 1e-9
 def weighted(
     prediction: Prediction, begin: Mapping[str, FreeParameter], progress: Callback | None, *, near: bool
 ) -> tuple[list[float], LeastSquaresEstimate, WeightedProblem]:
-    """Estimate parameters, and in turn with them the noise that is not stated.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        Data and models; scales of a noise that is proportional to a signal are taken from the predictions.
-    begin : mapping of str to FreeParameter
-        Unknowns with their initial values.
-    progress : callable, optional
-        As for `WeightedProblem`.
-    near : bool
-        Whether the initial values are close to the minimum.
-
-    Returns
-    -------
-    noise : list of float
-        Standard deviation of each signal of each recording, over the scale of its data.
-    estimate : LeastSquaresEstimate
-        With these weights.
-    problem : WeightedProblem
-        That was solved last.
-    """
+    """Estimate parameters, and in turn with them the noise that is not stated."""
     columns = [each for group in prediction.columns for each in group]
     stated = [each.noise for each in columns]
     alone = len(columns) == 1 and stated[0] is None

@@ -74,21 +74,7 @@ def is_measured(trace: xarray.Dataset) -> bool:
 
 
 def residuals(predicted: xarray.Dataset, measured: xarray.Dataset) -> list[SignalResidual]:
-    """Compare a measurement with a prediction.
-
-    Parameters
-    ----------
-    predicted : xarray.Dataset
-        Trace of one run.
-    measured : xarray.Dataset
-        Imported Trace.
-
-    Returns
-    -------
-    list of SignalResidual
-        One for each signal over time or frequency that both have and whose axes overlap in two or more samples. A measured
-        force is compared with the force as the tribometer reads it, or with the force itself where no tribometer is modelled.
-    """
+    """Compare a measurement with a prediction."""
     found = []
     for name in map(str, measured.data_vars):
         other = name if name in predicted else MEASURED_OF.get(name, name)

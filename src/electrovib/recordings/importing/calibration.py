@@ -38,33 +38,11 @@ class SensorCalibration:
     residual: float
 
     def value(self, reading: ArrayLike) -> Real:
-        """Convert readings to values.
-
-        Parameters
-        ----------
-        reading : array_like
-            In the SI unit of the reading.
-
-        Returns
-        -------
-        value : ndarray
-            In SI of the signal.
-        """
+        """Convert readings to values."""
         return np.asarray(self.intercept + self.sensitivity * np.asarray(reading, dtype=float))
 
     def standard_uncertainty(self, reading: ArrayLike) -> Real:
-        """Return the standard uncertainty of values by that of the line.
-
-        Parameters
-        ----------
-        reading : array_like
-            In the SI unit of the reading.
-
-        Returns
-        -------
-        uncertainty : ndarray
-            In SI of the signal, common to all samples: it does not average out.
-        """
+        """Return the standard uncertainty of values by that of the line."""
         at = np.asarray(reading, dtype=float)
         (first, both), (_, second) = self.covariance
         variance: Real = np.maximum(first + 2 * both * at + second * at**2, 0.0)
@@ -73,20 +51,8 @@ class SensorCalibration:
     def error(self, *, zero_known: bool = False) -> CalibrationError:
         """Return the systematic error of a signal that the line has converted.
 
-        Parameters
-        ----------
-        zero_known : bool
-            Whether a mean or a trend of the signal has been subtracted, which removes the error of its zero.
-
-        Returns
-        -------
-        error : CalibrationError
-            Of gain and zero, the zero in SI of the signal.
-
-        Notes
-        -----
-        With value v = a + b r of the reading r, deviations da and db change v by dz + g v, where g = db / b and
-        dz = da - (a / b) db.
+        With value v = a + b r of the reading r, deviations da and db change v by dz + g v, where g = db / b
+        and dz = da - (a / b) db.
         """
         (first, both), (_, second) = self.covariance
         ratio = self.intercept / self.sensitivity

@@ -20,25 +20,7 @@ if TYPE_CHECKING:
 
 
 def read_calibration(signal: str, path: str | Path) -> SensorCalibration:
-    """Fit the calibration line of a sensor to a file of readings at known values.
-
-    Parameters
-    ----------
-    signal : str
-        Signal that the sensor measures.
-    path : str or Path
-        Table of two columns: the reading with its unit, and the known value in a unit of the signal, in this order.
-
-    Returns
-    -------
-    SensorCalibration
-        In SI.
-
-    Raises
-    ------
-    InputError
-        If the file is no such table.
-    """
+    """Fit the calibration line of a sensor to a file of readings at known values."""
     place = Path(path)
     note_input(place)
     recorded = read_recorded(place)

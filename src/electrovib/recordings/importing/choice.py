@@ -32,22 +32,7 @@ OVER_TIME: Final = tuple(name for name, known in SIGNALS.items() if known.dims =
 def check_names(
     option: str, names: Mapping[str, object], known: Mapping[str, object] | None = None
 ) -> list[str]:
-    """List the names that are no signals over time, or that no column was chosen for.
-
-    Parameters
-    ----------
-    option : str
-        Name of the option, for the message.
-    names : mapping
-        Signal to its setting.
-    known : mapping, optional
-        Signals that have a column; any signal over time is allowed if not given.
-
-    Returns
-    -------
-    list of str
-        One sentence for each wrong name.
-    """
+    """List the names that are no signals over time, or that no column was chosen for."""
     allowed = OVER_TIME if known is None else tuple(known)
     what = "a signal over time" if known is None else "a signal that has a column"
     return [
@@ -65,27 +50,7 @@ def _remedy(name: str, allowed: Collection[str]) -> str:
 
 
 def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
-    """Find a column by its heading, with or without its unit, or by its number.
-
-    Parameters
-    ----------
-    recorded : Recorded
-        Content of the file.
-    stated : str
-        ``"Ch2"``, ``"Ch2 (N)"`` or ``"2"`` for the third column.
-    option : str
-        Dotted path of the option, for the message.
-
-    Returns
-    -------
-    DataColumn
-        With the unit that was stated, where the file states none.
-
-    Raises
-    ------
-    InputError
-        If there is no such column, or if the unit stated differs from that of the file.
-    """
+    """Find a column by its heading, with or without its unit, or by its number."""
     by_name = {each.name: each for each in recorded.channels}
     if stated in by_name:
         return by_name[stated]
@@ -120,28 +85,7 @@ def calibrated_column(
 ) -> tuple[Real, list[str]]:
     """Convert a column to the SI unit of a signal.
 
-    Parameters
-    ----------
-    column : DataColumn
-        Numbers in their unit.
-    signal : str
-        Name of the signal.
-    scale : str, float, SensorCalibration or None
-        Sensitivity such as ``"4/9 N/V"``, a plain factor, or a calibration from readings in the SI unit of the column.
-    offset : str, float or None
-        Reading at which the signal is zero, in the unit of the column, or value in the unit of the signal; it is subtracted.
-
-    Returns
-    -------
-    values : ndarray, shape (n,)
-        In the SI unit of the signal.
-    steps : list of str
-        One sentence for each step.
-
-    Raises
-    ------
-    InputError
-        If a unit is missing, unknown, or of another kind than the signal.
+    Returns `values` (n,).
     """
     target = SIGNALS[signal].unit
     if isinstance(scale, SensorCalibration):

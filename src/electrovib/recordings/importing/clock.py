@@ -48,29 +48,7 @@ class SampleTimes:
 def sample_times(
     recorded: Recorded, *, time: str = "", step: str | float | None = None, stamps: str = "refuse"
 ) -> SampleTimes:
-    """Return the times of the samples of a file.
-
-    Parameters
-    ----------
-    recorded : Recorded
-        Content of the file.
-    time : str
-        Column of the time stamps; that which the reader recognised if empty.
-    step : str, float or None
-        Time between samples [s], which has priority over the file.
-    stamps : str
-        Treatment of time stamps that do not increase, one of `STAMPS`.
-
-    Returns
-    -------
-    SampleTimes
-        In s.
-
-    Raises
-    ------
-    InputError
-        If the file states no times and none are given, or if time stamps do not increase.
-    """
+    """Return the times of the samples of a file."""
     if stamps not in STAMPS:
         raise InputError(f"stamps = {stamps}: expected one of {', '.join(STAMPS)}")
     if step is not None and time:

@@ -81,31 +81,10 @@ def match_edges(
 ) -> ClockRelation:
     """Match the edges of two records in their order and fit shift and ratio of the clocks.
 
-    Parameters
-    ----------
-    reference, other : SignalEdges
-        Edges on both clocks [s].
-    steps : tuple of float
-        Sampling intervals of both [s], which limit how exactly an edge is known.
-    near : float, optional
-        Approximate shift [s] that selects the alignment.
-
-    Returns
-    -------
-    ClockRelation
-        Fitted by least squares, with 95 % intervals from the residuals (Student's t) or from the sampling intervals,
-        whichever standard deviation is larger.
-
-    Raises
-    ------
-    InputError
-        If a record has no edge or too many, or if several alignments fit alike or none fits.
-
-    Notes
-    -----
-    An alignment matches edges in their order, rising with rising and falling with falling ones. It is accepted if every residual
-    is below a quarter of the shortest interval between edges, if the ratio of the clocks differs from 1 by at most 1 %, and if no
-    other alignment fits within three times its misfit; else `near` has to select it.
+    An alignment matches edges in their order, rising with rising and falling with falling ones. It is
+    accepted if every residual is below a quarter of the shortest interval between edges, if the ratio of the
+    clocks differs from 1 by at most 1 %, and if no other alignment fits within three times its misfit; else
+    `near` has to select it.
     """
     times, kinds = zip(*(_in_order(each) for each in (reference, other)), strict=True)
     for count, what in ((times[0].size, "reference"), (times[1].size, "other record")):

@@ -28,31 +28,7 @@ def list_columns(
     decimal_comma: bool | None = None,
     part: str | None = None,
 ) -> list[str]:
-    """List the columns of a file, with their units, and an example of the options that import them.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    reader : str
-        Name of the reader; found from the file if empty.
-    delimiter : str, optional
-        Of text: one character; found if not given.
-    decimal_comma : bool, optional
-        Of text: whether decimals are written with a comma; found if not given.
-    part : str, optional
-        Sheet, table or array to read.
-
-    Returns
-    -------
-    list of str
-        Lines of text.
-
-    Raises
-    ------
-    DataFileError
-        If the file cannot be read.
-    """
+    """List the columns of a file, with their units, and an example of the options that import them."""
     place = Path(path)
     table, wanted = split_part(part)
     recorded = read_recorded(

@@ -57,17 +57,7 @@ def about_parts(recorded: Recorded, spectrum: MeasuredSpectrum) -> list[Diagnost
 def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
     """Judge the samples of measured signals as they are in the file.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    readings : mapping of str to ndarray, shape (n,)
-        Signal to its readings, in any unit.
-
-    Returns
-    -------
-    list of Diagnostic
-        On sensor range, missing and repeated samples, and aliasing.
+    `time` (n,) [s].
     """
     found = []
     readings = {name: _scaled(values) for name, values in readings.items()}

@@ -43,18 +43,7 @@ class ImportedMaterial:
     diagnostics: tuple[Diagnostic, ...]
 
     def to_toml(self, layer: str = "stratum_corneum") -> str:
-        """Write the material as a layer of a scenario.
-
-        Parameters
-        ----------
-        layer : str
-            Name of the layer.
-
-        Returns
-        -------
-        str
-            TOML with the table ``stack.<layer>``, to be put into a scenario in place of its layer of this name.
-        """
+        """Write the material as a layer of a scenario."""
         import tomlkit
 
         document = tomlkit.document()

@@ -61,17 +61,7 @@ class PeriodAverage:
 def find_edges(time: Real, values: Real) -> SignalEdges:
     """Find the edges of a signal, with a hysteresis of 40 % of its range.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    values : ndarray, shape (n,)
-        Signal in any unit, finite.
-
-    Returns
-    -------
-    SignalEdges
-        Times at which the signal passes the mean of its 5 % and 95 % quantiles.
+    `time` (n,) [s], `values` (n,).
     """
     low, high = np.quantile(values, [0.05, 0.95])
     if high == low:
@@ -96,26 +86,7 @@ def find_edges(time: Real, values: Real) -> SignalEdges:
 def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAverage:
     """Average signals over the periods between rising edges of one of them.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    signals : mapping of str to ndarray, shape (n,)
-        Signals in any unit.
-    by : str
-        Signal whose rising edges begin the periods.
-
-    Returns
-    -------
-    PeriodAverage
-        On as many even times as the median period has samples, from 0 to before the next edge. Each period is stretched to
-        the mean period, which differs by at most a quarter.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two periods, a period has fewer than 8 samples, or the periods differ by more than a quarter
-        of their mean.
+    `time` (n,) [s].
     """
     finite = np.isfinite(signals[by])
     edges = find_edges(time[finite], signals[by][finite]).rising if finite.any() else np.array([])

@@ -59,21 +59,8 @@ class PhaseOffset:
 def phase_offset(frequency: Real, impedance: Complex) -> PhaseOffset | None:
     r"""Find a constant phase error in the impedance of a part that is a resistor and a capacitor in parallel.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        Hz, above 0.
-    impedance : ndarray of complex, shape (n,)
-        ohm.
+    `frequency` (n,), `impedance` (n,).
 
-    Returns
-    -------
-    offset : PhaseOffset or None
-        None where the spectrum shows no such error: fewer than 8 rows or repeated frequencies, another part, a phase of at most
-        1 degree or 5 standard deviations, or a spectrum that a causal part explains as well.
-
-    Notes
-    -----
     Fitted to the admittance by least squares of the relative deviation:
     :math:`Y = e^{-j\varphi}(1/R + j\omega C)`. A modulus that does not depend on the frequency excludes a phase: by the
     Kramers-Kronig relations, a phase of :math:`\varphi` belongs to a modulus proportional to

@@ -74,19 +74,7 @@ class ProposedColumn:
 
 
 def proposed_columns(recorded: Recorded) -> tuple[ProposedColumn, ...]:
-    """Propose a signal for each column whose unit or heading tells one.
-
-    Parameters
-    ----------
-    recorded : Recorded
-        Content of the file.
-
-    Returns
-    -------
-    proposed : tuple of ProposedColumn
-        In the order of the file, each signal once; empty if nothing tells a signal. The unit decides before the heading does,
-        except that a reading in V belongs to the force, current or speed that its heading names.
-    """
+    """Propose a signal for each column whose unit or heading tells one."""
     found: dict[str, ProposedColumn] = {}
     for channel in recorded.channels:
         if channel.name == recorded.time:

@@ -70,28 +70,7 @@ def reduced(
 ) -> tuple[Real, dict[str, Real], list[str]]:
     """Apply the steps to calibrated signals, in their order.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    signals : dict of str to ndarray, shape (n,)
-        Signals in SI.
-    steps : ReductionSteps
-        Steps.
-
-    Returns
-    -------
-    time : ndarray, shape (k,)
-        Times [s].
-    signals : dict of str to ndarray, shape (k,)
-        Signals in SI.
-    words : list of str
-        One sentence for each step.
-
-    Raises
-    ------
-    InputError
-        If a step leaves nothing, or its value is none.
+    `time` (n,) [s]; returns `time` (k,) [s].
     """
     words: list[str] = []
     time, signals = _aligned(time, signals, steps, words)

@@ -68,26 +68,7 @@ def read_sample(
     part: str | None = None,
     fixture_capacitance: float = 0.0,
 ) -> SampleSpectrum:
-    """Read the permittivity of a sample from a measured impedance or permittivity spectrum.
-
-    Parameters
-    ----------
-    path, area, thickness, series_resistance, parallel_capacitance, columns, reader, delimiter, decimal_comma, part
-        As for `import_material`.
-    fixture_capacitance : float
-        Capacitance of the fixture as a reference measured in it shows [F], subtracted from an admittance like
-        `parallel_capacitance`; without effect on a permittivity.
-
-    Returns
-    -------
-    sample : SampleSpectrum
-        Permittivity over frequency, with its history.
-
-    Raises
-    ------
-    InputError
-        If the file holds no spectrum, a dimension is missing, or the impedance shows that the instrument is badly calibrated.
-    """
+    """Read the permittivity of a sample from a measured impedance or permittivity spectrum."""
     place = Path(path)
     table, number = split_part(part)
     recorded = read_recorded(
@@ -143,22 +124,7 @@ def _refuse_bad_calibration(place: Path, spectrum: MeasuredSpectrum) -> None:
 
 
 def number_of(name: str, value: str | float, unit: str) -> float:
-    """Read a number of 0 or more.
-
-    Parameters
-    ----------
-    name : str
-        For the message.
-    value : str or float
-        Text with a unit, or a number in SI.
-    unit : str
-        SI unit.
-
-    Returns
-    -------
-    number : float
-        In SI, 0 or more.
-    """
+    """Read a number of 0 or more."""
     try:
         found = parse_quantity(value, unit) if isinstance(value, str) else float(value)
     except ValueError as error:

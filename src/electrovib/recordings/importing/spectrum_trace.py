@@ -23,30 +23,7 @@ if TYPE_CHECKING:
 def spectrum_trace(
     recorded: Recorded, columns: Mapping[str, str], origin: Mapping[str, str], *, spectrum: int = 0
 ) -> xarray.Dataset:
-    """Return a measured impedance or permittivity as a Trace.
-
-    Parameters
-    ----------
-    recorded : Recorded
-        Table of the spectrum.
-    columns : mapping of str to str
-        As for `electrovib.data.readers.spectrum.spectrum_of`.
-    origin : mapping of str to str
-        Attributes that state the origin.
-    spectrum : int
-        As for `electrovib.data.readers.spectrum.spectrum_of`.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``impedance`` [ohm] over ``frequency`` [Hz], or ``permittivity`` [1] over ``layer`` and ``frequency``, with one layer
-        named ``sample``.
-
-    Raises
-    ------
-    InputError
-        If the columns make no spectrum; the message names the columns.
-    """
+    """Return a measured impedance or permittivity as a Trace."""
     try:
         found = spectrum_of(recorded, columns=columns, spectrum=spectrum)
     except InputError as error:

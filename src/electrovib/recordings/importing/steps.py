@@ -17,25 +17,7 @@ _SPAN: Final = re.compile(r"\s*(.*?)\s*(?:\.\.|:| to )\s*(.*?)\s*")
 
 
 def seconds(option: str, value: str | float) -> float:
-    """Return a time [s] given as a number or as text with a unit.
-
-    Parameters
-    ----------
-    option : str
-        Dotted path, for the message.
-    value : str or float
-        Time.
-
-    Returns
-    -------
-    time : float
-        In s.
-
-    Raises
-    ------
-    InputError
-        If it is no time.
-    """
+    """Return a time [s] given as a number or as text with a unit."""
     try:
         return parse_quantity(value, "s") if isinstance(value, str) else float(value)
     except ValueError as error:
@@ -43,25 +25,7 @@ def seconds(option: str, value: str | float) -> float:
 
 
 def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, float]:
-    """Return the ends of a time span such as ``"0 s..2 s"``; an end that is omitted is infinite.
-
-    Parameters
-    ----------
-    option : str
-        Dotted path, for the message.
-    value : str or tuple of float
-        Span.
-
-    Returns
-    -------
-    first, last : float
-        Ends of the span [s].
-
-    Raises
-    ------
-    InputError
-        If it is no span, or if it is empty.
-    """
+    """Return the ends of a time span such as ``"0 s..2 s"``; an end that is omitted is infinite."""
     if isinstance(value, str):
         match = _SPAN.fullmatch(value)
         if match is None:
@@ -78,19 +42,7 @@ def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, flo
 def trigger_time(time: Real, values: Real, level: float | None = None) -> float | None:
     """Return the time at which a signal first rises through a level.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s].
-    values : ndarray, shape (n,)
-        Signal in any unit.
-    level : float, optional
-        In that unit; the mean of the 5 % and 95 % quantiles if it is not given.
-
-    Returns
-    -------
-    crossing : float or None
-        Time [s], interpolated linearly; None if the signal does not rise through the level.
+    `time` (n,) [s], `values` (n,).
     """
     finite = np.isfinite(values)
     if level is None:
@@ -109,19 +61,7 @@ def trigger_time(time: Real, values: Real, level: float | None = None) -> float 
 def shifted(time: Real, values: Real, shift: float) -> Real:
     """Return a signal whose samples were taken `shift` later than their time stamps state.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Time stamps [s].
-    values : ndarray, shape (n,)
-        Signal in any unit.
-    shift : float
-        Time that is added to the stamps of this signal [s].
-
-    Returns
-    -------
-    values : ndarray, shape (n,)
-        At the times `time`, interpolated linearly; NaN outside of the shifted record.
+    `time` (n,) [s], `values` (n,); returns `values` (n,).
     """
     return np.interp(time, time + shift, values, left=np.nan, right=np.nan)
 
@@ -129,19 +69,7 @@ def shifted(time: Real, values: Real, shift: float) -> Real:
 def without_trend(time: Real, values: Real) -> tuple[Real, float]:
     """Subtract the straight line fitted to a signal.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s].
-    values : ndarray, shape (n,)
-        Signal in any unit.
-
-    Returns
-    -------
-    values : ndarray, shape (n,)
-        Without the line.
-    slope : float
-        Slope of the line, in the unit of the signal per second.
+    `time` (n,) [s], `values` (n,); returns `values` (n,).
     """
     finite = np.isfinite(values)
     centred = time - time[finite].mean()
@@ -152,21 +80,7 @@ def without_trend(time: Real, values: Real) -> tuple[Real, float]:
 def resampled(time: Real, values: Real, grid: Real) -> Real:
     """Return a signal on an even time grid.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    values : ndarray, shape (n,)
-        Signal in any unit.
-    grid : ndarray, shape (k,)
-        Even times [s] within `time`.
-
-    Returns
-    -------
-    values : ndarray, shape (k,)
-        Linear interpolation, or, where the step of the grid exceeds the median interval of the samples, the mean of the linear
-        interpolation over one step around each time, which attenuates components above half the new sampling rate. NaN
-        where a sample that takes part is NaN.
+    `time` (n,) [s], `values` (n,), `grid` (k,) [s]; returns `values` (k,).
     """
     step = float(grid[1] - grid[0])
     lost = np.isnan(values)

@@ -65,24 +65,7 @@ class Release:
 def resonant_release(*, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float) -> Release:
     """Fit a release and one resonance, starting from the best points of a grid.
 
-    Parameters
-    ----------
-    stamps : ndarray, shape (n,)
-        Times after the end of the drive [s].
-    force : ndarray, shape (n,)
-        Force [N].
-    window : float
-        Time after that end up to which there are samples [s].
-
-    Returns
-    -------
-    Release
-        Best of the fits from the four best starts.
-
-    Raises
-    ------
-    InputError
-        If the samples are too far apart to resolve an oscillation.
+    `stamps` (n,) [s], `force` (n,) [N].
     """
     fit = _Fit(stamps, force, window)
     starts = [
@@ -108,23 +91,7 @@ def refined(
 ) -> Release:
     """Fit the same release to other samples, or with a prescribed fall time.
 
-    Parameters
-    ----------
-    stamps : ndarray, shape (n,)
-        Times after the end of the drive [s].
-    force : ndarray, shape (n,)
-        Force [N].
-    window : float
-        Time after that end up to which there are samples [s].
-    begin : Release
-        Start of the search.
-    fall_time : float, optional
-        Prescribed time constant of the fall [s]; fitted if not given.
-
-    Returns
-    -------
-    Release
-        Local optimum.
+    `stamps` (n,) [s], `force` (n,) [N].
     """
     fit = _Fit(stamps, force, window)
     fall = begin.fall_time if fall_time is None else fall_time
@@ -209,21 +176,7 @@ def plain_release(
 ) -> tuple[float, NDArray[np.float64]]:
     """Fit an exponential release recorded by a sensor without resonance.
 
-    Parameters
-    ----------
-    stamps : ndarray, shape (n,)
-        Times after the end of the drive [s].
-    force : ndarray, shape (n,)
-        Force [N].
-    window : float
-        Time after that end up to which there are samples [s].
-
-    Returns
-    -------
-    misfit : float
-        Rms of the residual over the rms of the force about its last level, both after the end of the drive [1].
-    model : ndarray, shape (n,)
-        Fitted force [N].
+    `stamps` (n,) [s], `force` (n,) [N]; returns `model` (n,) [N].
     """
     from scipy.optimize import least_squares
 

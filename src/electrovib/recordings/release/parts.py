@@ -62,24 +62,7 @@ class Decay:
 def drive_end(*, time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
     """Return the time at which a drive falls below half of its largest magnitude for the last time.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s].
-    voltage : ndarray, shape (n,)
-        Voltage as read back [V], or 1 while the drive is on and 0 otherwise.
-    name : str
-        Name of that column, for messages.
-
-    Returns
-    -------
-    end : float
-        Mean of the times of the last sample above half of the magnitude and of the next one [s].
-
-    Raises
-    ------
-    InputError
-        If there is no drive, or if it does not end.
+    `time` (n,) [s], `voltage` (n,) [V].
     """
     on, peak = _on(voltage)
     if peak == 0 or len(on) == len(time):
@@ -105,24 +88,7 @@ def levels_and_misfit(
 ) -> tuple[float, float, float, NDArray[np.float64], NDArray[np.float64]]:
     """Fit the two levels of a normalised shape to a force.
 
-    Parameters
-    ----------
-    shape : ndarray, shape (n,)
-        Normalised shape: 1 before the release, 0 long after it.
-    force : ndarray, shape (n,)
-        Force [N].
-    stamps : ndarray, shape (n,)
-        Times after the end of the drive [s].
-
-    Returns
-    -------
-    held, after : float
-        Levels at which the shape is 1 and 0 [N].
-    misfit : float
-        Rms of the residual over the rms of the force about its last level, both after the end of the drive [1];
-        infinite if the force does not change.
-    residual, model : ndarray, shape (n,)
-        Model less force, and model [N].
+    `shape` (n,), `force` (n,) [N], `stamps` (n,) [s]; returns `residual`, `model` (n,) [N].
     """
     centred = shape - shape.mean()
     square = float(centred @ centred)
@@ -148,23 +114,7 @@ def find_extrema(
 ) -> list[Extremum]:
     """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise.
 
-    Parameters
-    ----------
-    stamps : ndarray, shape (n,)
-        Times [s].
-    force : ndarray, shape (n,)
-        Force [N].
-    start, end : float
-        Limits of the search [s].
-    period : float
-        Approximate period of the oscillation [s].
-    level, scatter : float
-        Force to which the oscillation decays, and standard deviation of the noise [N].
-
-    Returns
-    -------
-    list of Extremum
-        Vertices of parabolas fitted to the samples within an eighth of a period.
+    `stamps` (n,) [s], `force` (n,) [N].
     """
     before = force[stamps < 0]
     side = -1.0 if np.mean(before[-20:]) > level else 1.0
@@ -202,19 +152,7 @@ def damped_sine(
 ) -> Decay | None:
     """Fit a damped sine about a level to a section of a record.
 
-    Parameters
-    ----------
-    stamps : ndarray, shape (n,)
-        Times [s].
-    force : ndarray, shape (n,)
-        Force [N].
-    start, end : float
-        Limits of the section [s].
-
-    Returns
-    -------
-    Decay or None
-        Fitted damped sine; None if the section holds fewer than 12 samples.
+    `stamps` (n,) [s], `force` (n,) [N].
     """
     from scipy.optimize import least_squares
 

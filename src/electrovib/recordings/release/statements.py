@@ -40,28 +40,7 @@ def statements_on_fit(
     extrema: Sequence[Extremum],
     decays: tuple[Decay | None, Decay | None],
 ) -> tuple[str, ...]:
-    """Write what a fitted release determines.
-
-    Parameters
-    ----------
-    best : Release
-        Fitted release.
-    uncertainty : mapping of str to Uncertainty
-        Uncertainty of ``delay``, ``frequency`` and ``quality``.
-    falls : tuple of float
-        Lowest and highest fall time with which the fit is as good [s].
-    without : float
-        Misfit without the resonance [1].
-    extrema : sequence of Extremum
-        Turning points.
-    decays : tuple of Decay or None
-        Damped sines from the first turning point on, and from three quarters of a period later.
-
-    Returns
-    -------
-    sentences : tuple of str
-        On the resonance, the delay, and the change of the frequency.
-    """
+    """Write what a fitted release determines."""
     return (
         *_resonance(best, uncertainty, without),
         *_delay(best, uncertainty["delay"], falls),
@@ -70,20 +49,7 @@ def statements_on_fit(
 
 
 def statements_on_record(readback: Readback | None, missing: int) -> tuple[str, ...]:
-    """Write how many rows were omitted from a record, and what its drive column does not determine.
-
-    Parameters
-    ----------
-    readback : Readback or None
-        Relation of the column to the drive.
-    missing : int
-        Number of rows that were omitted.
-
-    Returns
-    -------
-    sentences : tuple of str
-        Empty if there is nothing to state.
-    """
+    """Write how many rows were omitted from a record, and what its drive column does not determine."""
     said = []
     if missing:
         rows = "1 row that holds" if missing == 1 else f"{missing} rows that hold"

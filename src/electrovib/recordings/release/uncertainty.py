@@ -57,24 +57,7 @@ def uncertainties(
 ) -> tuple[dict[str, Uncertainty], tuple[float, float]]:
     """Compute the uncertainty of a fitted release.
 
-    Parameters
-    ----------
-    stamps : ndarray, shape (n,)
-        Times after the end of the drive [s].
-    force : ndarray, shape (n,)
-        Force [N].
-    window : float
-        Time after that end up to which there are samples [s].
-    best : Release
-        Release fitted to these samples.
-
-    Returns
-    -------
-    found : dict of str to Uncertainty
-        Uncertainty of ``delay`` [s], ``frequency`` [Hz] and ``quality`` [1].
-    interval : tuple of float
-        Lowest and highest fall time that fit as well, 95 % on either side [s]; the lowest is 0 if a discontinuity fits
-        as well.
+    `stamps` (n,) [s], `force` (n,) [N].
     """
     jacobian, after = _jacobian(stamps, best), stamps >= 0
     # the residual is noise before the end of the drive, and includes model error after it: the larger effect is taken
@@ -107,20 +90,7 @@ def uncertainties(
 def with_change(
     found: Mapping[str, Uncertainty], decays: tuple[Decay | None, Decay | None]
 ) -> dict[str, Uncertainty]:
-    """Add the change of frequency and quality factor during the decay, beyond the noise of both fits.
-
-    Parameters
-    ----------
-    found : mapping of str to Uncertainty
-        Uncertainty of ``delay``, ``frequency`` and ``quality``.
-    decays : tuple of Decay or None
-        Damped sines fitted early and late.
-
-    Returns
-    -------
-    dict of str to Uncertainty
-        With the component ``change``, of a uniform distribution between the early and the late value.
-    """
+    """Add the change of frequency and quality factor during the decay, beyond the noise of both fits."""
     early, late = decays
     if early is None or late is None:
         return dict(found)

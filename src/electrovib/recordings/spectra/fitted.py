@@ -126,19 +126,7 @@ class FittedMaterial:
         }
 
     def to_toml(self, layer: str = "stratum_corneum") -> str:
-        """Write the material as a layer of a scenario.
-
-        Parameters
-        ----------
-        layer : str
-            Name of the layer.
-
-        Returns
-        -------
-        text : str
-            TOML with the table ``stack.<layer>``, to be put into a scenario in place of its layer of this name; comments
-            state origin, statistical interval and systematic error of each parameter.
-        """
+        """Write the material as a layer of a scenario."""
         import tomlkit
 
         document = tomlkit.document()
@@ -167,32 +155,7 @@ def fit_samples(
     error: InstrumentError | None = None,
     loss: str = "measured",
 ) -> FittedMaterial:
-    """Fit a dispersion to the spectra of one or several samples of the same material.
-
-    Parameters
-    ----------
-    samples : mapping of str to SampleSpectrum
-        Name of each source to its spectrum.
-    form : str
-        As for `forms_of`.
-    noise : mapping of str to float, optional
-        Name of each source to its relative standard deviation; without it all rows count alike.
-    error : InstrumentError, optional
-        Systematic error common to all sources.
-    loss : str
-        As for `electrovib.recordings.spectra.material.fit_material`; the form of a material without loss is constant.
-
-    Returns
-    -------
-    fitted : FittedMaterial
-        Of the form with the smallest AICc among those that are not refused.
-
-    Raises
-    ------
-    InputError
-        For data that deviate from the Kramers-Kronig relations by more than 10 %, or that the best form misses by more than
-        30 %; both limits are at least three times the stated noise.
-    """
+    """Fit a dispersion to the spectra of one or several samples of the same material."""
     forms = forms_of("constant" if loss == "none" and form == "auto" else form)
     weights = _noise_of(samples, noise or {})
     frequency = np.concatenate([each.frequency for each in samples.values()])

@@ -19,24 +19,7 @@ def _command_name(form: str) -> tuple[str, str]:
 
 
 def forms_of(name: str) -> tuple[str, ...]:
-    """Return the forms that a short name stands for.
-
-    Parameters
-    ----------
-    name : str
-        ``auto``, the name of a form such as ``cole-cole`` with any number of terms, that with a number of terms such as
-        ``cole-cole-2``, or ``gabriel`` for four Cole-Cole terms.
-
-    Returns
-    -------
-    forms : tuple of str
-        Names among `FORMS`, between which the criterion of Akaike decides.
-
-    Raises
-    ------
-    InputError
-        For any other name.
-    """
+    """Return the forms that a short name stands for."""
     known: dict[str, tuple[str, ...]] = {"auto": OFFERED}
     for form in FORMS:
         kebab, terms = _command_name(form)

@@ -66,18 +66,7 @@ def _debye(frequency: Real, permittivity: Complex) -> Iterator[Material]:
 
 
 def _cole_cole(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
-    """Make the sum of so many broadened relaxations, begun at several times.
-
-    Parameters
-    ----------
-    count : int
-        Terms, at least 1.
-
-    Returns
-    -------
-    callable
-        Frequencies [Hz] and complex relative permittivity to initial materials.
-    """
+    """Make the sum of so many broadened relaxations, begun at several times."""
 
     def starts(frequency: Real, permittivity: Complex) -> Iterator[Material]:
         high, low, least = _levels(frequency, permittivity)
@@ -92,18 +81,7 @@ def _cole_cole(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
 
 
 def _prony(count: int) -> Callable[[Real, Complex], Iterator[Material]]:
-    """Make the sum of so many relaxations of one time each, begun with times evenly over the band.
-
-    Parameters
-    ----------
-    count : int
-        Terms, at least 1.
-
-    Returns
-    -------
-    starts : callable
-        Frequencies [Hz] and complex relative permittivity to initial materials.
-    """
+    """Make the sum of so many relaxations of one time each, begun with times evenly over the band."""
 
     def starts(frequency: Real, permittivity: Complex) -> Iterator[Material]:
         high, low, least = _levels(frequency, permittivity)

@@ -72,24 +72,7 @@ class InstrumentError:
     ) -> dict[str, float]:
         """Return the standard deviation of each parameter of a material by the error of the instrument.
 
-        Parameters
-        ----------
-        fit : MaterialFit
-            The fit.
-        frequency : ndarray, shape (n,)
-            Hz, as it was fitted.
-        permittivity : ndarray of complex, shape (n,)
-            Relative permittivity, as it was fitted.
-        noise : array_like or None
-            As it was fitted.
-        per_farad : array_like
-            Permittivity that one farad of the fixture makes at each row, 0 where a permittivity was measured.
-
-        Returns
-        -------
-        deviations : dict of str to float
-            Dotted path to the standard deviation, in SI: the root of the sum of squares of those by the modulus, the phase and
-            the fixture, each by the derivative of the estimate. It does not average out with more data.
+        `frequency` (n,), `permittivity` (n,).
         """
         found = dict.fromkeys(fit.estimate.values, 0.0)
         fixture = 1 + self.fixture_uncertainty * np.asarray(per_farad) / permittivity
@@ -105,30 +88,8 @@ def error_by_resistor(
 ) -> InstrumentError:
     """Measure the systematic error of an instrument with a resistor of known value.
 
-    Parameters
-    ----------
-    frequency : array_like, shape (n,)
-        Hz, above 0, at least 8.
-    impedance : array_like of complex, shape (n,)
-        ohm, measured.
-    resistance : float
-        Known value [ohm], above 0.
-    tolerance : float
-        Limit of its relative deviation, which is taken as equally likely everywhere within it.
+    `frequency` (n,), `impedance` (n,).
 
-    Returns
-    -------
-    error : InstrumentError
-        The relative deviation of the measured resistance, the phase at vanishing frequency, and the capacitance in parallel, each
-        with the standard deviation of its own measurement, and the first with that of the known value.
-
-    Raises
-    ------
-    InputError
-        If the calibration is bad, as `fit_parallel_part` judges it.
-
-    Notes
-    -----
     The sample lies elsewhere in the fixture, with leads of its own: the capacitance of the fixture is taken as uncertain by as
     much as itself.
     """

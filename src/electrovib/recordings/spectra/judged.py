@@ -38,40 +38,12 @@ def _misses(fit: MaterialFit, allowed: float) -> bool:
 
 
 def acceptable_first(fits: Sequence[MaterialFit], allowed: float) -> tuple[MaterialFit, ...]:
-    """Put the forms that miss the data by more than is accepted behind the others.
-
-    Parameters
-    ----------
-    fits : sequence of MaterialFit
-        By the criterion of Akaike, which with few rows prefers forms of few parameters whatever they miss.
-    allowed : float
-        Deviation that the stated noise explains, relative; the limit is at least this.
-
-    Returns
-    -------
-    fits : tuple of MaterialFit
-        Otherwise in their order.
-    """
+    """Put the forms that miss the data by more than is accepted behind the others."""
     return tuple(sorted(fits, key=lambda each: _misses(each, allowed)))
 
 
 def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
-    """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it.
-
-    Parameters
-    ----------
-    best : MaterialFit
-        The chosen fit.
-    consistent : float
-        Deviation of the data from the Kramers-Kronig relations, relative; NaN where it cannot be judged.
-    allowed : float
-        Deviation that the stated noise explains, relative; both limits are at least this.
-
-    Raises
-    ------
-    InputError
-        For either.
-    """
+    """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it."""
     limit = max(REFUSED_INCONSISTENT, allowed)
     if consistent > limit:
         more = "; a loss that was not measured is stated with --loss unknown" if best.loss == "none" else ""
@@ -96,23 +68,7 @@ def history_of(
 ) -> Iterator[str]:
     """State how a material was fitted.
 
-    Parameters
-    ----------
-    samples : mapping of str to SampleSpectrum
-        Name of each source to its spectrum.
-    fits : sequence of MaterialFit
-        The chosen one first.
-    frequency : ndarray, shape (n,)
-        Of all rows [Hz].
-    noise : mapping of str to float
-        Name of each source to its relative standard deviation; empty where none is stated.
-    error : InstrumentError or None
-        Systematic error of the instrument.
-
-    Yields
-    ------
-    str
-        One sentence for each step.
+    `frequency` (n,) [Hz].
     """
     best = fits[0]
     for name, each in samples.items():
@@ -141,22 +97,7 @@ def history_of(
 
 
 def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, float]) -> Iterator[Diagnostic]:
-    """Judge the consistency of the data and the misfit of the form.
-
-    Parameters
-    ----------
-    best : MaterialFit
-        The chosen fit.
-    consistent : float
-        Deviation of the data from the Kramers-Kronig relations, relative; NaN where it cannot be judged.
-    noise : mapping of str to float
-        Name of each source to its relative standard deviation; empty where none is stated.
-
-    Yields
-    ------
-    Diagnostic
-        On the Kramers-Kronig relations, on a misfit above 5 %, and on the conductivity at zero frequency.
-    """
+    """Judge the consistency of the data and the misfit of the form."""
     limit = max(INCONSISTENT, 2 * max(noise.values(), default=0.0))
     if best.loss == "unknown":
         yield Diagnostic(
@@ -198,20 +139,7 @@ def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, flo
 def loss_that_follows(fits: Sequence[MaterialFit], frequency: Real, allowed: float) -> Diagnostic:
     """State the loss factor that follows from a permittivity by the forms that describe it.
 
-    Parameters
-    ----------
-    fits : sequence of MaterialFit
-        Of the permittivity alone, the chosen one first.
-    frequency : ndarray, shape (n,)
-        Of all rows [Hz].
-    allowed : float
-        As for `acceptable_first`.
-
-    Returns
-    -------
-    Diagnostic
-        Loss factor at both ends and the middle of the band, with the range of all acceptable forms within 10 of the best AICc,
-        each with its 95 % interval.
+    `frequency` (n,) [Hz].
     """
     low, high = float(frequency.min()), float(frequency.max())
     at = np.array([low, math.sqrt(low * high), high])

@@ -20,26 +20,8 @@ if TYPE_CHECKING:
 def impedance_residual(frequency: ArrayLike, impedance: ArrayLike) -> float:
     """Compute the deviation of a measured impedance from the Kramers-Kronig relations.
 
-    Parameters
-    ----------
-    frequency : array_like, shape (n,)
-        Hz, above 0, distinct.
-    impedance : array_like of complex, shape (n,)
-        ohm, not 0.
+    `frequency` (n,), `impedance` (n,).
 
-    Returns
-    -------
-    residual : float
-        Root mean square of the relative misfit of the admittance, dimensionless: about the noise for an impedance of linear,
-        causal parts with a resistive-capacitive spectrum.
-
-    Raises
-    ------
-    InputError
-        For data that are not finite, or too few to judge.
-
-    Notes
-    -----
     The admittance over j w is treated as a permittivity and tested as `kramers_kronig_residual` describes. Inductive parts
     count as a misfit.
     """
@@ -55,17 +37,7 @@ def impedance_residual(frequency: ArrayLike, impedance: ArrayLike) -> float:
 def consistency(frequency: Real, permittivity: Complex) -> float:
     """Compute the deviation of a permittivity from the Kramers-Kronig relations.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        Hz.
-    permittivity : ndarray of complex, shape (n,)
-        Relative permittivity, conduction included.
-
-    Returns
-    -------
-    residual : float
-        As from `kramers_kronig_residual`; NaN for rows that are too few or at repeated frequencies.
+    `frequency` (n,), `permittivity` (n,).
     """
     loss = -permittivity.imag * 2 * math.pi * frequency * eps0
     try:

@@ -30,19 +30,7 @@ _STEP: Final = 1e-7
 def logarithms(permittivity: Complex, frequency: Real, loss: str) -> Real:
     """Compute the logarithms of permittivity and, if the loss was measured, of conductivity, one after the other.
 
-    Parameters
-    ----------
-    permittivity : ndarray of complex, shape (n,)
-        Relative.
-    frequency : ndarray, shape (n,)
-        Hz.
-    loss : str
-        One of `LOSSES`.
-
-    Returns
-    -------
-    rows : ndarray, shape (n,) or (2 n,)
-        Natural logarithms, of the conductivity in S/m.
+    `permittivity` (n,), `frequency` (n,); returns `rows` (n,).
     """
     if loss != "measured":
         with np.errstate(all="ignore"):
@@ -60,17 +48,7 @@ def parts_of(loss: str) -> int:
 def weights_of(noise: ArrayLike | None, count: int) -> Real | None:
     """Compute the weights of permittivity and conductivity.
 
-    Parameters
-    ----------
-    noise : array_like or None
-        Relative standard deviation, one number, one for each row, or two rows.
-    count : int
-        Number of frequencies.
-
-    Returns
-    -------
-    weights : ndarray, shape (2, count), or None
-        One over the relative standard deviation; None without a noise.
+    Returns `weights` (2, count).
     """
     if noise is None:
         return None
@@ -88,21 +66,7 @@ def slopes_of(
 ) -> Real:
     """Compute the derivatives of numbers of a material after its parameters.
 
-    Parameters
-    ----------
-    start : Material
-        The material.
-    values : mapping of str to float
-        Values of the parameters by dotted path, in SI.
-    loss : str
-        One of `LOSSES`.
-    rows : callable
-        A material to the numbers, shape (n,).
-
-    Returns
-    -------
-    slopes : ndarray, shape (n, parameters)
-        In the unit of the numbers over that of each parameter.
+    Returns `slopes` (n, parameters).
     """
     free = free_parameters(start, loss)
     base, columns = rows(with_numbers(start, values)), []

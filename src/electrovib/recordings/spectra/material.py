@@ -94,35 +94,8 @@ def fit_material(
 ) -> tuple[MaterialFit, ...]:
     """Fit forms of dispersion to a measured spectrum of one material.
 
-    Parameters
-    ----------
-    frequency : array_like, shape (n,)
-        Hz, above 0.
-    permittivity : array_like of complex, shape (n,)
-        Relative permittivity eps' - j eps'', conduction included, with eps' above 0, and eps'' above 0 if it was measured.
-    forms : sequence of str
-        Names among `FORMS`.
-    noise : array_like, shape () or (n,) or (2, n), optional
-        Relative standard deviation of each row, above 0; with two rows that of the permittivity and that of the
-        conductivity. Rows of several sources, one after the other, are thus weighted by the noise of each. Without it all
-        rows count alike, and the scatter of the residuals is taken.
-    loss : str
-        ``measured``; ``none`` for a material without loss, which is without dispersion too; or ``unknown``: the real part alone
-        is fitted, which holds no conductivity at zero frequency.
+    `frequency` (n,), `permittivity` (n,), `noise` ().
 
-    Returns
-    -------
-    fits : tuple of MaterialFit
-        One for each form that could be fitted, the best by the criterion of Akaike first; all without the rows that are
-        outliers of the best.
-
-    Raises
-    ------
-    InputError
-        For an unknown form, or data that are no spectrum of a passive conductor.
-
-    Notes
-    -----
     Residuals are differences of the logarithms of permittivity and conductivity, so that all frequencies count alike. A
     row whose residual differs from the median of its neighbours by more than 5 standard deviations of such differences, and
     by more than twice what the form misses, is left out, and all forms are fitted again.
@@ -213,24 +186,7 @@ def shift_of(
 ) -> dict[str, float]:
     """Compute by how much the estimates change if all data are multiplied by a complex factor close to 1.
 
-    Parameters
-    ----------
-    fit : MaterialFit
-        The fit.
-    frequency : ndarray, shape (n,)
-        Hz, as it was fitted.
-    permittivity : ndarray of complex, shape (n,)
-        Relative permittivity, as it was fitted.
-    factor : complex or ndarray of complex, shape (n,)
-        Factor of the permittivity, dimensionless.
-    noise : array_like or None
-        As it was fitted.
-
-    Returns
-    -------
-    shift : dict of str to float
-        Dotted path to the change of the estimate, in SI, by the derivative of the estimate after the data; 0 of a parameter
-        that lies on its bound.
+    `frequency` (n,), `permittivity` (n,).
     """
     kept = ~fit.outliers
     grid, data = frequency[kept], permittivity[kept]

@@ -57,27 +57,8 @@ def fit_parallel_part(
 ) -> ParallelPart:
     """Fit a resistor and a capacitor in parallel to an impedance spectrum, and judge the calibration by it.
 
-    Parameters
-    ----------
-    frequency : array_like, shape (n,)
-        Hz, above 0, at least 8.
-    impedance : array_like of complex, shape (n,)
-        ohm.
-    stray_capacitance : float
-        Capacitance of the leads [F], taken off: what a bare resistor in the same leads gives.
+    `frequency` (n,), `impedance` (n,).
 
-    Returns
-    -------
-    ParallelPart
-        Resistance, capacitance and the error of the instrument.
-
-    Raises
-    ------
-    InputError
-        If the phase does not vanish at low frequency, as that of a resistor does, or if the part misses the data.
-
-    Notes
-    -----
     Z = R exp(j phi)/(1 + j w R C): the constant phase phi is the calibration's. A pair of R and C alone absorbs part of it
     with a small residual, and gives a wrong C.
     """

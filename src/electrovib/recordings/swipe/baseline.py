@@ -85,13 +85,7 @@ class Zero:
 
 
 def zeros_beside(recording: Recording, contact: Touch, window: Span) -> dict[str, Zero]:
-    """Compute the zeros before and after a contact from the nearest samples free of load.
-
-    Raises
-    ------
-    InputError
-        If no section free of load before or after the contact is long enough.
-    """
+    """Compute the zeros before and after a contact from the nearest samples free of load."""
     longest = window[1] - window[0]
     found = {}
     if contact.before is not None:
@@ -123,20 +117,7 @@ def _zero(recording: Recording, span: Span) -> Zero:
 
 
 def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, float]]:
-    """Return the zeros of both forces for each simple choice of the baseline.
-
-    Parameters
-    ----------
-    zeros : dict of str to Zero
-        Zeros ``before`` and ``after`` the contact, or one of them.
-    at : float
-        Time at which the straight line between them is evaluated [s].
-
-    Returns
-    -------
-    dict of str to tuple of float
-        Name of the choice to the zeros of the normal and the lateral force [N].
-    """
+    """Return the zeros of both forces for each simple choice of the baseline."""
     found = {name: (zero.normal, zero.lateral) for name, zero in zeros.items()}
     if len(zeros) == 2:
         before, after = zeros["before"], zeros["after"]
@@ -150,19 +131,7 @@ def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, f
 def block_means(values: NDArray[np.float64], span: Span, *, median: bool = False) -> NDArray[np.float64]:
     """Return the means, or medians, of `BLOCKS` equal parts of a section.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        Samples in any unit.
-    span : tuple of int
-        Section.
-    median : bool
-        Whether medians are computed, which a brief touch changes less.
-
-    Returns
-    -------
-    means : ndarray, shape (10,)
-        Means or medians, in the unit of the samples.
+    `values` (n,); returns `means` (10,).
     """
     blocks = np.array_split(values[slice(*span)], BLOCKS)
     return np.array([np.median(block) if median else np.mean(block) for block in blocks])
@@ -171,15 +140,7 @@ def block_means(values: NDArray[np.float64], span: Span, *, median: bool = False
 def standard_error(means: NDArray[np.float64]) -> float:
     """Return the standard error of the mean of independent numbers.
 
-    Parameters
-    ----------
-    means : ndarray, shape (n,)
-        Independent numbers in any unit; n >= 2.
-
-    Returns
-    -------
-    error : float
-        Standard error of their mean, in the same unit.
+    `means` (n,).
     """
     return float(np.std(means, ddof=1) / np.sqrt(len(means)))
 

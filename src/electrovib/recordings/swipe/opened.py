@@ -33,27 +33,7 @@ _FORCES = {
 def recording_of(
     record: Recorded, *, channels: Channels | None = None, speed: float | str | None = None
 ) -> Recording:
-    """Open a recording of a tribometer.
-
-    Parameters
-    ----------
-    record : Recording, Trace, str or Path
-        A Trace with a normal and a lateral force, or its file; with `channels` a file of an instrument.
-    channels : TribometerChannels, mapping, str or Path, optional
-        Columns of the file and their calibration, or the TOML file that holds them.
-    speed : float or str, optional
-        Set sliding speed [m/s], or as text with a unit, of a Trace without `sliding_speed`.
-
-    Returns
-    -------
-    Recording
-        In SI. The position of a Trace is the integral of its sliding speed.
-
-    Raises
-    ------
-    InputError
-        If something cannot be read, or if the Trace lacks a force.
-    """
+    """Open a recording of a tribometer."""
     if channels is not None:
         if not isinstance(record, (str, Path)) or speed is not None:
             raise InputError(

@@ -47,17 +47,7 @@ class Touch:
 def smoothed(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the moving average over `SMOOTHING` around each sample.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s].
-    values : ndarray, shape (n,)
-        Samples in any unit.
-
-    Returns
-    -------
-    averaged : ndarray, shape (n,)
-        Moving average, in the unit of the samples.
+    `time` (n,) [s], `values` (n,); returns `averaged` (n,).
     """
     from scipy.ndimage import uniform_filter1d
 
@@ -65,23 +55,7 @@ def smoothed(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[
 
 
 def find_contacts(recording: Recording) -> list[Touch]:
-    """Find the contacts: the sections at the higher of the two levels that separate the normal force best.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording with the sign of the normal force that its calibration declares.
-
-    Returns
-    -------
-    list of Touch
-        At least one contact, in the order of time.
-
-    Raises
-    ------
-    InputError
-        If the normal force has no two levels, or if no section of the record is free of load.
-    """
+    """Find the contacts: the sections at the higher of the two levels that separate the normal force best."""
     time, force = recording.time, _level(recording.time, smoothed(recording.time, recording.normal_force))
     level = _split(force)
     low, high = force[force <= level], force[force > level]
@@ -112,23 +86,10 @@ def find_contacts(recording: Recording) -> list[Touch]:
 def find_slides(recording: Recording, contact: Touch) -> list[Span]:
     """Find the sections of a contact in which the finger slides in one direction.
 
-    Parameters
-    ----------
-    recording : Recording
-        Recording with or without the position.
-    contact : Touch
-        One contact.
-
-    Returns
-    -------
-    list of tuple of int
-        Samples of each slide; empty if there is no motion.
-
-    Notes
-    -----
-    With a position, the finger slides where the speed exceeds half of its largest value. Without one, it is taken to slide
-    where the lateral force exceeds half of its largest lasting value, because nothing else in the record distinguishes
-    sliding from rest; the force of a finger that stops and stays pressed may remain as large.
+    With a position, the finger slides where the speed exceeds half of its largest value. Without one, it is
+    taken to slide where the lateral force exceeds half of its largest lasting value, because nothing else in
+    the record distinguishes sliding from rest; the force of a finger that stops and stays pressed may remain
+    as large.
     """
     first, last = contact.span
     moving = sliding_speed(recording)
@@ -192,24 +153,7 @@ def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
 
 
 def middle(recording: Recording, slide: Span, contact: Touch, *, trim: float) -> Span:
-    """Return the steady middle of a slide: without a fraction at both ends, and well inside the contact.
-
-    Parameters
-    ----------
-    recording : Recording
-        Recording; without a position the fraction is one of the time.
-    slide : tuple of int
-        Samples of the slide.
-    contact : Touch
-        Contact during which the finger slides.
-    trim : float
-        Fraction of the sliding distance that is omitted at either end [1].
-
-    Returns
-    -------
-    first, end : int
-        First sample of the middle, and the one after its last.
-    """
+    """Return the steady middle of a slide: without a fraction at both ends, and well inside the contact."""
     first, last = slide
     along = recording.time if recording.position is None else recording.position
     gone = np.abs(along[first:last] - along[first])

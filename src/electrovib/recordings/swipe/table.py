@@ -16,18 +16,7 @@ if TYPE_CHECKING:
 
 
 def swipe_rows(swipes: Sequence[SwipeResult]) -> list[TimeRow]:
-    """List the numbers of swipes.
-
-    Parameters
-    ----------
-    swipes : sequence of SwipeResult
-        Of one recording.
-
-    Returns
-    -------
-    rows : list of TimeRow
-        Friction and forces with their intervals, then speed and distance where they are known, of each swipe.
-    """
+    """List the numbers of swipes."""
     rows = []
     for number, swipe in enumerate(swipes, start=1):
         group = f"swipe {number}" if len(swipes) > 1 else "swipe"

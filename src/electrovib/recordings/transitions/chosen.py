@@ -48,29 +48,7 @@ def columns_of(
     by: str | None = None,
     readback: Readback | None = None,
 ) -> Columns:
-    """Return the signal and the drive of a record.
-
-    Parameters
-    ----------
-    record : xarray.Dataset, str or Path
-        Trace or its file.
-    signal : str or None
-        Signal; the only one besides `by` if None.
-    by : str, optional
-        Signal of the drive.
-    readback : Readback, optional
-        Relation of that signal to the drive.
-
-    Returns
-    -------
-    Columns
-        Without the samples at which a value is missing.
-
-    Raises
-    ------
-    InputError
-        If a signal is missing or not over time, or if there are fewer than 40 samples.
-    """
+    """Return the signal and the drive of a record."""
     if isinstance(record, (str, Path)):
         from electrovib.data.traces import open_trace
 

@@ -15,18 +15,7 @@ SUPPORTED: Final = 2.0
 
 
 def chosen_form(criterion: Mapping[Name, float]) -> Name:
-    """Choose the simplest form that the data support.
-
-    Parameters
-    ----------
-    criterion : mapping of names to float
-        Criterion of each form, dimensionless, from the simplest on; infinite for a form that was rejected.
-
-    Returns
-    -------
-    name : str or tuple of str
-        The first form whose criterion is at most 2 above the lowest, so that noise rarely makes a more complex one be chosen.
-    """
+    """Choose the simplest form that the data support."""
     lowest = min(criterion.values())
     return next(
         name for name, value in criterion.items() if value <= lowest + SUPPORTED or not math.isfinite(lowest)

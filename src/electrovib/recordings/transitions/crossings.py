@@ -61,31 +61,8 @@ def passages(
 ) -> Passages:
     """Find when an edge passes two fractions of its change.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    values : ndarray, shape (n,)
-        Signal in any unit.
-    levels : EdgeLevels
-        Levels between which it changes.
-    fractions : tuple of float
-        Fractions of the change from the level before, increasing, between 0 and 1.
-    edge : float
-        Time after which the passage of half of the change is searched [s].
+    `time` (n,) [s], `values` (n,).
 
-    Returns
-    -------
-    Passages
-        Last passage through the lower fraction before half of the change, and first passage through the upper one after it.
-
-    Raises
-    ------
-    InputError
-        If the signal does not pass the levels.
-
-    Notes
-    -----
     Around each passage a parabola is fitted to the samples for which the signal is within 10 % of the change from the level,
     or to a section up to 1.6 times as long where the noise leaves the slope uncertain by more than 10 %. Squares are weighted
     so that they fall to 0 at both ends of the section, which otherwise would be selected by the noise of its outermost

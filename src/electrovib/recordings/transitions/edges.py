@@ -74,24 +74,7 @@ class EdgeRecord:
 def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]:
     """Find the times at which edges are expected.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    values : ndarray, shape (n,)
-        Signal whose edges are evaluated.
-    drive : ndarray, shape (n,), or None
-        Signal that switches; its magnitude counts, so that a reversal of polarity is no edge.
-
-    Returns
-    -------
-    times : list of float
-        Increasing [s].
-
-    Raises
-    ------
-    InputError
-        If there is no edge.
+    `time` (n,) [s], `values` (n,), `drive` (n,).
     """
     if drive is None:
         return _of_signal(time, values)
@@ -149,32 +132,7 @@ def edge_record(
 ) -> EdgeRecord:
     """Select the samples of one edge, and find its levels and its passages through them.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    values : ndarray, shape (n,)
-        Signal.
-    references : list of float
-        Times of all edges [s].
-    number : int
-        Place of the edge among them.
-    levels : tuple of float
-        Fractions of the range from the lower to the upper level, increasing.
-    driven : bool
-        Whether the references are those of the drive, which the signal follows.
-    window, before : float or None
-        Length of the section after and before the edge [s]; found from the edge where None.
-
-    Returns
-    -------
-    EdgeRecord
-        Times count from the reference.
-
-    Raises
-    ------
-    InputError
-        If there are too few samples, or no change.
+    `time` (n,) [s], `values` (n,).
     """
     at = references[number]
     earlier = references[number - 1] if number else float(time[0])

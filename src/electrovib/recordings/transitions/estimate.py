@@ -48,20 +48,7 @@ class Interval:
 
 
 def from_noise(value: float, standard_error: float, *, freedom: float = math.inf) -> Interval:
-    """Make the interval of a number of one edge from the standard error that the noise gives it.
-
-    Parameters
-    ----------
-    value, standard_error : float
-        In the unit of the number.
-    freedom : float
-        Degrees of freedom of the standard error; infinite for a normal distribution.
-
-    Returns
-    -------
-    Interval
-        Student's t; without ends if the standard error is not finite.
-    """
+    """Make the interval of a number of one edge from the standard error that the noise gives it."""
     from scipy.stats import t
 
     if not math.isfinite(standard_error):
@@ -74,39 +61,12 @@ def from_noise(value: float, standard_error: float, *, freedom: float = math.inf
 
 
 def none(value: float, why: str) -> Interval:
-    """Make a number without an interval.
-
-    Parameters
-    ----------
-    value : float
-        In the unit of the number.
-    why : str
-        Reason.
-
-    Returns
-    -------
-    Interval
-        Without ends.
-    """
+    """Make a number without an interval."""
     return Interval(value=value, lower=math.nan, upper=math.nan, standard_error=math.nan, method=why)
 
 
 def over_edges(each: Sequence[Interval], *, of: str = "edge") -> Interval:
-    """Compute the mean of a number over edges, with its interval by Student's t over the edges.
-
-    Parameters
-    ----------
-    each : sequence of Interval
-        Of each edge, at least one.
-    of : str
-        What they are: edges or impacts.
-
-    Returns
-    -------
-    Interval
-        Of one edge its own interval. Of more, the mean, the standard deviation between the edges and Student's t with one
-        degree of freedom less than edges, which includes the noise.
-    """
+    """Compute the mean of a number over edges, with its interval by Student's t over the edges."""
     from scipy.stats import t
 
     if len(each) == 1:

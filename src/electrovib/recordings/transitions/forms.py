@@ -57,19 +57,7 @@ class RelaxationForm:
     def columns(self, time: Real, values: Mapping[str, float], sensor: tuple[float, float] | None) -> Real:
         """Compute what the amplitudes multiply.
 
-        Parameters
-        ----------
-        time : ndarray, shape (n,)
-            Times [s].
-        values : mapping of str to float
-            ``start`` [s], the time constants [s] and ``stretching`` by name.
-        sensor : tuple of float, or None
-            Natural frequency [Hz] and quality factor of the sensor; None if the signal is taken as it is.
-
-        Returns
-        -------
-        columns : ndarray, shape (n, k)
-            Relaxations, 1 before the start and 0 long after it, and a column of ones, dimensionless.
+        `time` (n,) [s]; returns `columns` (n, k).
         """
         start = values["start"]
         if self.stretched:
@@ -86,20 +74,7 @@ class RelaxationForm:
         return np.column_stack([*found, np.ones_like(time)])
 
     def time_between(self, values: Mapping[str, float], fractions: tuple[float, float]) -> float:
-        """Compute the time between two fractions of the change of the force.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            Time constants [s], ``stretching`` and amplitudes by name.
-        fractions : tuple of float
-            Fractions of the change, increasing, from 0 to below 1.
-
-        Returns
-        -------
-        time : float
-            In s.
-        """
+        """Compute the time between two fractions of the change of the force."""
         if not self.exponentials:
             return 0.0
         if self.exponentials == 1:
@@ -117,20 +92,7 @@ STRETCHED: Final = RelaxationForm("stretched exponential", 1, stretched=True)
 
 
 def forms(most: int, *, sensor: bool) -> tuple[RelaxationForm, ...]:
-    """List the forms that are compared.
-
-    Parameters
-    ----------
-    most : int
-        Largest number of exponentials, at least 1.
-    sensor : bool
-        Whether there is a sensor, through which an instantaneous change has a form.
-
-    Returns
-    -------
-    forms : tuple of RelaxationForm
-        From the one with the fewest parameters on.
-    """
+    """List the forms that are compared."""
     sums = tuple(RelaxationForm(f"{count} exponentials", count) for count in range(2, most + 1))
     return (*((INSTANTANEOUS,) if sensor else ()), EXPONENTIAL, STRETCHED, *sums)
 

@@ -87,20 +87,8 @@ class RingSpan:
 def find_impacts(time: Real, values: Real) -> list[Impact]:
     """Find the impacts of a record.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    values : ndarray, shape (n,)
-        Signal in any unit.
+    `time` (n,) [s], `values` (n,).
 
-    Returns
-    -------
-    impacts : list of Impact
-        In the order of time; empty if the signal does not leave its noise.
-
-    Notes
-    -----
     The level is a moving median, so that a drift is none. The largest deviation from it is an impact, and its oscillation lasts
     until it has fallen into the noise or the next impact strikes; what is left is searched again, down to a twentieth of that
     impact.
@@ -175,26 +163,7 @@ def _impact(
 def end_of_ring(since: Real, deviation: Real, noise: float, begin: float) -> RingSpan:
     """Find when an oscillation has fallen into the noise: the first period whose rms is below 1.5 times it.
 
-    Parameters
-    ----------
-    since : ndarray, shape (n,)
-        Times after the impact [s], increasing.
-    deviation : ndarray, shape (n,)
-        Signal about its last level.
-    noise : float
-        Standard deviation of the noise, in the unit of the signal.
-    begin : float
-        Time from which on it is free [s].
-
-    Returns
-    -------
-    RingSpan
-        With a first estimate of the period.
-
-    Raises
-    ------
-    InputError
-        If it does not leave the noise.
+    `since` (n,) [s], `deviation` (n,).
     """
     after = int(np.searchsorted(since, begin))
     clear = after + np.flatnonzero(np.abs(deviation[after:]) > _ABOVE * noise)

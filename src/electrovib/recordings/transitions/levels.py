@@ -56,26 +56,7 @@ class EdgeLevels:
 def levels_of(time: Real, values: Real, *, edge: float, settled: float) -> EdgeLevels:
     """Compute the levels before an edge and after its transition.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], of this edge alone.
-    values : ndarray, shape (n,)
-        Signal in any unit.
-    edge : float
-        Time before which the signal has its first level [s].
-    settled : float
-        Time after which it has its last level [s].
-
-    Returns
-    -------
-    EdgeLevels
-        With standard errors.
-
-    Raises
-    ------
-    InputError
-        If fewer than 8 samples lie on a side, or if the levels do not differ.
+    `time` (n,) [s], `values` (n,).
     """
     before, after = time < edge, time > settled
     if min(np.count_nonzero(before), np.count_nonzero(after)) < 8:

@@ -85,15 +85,7 @@ class FittedModes:
     def level_change(self, time: Real) -> Real:
         """Compute how far the level is from that which the constant part of the fit gives.
 
-        Parameters
-        ----------
-        time : ndarray, shape (n,)
-            Times after the start of the section [s]; earlier ones count as 0.
-
-        Returns
-        -------
-        change : ndarray, shape (n,)
-            In the unit of the signal; 0 for a constant level.
+        `time` (n,) [s]; returns `change` (n,).
         """
         values, time = self.estimate.values, np.maximum(time, 0.0)
         if self.level == LINEAR:
@@ -132,28 +124,8 @@ def fit_modes(
 ) -> dict[str, FittedModes]:
     """Fit forms of a damped oscillation about a level to a section, with the correlation of the residuals.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times after the start of the section [s], at even intervals, n >= 20.
-    values : ndarray, shape (n,)
-        Signal in any unit.
-    names : sequence of str
-        Forms, beginning with ``one mode``.
-    noise : ndarray, shape (m,)
-        Samples without oscillation, from which the correlation of the noise is determined.
-    level : str
-        Level: ``constant``, ``linear`` or ``exponential`` in time.
-    fitted : mapping of str to FittedModes, optional
-        The same forms about a simpler level, at which the search then begins.
+    `time` (n,) [s], `values` (n,), `noise` (m,).
 
-    Returns
-    -------
-    fitted : dict of str to FittedModes
-        By form.
-
-    Notes
-    -----
     A sum of e^(-r t) [a cos(phase) + b sin(phase)] and a level; phase = 2 pi (f t + d t^2/2) with the drift d of a drifting
     mode. The time constant of an exponential level is between 1/5 and 3 lengths of the section. Estimates and criterion are
     found as in `fit_forms`.

@@ -20,24 +20,7 @@ if TYPE_CHECKING:
 
 
 def parameters_of(edge: EdgeTimes, form: str, *, driven: bool, estimated: bool) -> dict[str, Interval]:
-    """Return the parameters of a form fitted to one edge, each with its interval.
-
-    Parameters
-    ----------
-    edge : EdgeTimes
-        The edge.
-    form : str
-        Name of the form.
-    driven : bool
-        Whether times count from an edge of the drive, so that there is a delay.
-    estimated : bool
-        Whether the sensor was estimated.
-
-    Returns
-    -------
-    parameters : dict of str to Interval
-        In SI, as in `DirectionTimes`.
-    """
+    """Return the parameters of a form fitted to one edge, each with its interval."""
     fitted = edge.fitted[form]
     estimate, errors = fitted.estimate, fitted.estimate.standard_deviations
     freedom = estimate.degrees_of_freedom

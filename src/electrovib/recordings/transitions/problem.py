@@ -105,22 +105,7 @@ class EdgeProblem:
 def starts(
     problem: EdgeProblem, form: RelaxationForm, found: Mapping[str, LeastSquaresEstimate]
 ) -> list[dict[str, float]]:
-    """Compare many starts of a search on few samples, and return the best of them.
-
-    Parameters
-    ----------
-    problem : EdgeProblem
-        The edge.
-    form : RelaxationForm
-        Form that will be fitted.
-    found : mapping of str to LeastSquaresEstimate
-        Forms that have been fitted already.
-
-    Returns
-    -------
-    starts : list of dict
-        Values of the nonlinear parameters by name, the best first.
-    """
+    """Compare many starts of a search on few samples, and return the best of them."""
     passages, rough = problem.edge.passages, problem.rough
     coarse = problem.separable(form, coarse=True)
     known = found.get(EXPONENTIAL.name)

@@ -17,22 +17,7 @@ if TYPE_CHECKING:
 
 
 def profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error: float) -> Interval:
-    """Find the times between levels with which an exponential fits as well, by the increase of the sum of squares.
-
-    Parameters
-    ----------
-    problem : EdgeProblem
-        The edge.
-    estimate : LeastSquaresEstimate
-        Exponential fitted to it.
-    error : float
-        Standard error to first order [s].
-
-    Returns
-    -------
-    Interval
-        Time between the levels [s]; its lower end is 0 where an instantaneous change fits as well.
-    """
+    """Find the times between levels with which an exponential fits as well, by the increase of the sum of squares."""
     from scipy.stats import t
 
     factor = EXPONENTIAL.time_between({"time_constant": 1.0}, problem.fractions)

@@ -71,29 +71,10 @@ def fit_forms(
 ) -> dict[str, FittedForm]:
     """Fit forms of relaxation to one edge, with the correlation of the residuals.
 
-    Parameters
-    ----------
-    edge : EdgeRecord
-        The edge.
-    forms : sequence of RelaxationForm
-        From the one with the fewest parameters on.
-    fractions : tuple of float
-        Fractions of the change between which times are computed, increasing.
-    sensor : Sensor, optional
-        Sensor through which the force was recorded.
-    estimated : bool
-        Whether frequency and quality factor of the sensor are fitted too.
-
-    Returns
-    -------
-    fitted : dict of str to FittedForm
-        By the name of the form; without sums of more exponentials than one that is rejected.
-
-    Notes
-    -----
-    The estimates are those of ordinary least squares, which do not depend on a model of the noise; their covariance contains
-    the correlation of the residuals. The criterion is that of the same forms fitted to samples that are filtered with a
-    second-order autoregression of the noise before the edge, so that correlated samples count for what they are worth.
+    The estimates are those of ordinary least squares, which do not depend on a model of the noise; their
+    covariance contains the correlation of the residuals. The criterion is that of the same forms fitted to
+    samples that are filtered with a second-order autoregression of the noise before the edge, so that
+    correlated samples count for what they are worth.
     """
     problem = EdgeProblem(edge=edge, fractions=fractions, sensor=sensor, estimated=estimated)
     before = edge.fit_time < min(0.0, edge.passages.first - edge.passages.time)

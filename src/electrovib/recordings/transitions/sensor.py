@@ -118,23 +118,7 @@ class Sensor:
 
 
 def read_sensor(text: str) -> Sensor:
-    """Read a sensor written as ``FREQUENCY:QUALITY``, such as ``380 Hz:3``.
-
-    Parameters
-    ----------
-    text : str
-        Frequency with unit or in Hz, and quality factor.
-
-    Returns
-    -------
-    Sensor
-        Taken as exact.
-
-    Raises
-    ------
-    InputError
-        If the text has another form.
-    """
+    """Read a sensor written as ``FREQUENCY:QUALITY``, such as ``380 Hz:3``."""
     match = _TEXT.fullmatch(text)
     if match is None:
         raise InputError(f"sensor = {text}: expected FREQUENCY:QUALITY, such as '380 Hz:3', or 'estimate'")

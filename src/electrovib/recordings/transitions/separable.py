@@ -42,15 +42,7 @@ class Whitening:
     def of(cls, noise: Real) -> Whitening:
         """Determine the filter from noise without signal.
 
-        Parameters
-        ----------
-        noise : ndarray, shape (n,)
-            Samples at even intervals of time, in any unit.
-
-        Returns
-        -------
-        Whitening
-            Without effect for fewer than 50 samples.
+        `noise` (n,).
         """
         if len(noise) < _FEWEST:
             return cls()
@@ -100,20 +92,7 @@ class Separable:
     def solve(
         self, starts: Sequence[Mapping[str, float]], *, whitening: Whitening | None = None
     ) -> LeastSquaresEstimate:
-        """Search the nonlinear parameters from several starts, and return the best estimate of all parameters.
-
-        Parameters
-        ----------
-        starts : sequence of mapping of str to float
-            Values of the nonlinear parameters.
-        whitening : Whitening, optional
-            Filter of the residuals.
-
-        Returns
-        -------
-        LeastSquaresEstimate
-            Nonlinear parameters first, then the amplitudes, with their covariance.
-        """
+        """Search the nonlinear parameters from several starts, and return the best estimate of all parameters."""
         white = whitening or Whitening()
         data = white(self.data)
 
@@ -161,22 +140,7 @@ class Separable:
         return dataclasses.replace(found, covariance=_with_correlation(found, slopes, left))
 
     def inflation(self, estimate: LeastSquaresEstimate, name: str, whitening: Whitening) -> float:
-        """Return by how much the correlation that the residuals have left increases the variance of a parameter, at least 1.
-
-        Parameters
-        ----------
-        estimate : LeastSquaresEstimate
-            Solution of this problem.
-        name : str
-            A nonlinear parameter.
-        whitening : Whitening
-            Filter with which it was found.
-
-        Returns
-        -------
-        factor : float
-            Dimensionless.
-        """
+        """Return by how much the correlation that the residuals have left increases the variance of a parameter, at least 1."""
         phi = whitening(self.columns(estimate.values))
         amplitudes = np.array([estimate.values[each] for each in self.names])
         left = phi @ amplitudes - whitening(self.data)

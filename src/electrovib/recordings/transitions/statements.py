@@ -27,22 +27,7 @@ def in_few(reasons: Sequence[str]) -> list[str]:
 
 
 def statements(found: DirectionTimes, *, sensor: Sensor | None, estimated: bool) -> tuple[str, ...]:
-    """Write what limits the times of one direction.
-
-    Parameters
-    ----------
-    found : DirectionTimes
-        Times of that direction.
-    sensor : Sensor or None
-        Declared sensor.
-    estimated : bool
-        Whether the sensor was estimated.
-
-    Returns
-    -------
-    sentences : tuple of str
-        Warnings first.
-    """
+    """Write what limits the times of one direction."""
     which = found.direction.capitalize()
     said = []
     if not found.recorded.lower > 0:

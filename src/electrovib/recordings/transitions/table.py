@@ -52,18 +52,7 @@ class TimeRow:
 
 
 def with_interval(row: TimeRow) -> str:
-    """Write a number with its 95 % interval, the method, and what may be wrong with it.
-
-    Parameters
-    ----------
-    row : TimeRow
-        The number.
-
-    Returns
-    -------
-    text : str
-        For a terminal: one line without the group.
-    """
+    """Write a number with its 95 % interval, the method, and what may be wrong with it."""
     number = row.number
     if not math.isfinite(number.value):
         return f"{row.name}: none, {number.method}"
@@ -86,20 +75,7 @@ def _shown(value: float, unit: str, digits: int = 4) -> str:
 
 
 def time_rows(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[TimeRow]:
-    """List the numbers of a measurement.
-
-    Parameters
-    ----------
-    found : MeasuredTimes, optional
-        Times.
-    rings : MeasuredRings, optional
-        Oscillations after edges or impacts.
-
-    Returns
-    -------
-    rows : list of TimeRow
-        By direction, and of the oscillations last: of several first their means.
-    """
+    """List the numbers of a measurement."""
     rows: list[TimeRow] = []
     if found is not None:
         shown = "-".join(f"{100 * each:g}" for each in found.levels)

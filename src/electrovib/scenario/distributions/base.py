@@ -22,46 +22,16 @@ class Distribution(ABC):
     def value(self, share: Real) -> Real:
         """Return quantiles.
 
-        Parameters
-        ----------
-        share : ndarray, shape (n,)
-            Cumulative probability, dimensionless, above 0 and below 1.
-
-        Returns
-        -------
-        value : ndarray, shape (n,)
-            Values that are not exceeded with this probability, in the SI unit of the parameter.
+        `share` (n,); returns `value` (n,).
         """
 
     @abstractmethod
     def share(self, value: float) -> float:
-        """Return the probability of values that do not exceed a given one.
-
-        Parameters
-        ----------
-        value : float
-            In the SI unit of the parameter.
-
-        Returns
-        -------
-        share : float
-            Cumulative probability, dimensionless, from 0 to 1.
-        """
+        """Return the probability of values that do not exceed a given one."""
 
     @abstractmethod
     def share_above(self, value: float) -> float:
-        """Return the probability of values that exceed a given one, without cancellation where it is small.
-
-        Parameters
-        ----------
-        value : float
-            In the SI unit of the parameter.
-
-        Returns
-        -------
-        share : float
-            Probability, dimensionless, from 0 to 1.
-        """
+        """Return the probability of values that exceed a given one, without cancellation where it is small."""
 
     @property
     @abstractmethod
@@ -69,23 +39,7 @@ class Distribution(ABC):
         """Smallest and largest value that can occur, in the SI unit of the parameter; infinite if unbounded."""
 
     def truncated(self, low: float, high: float) -> Distribution:
-        """Return the distribution of the values between two ends, renormalised.
-
-        Parameters
-        ----------
-        low, high : float
-            Ends in the SI unit of the parameter; may be infinite.
-
-        Returns
-        -------
-        truncated : Distribution
-            The same family where it has ends of its own, otherwise a `Truncated`.
-
-        Raises
-        ------
-        InputError
-            If the ends are in the wrong order, or next to nothing lies between them.
-        """
+        """Return the distribution of the values between two ends, renormalised."""
         return Truncated(distribution=self, low=low, high=high)
 
 

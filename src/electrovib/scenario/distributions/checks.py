@@ -12,49 +12,19 @@ _LEAST_KEPT: Final = 1e-6
 
 
 def bounded(share: float) -> float:
-    """Limit a share to the interval from 0 to 1, against rounding.
-
-    Parameters
-    ----------
-    share : float
-        Cumulative probability, dimensionless.
-
-    Returns
-    -------
-    share : float
-        From 0 to 1.
-    """
+    """Limit a share to the interval from 0 to 1, against rounding."""
     return min(max(share, 0.0), 1.0)
 
 
 def log_ratio(value: float, to: float) -> float:
-    """Return the logarithm of a ratio.
-
-    Parameters
-    ----------
-    value : float
-        Numerator, in the unit of `to`; may be infinite.
-    to : float
-        Denominator, above 0.
-
-    Returns
-    -------
-    ratio : float
-        Natural logarithm, dimensionless; minus infinity where the value is 0 or less.
-    """
+    """Return the logarithm of a ratio."""
     if value <= 0:
         return -math.inf
     return math.log(value / to) if math.isfinite(value) else math.inf
 
 
 def check_kept(kept: float) -> None:
-    """Refuse ends between which next to nothing of a distribution lies.
-
-    Parameters
-    ----------
-    kept : float
-        Probability between the ends, dimensionless.
-    """
+    """Refuse ends between which next to nothing of a distribution lies."""
     if not kept > _LEAST_KEPT:
         raise InputError(
             f"the ends keep a share of {max(kept, 0.0):.2g} of the distribution; expected more of it"

@@ -18,25 +18,7 @@ if TYPE_CHECKING:
 
 
 def accepted(space: Space, scenario: Scenario) -> Space:
-    """Try the medians of a space in a scenario, and omit optional entries that the scenario refuses.
-
-    Parameters
-    ----------
-    space : Space
-        Space whose paths the scenario has.
-    scenario : Scenario
-        Scenario to try.
-
-    Returns
-    -------
-    space : Space
-        The same, without optional entries that are refused, for instance those that moisture sets.
-
-    Raises
-    ------
-    InputError
-        If the scenario refuses the medians of the other entries.
-    """
+    """Try the medians of a space in a scenario, and omit optional entries that the scenario refuses."""
     middle = {stream: np.array([0.5]) for stream in space.streams}
     medians = {path: float(value[0]) for path, value in space.values(middle).items()}
     try:

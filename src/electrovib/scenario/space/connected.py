@@ -9,20 +9,7 @@ if TYPE_CHECKING:
 
 
 def connected(names: Sequence[str], links: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], ...]:
-    """Split names into the smallest sets that no link joins.
-
-    Parameters
-    ----------
-    names : sequence of str
-        All names.
-    links : iterable of sequence of str
-        Names that belong together; each is one of `names`.
-
-    Returns
-    -------
-    sets : tuple of tuple of str
-        Every name in exactly one set; sets and names in the order of `names`.
-    """
+    """Split names into the smallest sets that no link joins."""
     set_of = {name: {name} for name in names}
     for link in links:
         joined = set().union(*(set_of[name] for name in link))

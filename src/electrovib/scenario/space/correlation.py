@@ -52,18 +52,7 @@ class Copula:
         self._factors = [_factor(each, _matrix(each, correlations)) for each in self.sets]
 
     def applied(self, shares: Mapping[str, Real]) -> dict[str, Real]:
-        """Return dependent shares made of independent ones.
-
-        Parameters
-        ----------
-        shares : mapping of str to ndarray, shape (n,)
-            Stream to independent cumulative probabilities, above 0 and below 1; sets that are not in it are omitted.
-
-        Returns
-        -------
-        shares : dict of str to ndarray, shape (n,)
-            The same streams; each alone is as uniform as before.
-        """
+        """Return dependent shares made of independent ones."""
         found = dict(shares)
         for paths, factor in zip(self.sets, self._factors, strict=True):
             if paths[0] in shares:

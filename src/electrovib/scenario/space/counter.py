@@ -23,21 +23,7 @@ _LARGEST: Final = 2**64
 def uniform_shares(stream: str, *, seed: int, start: int, stop: int, attempt: int = 0) -> Real:
     """Return independent uniform numbers of consecutive draws.
 
-    Parameters
-    ----------
-    stream : str
-        Name of what is drawn; other names give independent numbers.
-    seed : int
-        0 or more, below 2**64.
-    start, stop : int
-        First draw, and the one after the last.
-    attempt : int
-        Number of the repetition; 0 for the first.
-
-    Returns
-    -------
-    shares : ndarray, shape (stop - start,)
-        From 2**-53 to 1 - 2**-53, dimensionless.
+    Returns `shares` (stop - start,).
     """
     key = np.array([seed, _key_of(stream)], dtype=np.uint64)
     counter = np.array([start // _WORDS, 0, 0, attempt], dtype=np.uint64)

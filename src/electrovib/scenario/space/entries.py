@@ -29,30 +29,7 @@ _FILE: Final = ("file", "column")
 
 
 def read_distribution(path: str, content: Any, quantity: Quantity, *, folder: Path) -> Distribution:
-    """Read the table of one distribution.
-
-    Parameters
-    ----------
-    path : str
-        Dotted path of the parameter.
-    content : object
-        ``{ model = "Normal", mean = "5 um", deviation = "1 um" }``: numbers in SI, texts with a unit; ``low`` and ``high``
-        truncate any distribution. A number alone is that value for every draw. Keys of the source are not read here.
-    quantity : Quantity
-        Declaration of the parameter.
-    folder : Path
-        Folder to which the name of a file is relative.
-
-    Returns
-    -------
-    distribution : Distribution
-        In SI; all its values, but for a negligible share, are within the range of the parameter.
-
-    Raises
-    ------
-    InputError
-        If the table is wrong, or values can be outside the range of the parameter.
-    """
+    """Read the table of one distribution."""
     if isinstance(content, (int, float, str)) and not isinstance(content, bool):
         content = {"model": "Empirical", "values": [content]}
     kind = _kind(path, content)

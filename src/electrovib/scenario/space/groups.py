@@ -68,15 +68,7 @@ class Grouping:
     def chosen(self, share: Real) -> NDArray[Any]:
         """Return the number of the group at given cumulative probabilities.
 
-        Parameters
-        ----------
-        share : ndarray, shape (n,)
-            Cumulative probabilities, above 0 and below 1.
-
-        Returns
-        -------
-        group : ndarray of int, shape (n,)
-            Position of the group in `groups`, from 0.
+        `share` (n,); returns `group` (n,).
         """
         ends = np.cumsum([group.share for group in self.groups.values()])[:-1]
         return np.searchsorted(ends, share, side="right")
@@ -84,21 +76,7 @@ class Grouping:
     def values(self, path: str, share: Real, chosen: NDArray[Any], default: Distribution | None) -> Real:
         """Return quantiles of one parameter, each of the distribution of its group.
 
-        Parameters
-        ----------
-        path : str
-            Dotted path of the parameter.
-        share : ndarray, shape (n,)
-            Cumulative probabilities, above 0 and below 1.
-        chosen : ndarray of int, shape (n,)
-            Position of the group of each.
-        default : Distribution or None
-            Distribution in groups that have none of their own.
-
-        Returns
-        -------
-        values : ndarray, shape (n,)
-            In the SI unit of the parameter.
+        `share` (n,), `chosen` (n,); returns `values` (n,).
         """
         found = np.empty(np.shape(share))
         for number, group in enumerate(self.groups.values()):

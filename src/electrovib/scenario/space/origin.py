@@ -63,25 +63,7 @@ KEYS: Final = tuple(each.name for each in fields(Origin))
 
 
 def read_origin(where: str, content: Mapping[str, Any]) -> Origin:
-    """Read the source of a distribution from its table.
-
-    Parameters
-    ----------
-    where : str
-        Dotted path, for messages.
-    content : mapping
-        The table; other keys are left to others.
-
-    Returns
-    -------
-    origin : Origin
-        What the table states.
-
-    Raises
-    ------
-    InputError
-        If a key has no text, or a status or confidence that does not exist.
-    """
+    """Read the source of a distribution from its table."""
     allowed = {"status": STATUSES, "confidence": CONFIDENCES}
     given = {name: content[name] for name in KEYS if name in content}
     for name, value in given.items():

@@ -23,24 +23,7 @@ LEAST_SHARE: Final = 0.01
 
 
 def fulfil(space: Space, values: dict[str, Real], *, seed: int, start: int) -> None:
-    """Repeat the draws that do not fulfil the relations of a space, in place.
-
-    Parameters
-    ----------
-    space : Space
-        With relations.
-    values : dict of str to ndarray, shape (n,)
-        Path to values of the first attempt, which are changed.
-    seed : int
-        Seed of the draws.
-    start : int
-        Number of the first draw.
-
-    Raises
-    ------
-    InputError
-        If a draw does not fulfil the relations after many repetitions.
-    """
+    """Repeat the draws that do not fulfil the relations of a space, in place."""
     count = len(next(iter(values.values())))
     for paths in space.related():
         for first in range(0, count, _BLOCK):
@@ -68,18 +51,7 @@ def _fulfil_block(
 
 
 def check_relations(space: Space) -> None:
-    """Refuse relations that too few draws fulfil.
-
-    Parameters
-    ----------
-    space : Space
-        With or without relations.
-
-    Raises
-    ------
-    InputError
-        Names the relation and the share of draws that fulfils it.
-    """
+    """Refuse relations that too few draws fulfil."""
     for paths in space.related():
         first = space.values(space.shares_of(paths, seed=0, start=0, stop=_BLOCK, attempt=0))
         if np.mean(space.allowed(first)) < LEAST_SHARE:

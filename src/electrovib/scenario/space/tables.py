@@ -16,25 +16,7 @@ PARTS: Final = ("schema", "title", "relations", "space", "correlation", "groups"
 
 
 def tables_of(source: object) -> tuple[Mapping[str, Any], Path]:
-    """Return the tables of a space, and the folder to which its files are relative.
-
-    Parameters
-    ----------
-    source : str, Path or mapping
-        A TOML file, tables, or the name of a shipped population.
-
-    Returns
-    -------
-    tables : mapping
-        With the parts of `PARTS`.
-    folder : Path
-        Folder of the file; the working folder for others.
-
-    Raises
-    ------
-    InputError
-        If there is no such file or population, or the file is not TOML.
-    """
+    """Return the tables of a space, and the folder to which its files are relative."""
     if isinstance(source, Mapping):
         whole = any(part in source for part in PARTS)
         return (source if whole else {"space": source}), Path()

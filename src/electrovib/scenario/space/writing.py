@@ -23,20 +23,7 @@ WITHOUT_UNIT: Final = frozenset({"factor"})
 
 
 def space_table(space: Space, *, texts: bool = False) -> dict[str, Any]:
-    """Write a space as nested tables.
-
-    Parameters
-    ----------
-    space : Space
-        Space to write.
-    texts : bool
-        Whether numbers are written as texts with a unit where these read back to the same float.
-
-    Returns
-    -------
-    table : dict
-        ``schema``, and ``title``, ``relations``, ``space``, ``correlation`` and ``groups`` as far as there are any.
-    """
+    """Write a space as nested tables."""
     units = space.units if texts else {}
     entries = {
         path: _written(each, units.get(path, "1")) | _origin(space, path)

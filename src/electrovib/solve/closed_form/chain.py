@@ -49,20 +49,7 @@ OFFERED: Final = LINEAR | FILTERED | {FORCE}
 
 
 def offers(scenario: Scenario, names: Collection[str]) -> bool:
-    """Tell whether signals of a scenario have a closed form, as far as its models and its drive decide.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    names : collection of str
-        Signals over time.
-
-    Returns
-    -------
-    bool
-        False also for signals that the scenario does not have.
-    """
+    """Tell whether signals of a scenario have a closed form, as far as its models and its drive decide."""
     if not OFFERED.issuperset(names) or scenario.circuit.amplifier is not None:
         return False
     parts = scenario.drive.parts()
@@ -96,20 +83,7 @@ def _is_linear_behind_force(scenario: Scenario) -> bool:
 
 
 def filter_of(scenario: Scenario, name: str) -> Filter:
-    """Return the filter from the steady friction to a signal behind it.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment for which `offers` is true; its friction, finger, rig and motion are used.
-    name : str
-        One of `FILTERED`.
-
-    Returns
-    -------
-    Filter
-        In the unit of the signal over newtons.
-    """
+    """Return the filter from the steady friction to a signal behind it."""
     memory = friction_filter(scenario)
     if name == "lateral_force":
         return memory
@@ -151,23 +125,7 @@ class ClosedElectrics:
     ) -> ClosedElectrics | None:
         """Compute the quantities that some signals need, or return None where they have no closed form.
 
-        Parameters
-        ----------
-        scenario : Scenario
-            Experiment for which `offers` is true.
-        section : ModalSection
-            Its stack.
-        times : ndarray, shape (n,)
-            Output times, increasing, >= 0 [s].
-        names : collection of str
-            Signals.
-        before : ClosedElectrics, optional
-            That of a scenario with the same output times; its pieces are used again where the drive is the same object.
-
-        Returns
-        -------
-        ClosedElectrics or None
-            None where there are many pieces or modes, or a mode is very slow.
+        `times` (n,) [s].
         """
         part, end = scenario.drive.parts()[0], float(times[-1])
         if not isinstance(part, Linear) or part.count_breaks(end) > MOST_PIECES:
@@ -198,21 +156,7 @@ class ClosedElectrics:
     ) -> dict[str, Real] | None:
         """Evaluate signals, or return None where a filter has no closed form for these electrics.
 
-        Parameters
-        ----------
-        scenario : Scenario
-            Experiment with the same drive, stack, circuit, contact, load and motion.
-        times : ndarray, shape (n,)
-            Output times of this object [s].
-        names : collection of str
-            Signals.
-        find : callable
-            As `filter_of`, for instance one that keeps filters.
-
-        Returns
-        -------
-        signals : dict of str to ndarray, shape (n,)
-            Each in its unit.
+        `times` (n,) [s].
         """
         found: dict[str, Real] = {}
         if scenario is not self.scenario and memory_changes(scenario) and FILTERED.intersection(names):

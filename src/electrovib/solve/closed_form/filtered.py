@@ -19,17 +19,7 @@ _APART: Final = 1e-4
 def has_closed_form(filter_: Filter, rates: Real) -> bool:
     """Tell whether no pole of a filter is close to an exponential of its input or to a product of two.
 
-    Parameters
-    ----------
-    filter_ : Filter
-        The filter.
-    rates : ndarray, shape (modes,)
-        Rates of the exponentials of the input [1/s].
-
-    Returns
-    -------
-    bool
-        Whether `filtered_sum` is accurate.
+    `rates` (modes,).
     """
     all_rates = np.concatenate([rates, (rates[:, None] + rates).ravel()])
     near = np.abs(filter_.poles[:, None] + all_rates)
@@ -39,22 +29,8 @@ def has_closed_form(filter_: Filter, rates: Real) -> bool:
 def filtered_sum(filter_: Filter, given: ExponentialSum, level: float) -> Real:
     """Compute the output of a filter.
 
-    Parameters
-    ----------
-    filter_ : Filter
-        For which `has_closed_form`.
-    given : ExponentialSum
-        Its input from time 0 on.
-    level : float
-        Its constant input before time 0, in the same unit.
+    Returns `output` (n,).
 
-    Returns
-    -------
-    output : ndarray, shape (n,)
-        At the output times, in the unit of the input times that of the gains.
-
-    Notes
-    -----
     z' = p (z - u) for each pole p. For u = s^m exp(-r s) it has the particular solution Q(s) exp(-r s) with
     Q' - (p + r) Q = -p s^m; the homogeneous solution Z exp(p s) continues z from piece to piece.
     """

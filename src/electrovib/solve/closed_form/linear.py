@@ -20,18 +20,7 @@ SLOWEST: Final = 1e-4
 def active_rates(transfers: list[Transfer], *, end: float) -> Real | None:
     """Return the rates of the modes that a drive excites, where the quantities have a closed form.
 
-    Parameters
-    ----------
-    transfers : list of Transfer
-        At least one.
-    end : float
-        Last output time [s].
-
-    Returns
-    -------
-    rates : ndarray, shape (modes,), or None
-        Rates of the modes with a gain in any of them [1/s]; None where their modes differ, there is initial charge, or a
-        mode is too slow.
+    Returns `rates` (modes,).
     """
     rates = transfers[0].rates
     for each in transfers:
@@ -49,20 +38,6 @@ def _active(transfers: list[Transfer]) -> Real:
 def linear_sums(transfers: list[Transfer], decays: Decays) -> list[ExponentialSum]:
     """Compute quantities that are linear in the drive, from rest.
 
-    Parameters
-    ----------
-    transfers : list of Transfer
-        For which `active_rates` gives the rates of `decays`.
-    decays : Decays
-        Exponentials of their modes.
-
-    Returns
-    -------
-    sums : list of ExponentialSum
-        Each in the unit of its quantity.
-
-    Notes
-    -----
     In a piece with drive v + v' s every mode is x = v + v' s - v'/r + (x_0 - v + v'/r) exp(-r s).
     """
     pieces, active = decays.pieces, _active(transfers)

@@ -60,23 +60,7 @@ class Repeated:
         self._filters: dict[str, tuple[tuple[Any, ...], Filter]] = {}
 
     def signals(self, values: Mapping[str, float]) -> dict[str, Real]:
-        """Compute the signals.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            Values of free parameters by path, with those omitted as in the base; in SI units.
-
-        Returns
-        -------
-        signals : dict of str to ndarray, shape (n,)
-            Each in its unit.
-
-        Raises
-        ------
-        InputError
-            If a value is outside its range, models cannot be combined, or the scenario has no such signal.
-        """
+        """Compute the signals."""
         scenario = self._prepared.scenario(values)
         own = capacitance(scenario, self._time) if self._has_capacitance else {}
         read = {name: row for name, (_, row) in own.items()}

@@ -45,17 +45,7 @@ class Pieces:
     def of(cls, part: Linear, times: Real) -> Pieces:
         """Assign output times to the pieces of a drive, at a break to the later one.
 
-        Parameters
-        ----------
-        part : Linear
-            The drive [V].
-        times : ndarray, shape (n,)
-            Output times, increasing, >= 0 [s].
-
-        Returns
-        -------
-        Pieces
-            All pieces up to the last output time.
+        `times` (n,) [s].
         """
         part = part.until(float(times[-1]))
         index, elapsed = part.locate(times)
@@ -98,17 +88,7 @@ class Decays:
     def of(cls, pieces: Pieces, rates: Real) -> Decays:
         """Evaluate the exponentials at the output times.
 
-        Parameters
-        ----------
-        pieces : Pieces
-            Pieces and output times.
-        rates : ndarray, shape (modes,)
-            Rates, above 0 [1/s].
-
-        Returns
-        -------
-        Decays
-            The exponentials.
+        `rates` (modes,).
         """
         return cls(pieces, rates, tuple(_decays(rates, since) for _, _, since in pieces.groups))
 
@@ -190,36 +170,14 @@ class ExponentialSum:
         )
 
     def shifted(self, level: float) -> ExponentialSum:
-        """Return the signal with a constant added.
-
-        Parameters
-        ----------
-        level : float
-            The constant, in the unit of the signal.
-
-        Returns
-        -------
-        ExponentialSum
-            In the same unit.
-        """
+        """Return the signal with a constant added."""
         polynomial = self.polynomial.copy()
         polynomial[:, 0] += level
         return ExponentialSum(self.decays, polynomial, self.modes, self.pairs)
 
 
 def product(one: ExponentialSum, other: ExponentialSum) -> ExponentialSum:
-    """Multiply two signals that are linear in the drive.
-
-    Parameters
-    ----------
-    one, other : ExponentialSum
-        Of the same exponentials, of first degree in time, without products of exponentials.
-
-    Returns
-    -------
-    ExponentialSum
-        In the product of their units.
-    """
+    """Multiply two signals that are linear in the drive."""
     a, b, left, right = one.polynomial, other.polynomial, one.modes[:, :, 0], other.modes[:, :, 0]
     polynomial = np.stack(
         [a[:, 0] * b[:, 0], a[:, 0] * b[:, 1] + a[:, 1] * b[:, 0], a[:, 1] * b[:, 1]], axis=1

@@ -43,31 +43,8 @@ SQUEEZED = 8
 def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solution, PeakRecord]:
     """Compute the electrical response at the output times, and its largest values between them.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment to solve.
-    section : ModalSection
-        Its stack as relaxation modes.
-    times : ndarray, shape (n,)
-        Output times, increasing, >= 0 [s].
+    `times` (n,) [s].
 
-    Returns
-    -------
-    answer : Solution
-        Response at the output times.
-    record : PeakRecord
-        Quantities with limits, from time 0 to the last output time.
-
-    Raises
-    ------
-    NotCausalError
-        If the force law has no response in time and the drive is not a single sine in its steady state.
-    InputError
-        If models cannot be combined.
-
-    Notes
-    -----
     A solver in closed form is evaluated again at further times; a time-stepping solver returns all times of one run, and an
     amplifier with limits in a second run the values around the times at which it reaches or leaves a limit.
     """
@@ -98,22 +75,7 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
 def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solution) -> PeakRecord:
     """Return the quantities with limits, from a response at closely spaced times.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    section : ModalSection
-        Its stack as relaxation modes.
-    times : ndarray, shape (n,)
-        Increasing, >= 0 [s], with the corners of the drive among them.
-    answer : Solution
-        Response at these times.
-
-    Returns
-    -------
-    PeakRecord
-        Refined around each largest value that its neighbours do not resolve, if in closed form; with the values just before
-        corners and changes between regimes of an amplifier.
+    `times` (n,) [s].
     """
     record = PeakRecord.of(scenario, times, answer.found)
     if (method := chosen(scenario).method).is_marched and method is not LIMITED:
@@ -138,25 +100,7 @@ def judge_run(
 ) -> list[Diagnostic]:
     """Return the diagnostics of a run.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    section : ModalSection
-        Its stack as relaxation modes.
-    record : PeakRecord
-        Quantities with limits over the whole run, as from `solved`.
-    times : ndarray, shape (n,)
-        Output times [s].
-    variables : dict
-        Dimensions and values of the signals of the Trace, in their units.
-    mean_squares : mapping of str to float, optional
-        Root mean squares by the name of their limit, where one is declared [V or A].
-
-    Returns
-    -------
-    list of Diagnostic
-        Of force law, materials, layers from plate to finger, circuit, contact and motion, in this order.
+    `times` (n,) [s].
     """
     found = [
         *scenario.force.diagnostics(scenario.stack.layers),
@@ -179,24 +123,7 @@ def judge_run(
 def running_currents(
     scenario: Scenario, section: ModalSection, record: PeakRecord
 ) -> dict[str, float] | None:
-    """Return the largest currents apart from the response to the step of the drive at time 0.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    section : ModalSection
-        Its stack as relaxation modes.
-    record : PeakRecord
-        Quantities with limits over the whole run, as from `solved`.
-
-    Returns
-    -------
-    currents : dict of str to float or None
-        ``current`` and ``body_current`` [A]: of a periodic drive those of the periodic state, of any other those of the
-        response minus the response to that step. None without such a step, with a time-stepping solver, behind an amplifier
-        with limits, and where these responses cannot be computed.
-    """
+    """Return the largest currents apart from the response to the step of the drive at time 0."""
     end, drive = float(record.times[-1]), scenario.drive
     amplifier = scenario.circuit.amplifier
     linear = not chosen(scenario).method.is_marched and (amplifier is None or not amplifier.is_limited)

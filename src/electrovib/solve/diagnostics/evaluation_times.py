@@ -38,30 +38,9 @@ def evaluation_times(
 ) -> Real:
     """Return times at which a linear response can be largest.
 
-    Parameters
-    ----------
-    drive : Drive
-        0 V before time 0, unless the state is periodic.
-    end : float
-        Last output time [s].
-    settled : bool
-        Whether the response is in its periodic state, so that one period suffices.
-    beside : float
-        Highest frequency of anything else that moves [Hz].
-    seen : ndarray, optional
-        Output times [s]. Of a measured drive whose samples are all among them only the first and last intervals are
-        evaluated; `PeakRecord.just_before` adds times next to the largest values.
-
-    Returns
-    -------
-    moments : ndarray
-        Evaluation times, increasing, from 0 to `end`, or over one period of a periodic state [s].
-
-    Notes
-    -----
-    They are the corners of the drive, times just before them and on a logarithmic scale after them, and `PER_CYCLE`
-    times in each cycle of its fastest oscillation. From rest the response to a periodic drive approaches its periodic
-    state, so that of the later cycles a choice suffices.
+    They are the corners of the drive, times just before them and on a logarithmic scale after them, and
+    `PER_CYCLE` times in each cycle of its fastest oscillation. From rest the response to a periodic drive
+    approaches its periodic state, so that of the later cycles a choice suffices.
     """
     period = drive.period
     if seen is not None and shows_every_sample(drive, seen):
@@ -86,20 +65,8 @@ def evaluation_times(
 def around_kinks(kinks: Real, end: float) -> Real:
     """Return times just before and after changes between the regimes of an amplifier with limits, as around corners.
 
-    Parameters
-    ----------
-    kinks : ndarray, shape (n,)
-        Times at which the amplifier enters or leaves a limit, increasing, >= 0 [s].
-    end : float
-        Last output time [s].
+    `kinks` (n,) [s].
 
-    Returns
-    -------
-    moments : ndarray
-        Evaluation times, increasing [s].
-
-    Notes
-    -----
     The current into a capacitance is discontinuous there, and a parabola through both sides would not be its largest value.
     """
     if not len(kinks):
@@ -114,17 +81,7 @@ def around_kinks(kinks: Real, end: float) -> Real:
 def shows_every_sample(drive: Drive, times: Real) -> bool:
     """Return whether times are the samples of a measured drive, and too many to evaluate just before each.
 
-    Parameters
-    ----------
-    drive : Drive
-        Any drive.
-    times : ndarray, shape (n,)
-        Increasing [s].
-
-    Returns
-    -------
-    bool
-        False for every drive given by a formula.
+    `times` (n,) [s].
     """
     parts = drive.parts()
     return (
@@ -146,18 +103,7 @@ def _near_the_ends(drive: Drive, end: float, beside: float) -> Real:
 
 
 def count_evaluation_times(drive: Drive, *, end: float, settled: bool, beside: float = 0.0) -> int:
-    """Return an upper estimate of the number of times that `evaluation_times` returns.
-
-    Parameters
-    ----------
-    drive, end, settled, beside
-        As for `evaluation_times`: a Drive, s, bool, Hz.
-
-    Returns
-    -------
-    count : int
-        About as many, or more.
-    """
+    """Return an upper estimate of the number of times that `evaluation_times` returns."""
     period, cycles = drive.period, 1
     if period is not None and (settled or end > period):
         cycles = 1 if settled else min(math.ceil(end / period), 2 * FIRST_CYCLES + 2) + 1

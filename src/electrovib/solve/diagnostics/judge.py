@@ -36,20 +36,7 @@ from electrovib.solve.diagnostics.peaks import PeakRecord
 
 
 def stack_diagnostics(scenario: Scenario, record: PeakRecord) -> list[Diagnostic]:
-    """Return the diagnostics of every layer, of the interface and of the sweat in it.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the stack.
-    record : PeakRecord
-        Quantities with limits over the whole run.
-
-    Returns
-    -------
-    list of Diagnostic
-        From plate to finger.
-    """
+    """Return the diagnostics of every layer, of the interface and of the sweat in it."""
     peaks = record.peaks()
     nearest = record.nearest_to_breakdown() if "gap" in record.rows else None
     fields = {name: peaks[FieldOf(name)] for name in scenario.stack.layers}
@@ -69,24 +56,6 @@ def layer_diagnostics(
     """Return the diagnostics of layers, interface and sweat for given largest values at the first contact.
 
     Of two contacts the smaller is judged: both carry the same current, so its fields are larger by the ratio of the areas.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the stack.
-    fields : mapping of str to float
-        Largest absolute field in each layer [V/m].
-    interface : float
-        Largest absolute field in the gap, or in the limit of a vanishing gap [V/m].
-    nearest : tuple of float or None
-        Field [V/m] and gap [m] at the time nearest to breakdown by Paschen's law; None without a gap.
-    across : float
-        Largest absolute voltage across the stack [V].
-
-    Returns
-    -------
-    list of Diagnostic
-        From plate to finger.
     """
     roles, layers = scenario.stack.roles, scenario.stack.layers
     plate = [name for name, role in roles.items() if role == "plate"]
@@ -128,24 +97,7 @@ def circuit_diagnostics(
     running: Mapping[str, float] | None,
     mean_squares: Mapping[str, float] | None = None,
 ) -> list[Diagnostic]:
-    """Return the diagnostics of voltage, current, charge and energy, and of discontinuities of the drive.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive, circuit and limits.
-    record : PeakRecord
-        Quantities with limits over the whole run.
-    running : mapping of str to float or None
-        Largest currents apart from the response to the step of the drive at time 0 [A]; None where they are not known.
-    mean_squares : mapping of str to float, optional
-        Root mean squares by the name of their limit [V or A].
-
-    Returns
-    -------
-    list of Diagnostic
-        One for each declared limit, and one where the drive is discontinuous.
-    """
+    """Return the diagnostics of voltage, current, charge and energy, and of discontinuities of the drive."""
     reached = largest_values(scenario, record, running) | dict(mean_squares or {})
     if scenario.limits.slew_rate is not None:
         reached["slew_rate"] = slew_rate(scenario, float(record.times[-1]))
@@ -158,43 +110,14 @@ def circuit_diagnostics(
 
 
 def largest_of(reached: Mapping[str, float], name: str) -> float:
-    """Return the larger of the value of a limit over the run and at switch-on.
-
-    Parameters
-    ----------
-    reached : mapping of str to float
-        From `largest_values`.
-    name : str
-        Name of the limit.
-
-    Returns
-    -------
-    value : float
-        In its unit; infinite without a bound, NaN where it is not known.
-    """
+    """Return the larger of the value of a limit over the run and at switch-on."""
     return max(reached[name], reached.get(name + SWITCH_ON, 0.0)) if name in reached else math.nan
 
 
 def largest_values(
     scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None
 ) -> dict[str, float]:
-    """Return the largest absolute values that the declared limits are compared with.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive and circuit.
-    record : PeakRecord
-        Quantities with limits over the whole run.
-    running : mapping of str to float or None
-        As for `circuit_diagnostics` [A].
-
-    Returns
-    -------
-    reached : dict of str to float
-        By the name of the limit, in its unit; with `SWITCH_ON` after the name, the value that the step at time 0 alone
-        causes. Infinite for the current of a discontinuity without a series resistance, or into a stray capacitance.
-    """
+    """Return the largest absolute values that the declared limits are compared with."""
     drive, circuit = scenario.drive, scenario.circuit
     end = float(record.times[-1])
     limited = type(scenario.limits).model_fields

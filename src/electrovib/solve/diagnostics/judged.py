@@ -46,23 +46,7 @@ class Judged(NamedTuple):
 def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]) -> Judged:
     """Compare an error bound at the probes with a quantity at all output times.
 
-    Parameters
-    ----------
-    row : ndarray, shape (n,)
-        The quantity, in its unit.
-    times : ndarray, shape (n,)
-        Increasing [s].
-    probes : ndarray of int, shape (m,)
-        Indices of the times at which the bound is known, increasing; between two of them the larger bound counts.
-    bound : ndarray, shape (m,)
-        Largest error of the quantity there, in its unit.
-    judged : ndarray of bool, shape (n,)
-        Times that count, between the first probe and the last.
-
-    Returns
-    -------
-    Judged
-        Error relative to the quantity itself.
+    `row` (n,), `times` (n,) [s], `probes` (m,), `bound` (m,), `judged` (n,).
     """
     if not np.any(judged):
         return Judged(0.0, 0.0, np.inf, 0.0)
@@ -88,19 +72,7 @@ def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged:
 def judge_repeating(rows: Real, times: Real, bounds: Real) -> list[Judged]:
     """Return the results of `judge` for many periodic cases, whose remaining amplitude is always the largest value.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (cases, n)
-        The quantity in every case, over a period.
-    times : ndarray, shape (cases, n)
-        Increasing; all within a tenth of the first time [s].
-    bounds : ndarray, shape (cases, n)
-        Largest error at each time, in the unit of the quantity.
-
-    Returns
-    -------
-    list of Judged
-        One for each case.
+    `rows` (cases, n), `times` (cases, n) [s], `bounds` (cases, n).
     """
     sizes = np.abs(rows)
     largest = np.max(sizes, axis=1)[:, None]

@@ -24,18 +24,7 @@ if TYPE_CHECKING:
 
 
 def known_band(scenario: Scenario) -> tuple[float, float]:
-    """Return the band in which the permittivities of all layers are known.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the stack; a formula is known at all frequencies, a table between its ends.
-
-    Returns
-    -------
-    low, high : float
-        Lowest and highest frequency of that band [Hz]; 0 and infinite where no layer limits it.
-    """
+    """Return the band in which the permittivities of all layers are known."""
     bands = [layer.material.band for layer in scenario.stack.layers.values()]
     return max(low for low, _ in bands), min(high for _, high in bands)
 
@@ -50,23 +39,7 @@ def memory_diagnostics(
 ) -> list[Diagnostic]:
     """Return the error of a response in time due to the Debye sums of materials, and the time from which it is unknown.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    errors : mapping of Key to Judged
-        From `answer_errors`.
-    times : ndarray, shape (n,)
-        Output times [s].
-    known : tuple of float
-        Lowest and highest frequency at which all materials are known [Hz].
-    method : Method
-        Electrical solver of the response.
-
-    Returns
-    -------
-    list of Diagnostic
-        Empty where every layer is declared as a sum of Debye terms.
+    `times` (n,) [s].
     """
     layers = scenario.stack.layers
     reduced = [name for name, layer in layers.items() if layer.material.debye() is None]

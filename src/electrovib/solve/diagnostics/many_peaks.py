@@ -22,19 +22,7 @@ def many_peaks(
 ) -> list[PeakRecord]:
     """Return the largest values of every quantity in every case, refined where their neighbours do not resolve them.
 
-    Parameters
-    ----------
-    times : ndarray, shape (cases, n)
-        Increasing in each case [s].
-    rows : dict of Key to ndarray, shape (cases, n)
-        As in a `PeakRecord`, in their units.
-    look : callable
-        Returns the same quantities, shape (k,), for k indices of cases and k times [s].
-
-    Returns
-    -------
-    list of PeakRecord
-        For each case, what `refined` returns.
+    `times` (cases, n) [s].
     """
     names = list(rows)
     values = np.array([rows[name] for name in names])

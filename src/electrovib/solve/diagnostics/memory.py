@@ -61,28 +61,8 @@ def answer_errors(
 ) -> dict[Key, Judged]:
     """Bound the error of a response in time due to the reduction of materials.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    section : ModalSection
-        Its stack as relaxation modes.
-    answer : Solution
-        Response at the output times.
-    times : ndarray, shape (n,)
-        Output times [s].
-    known : tuple of float
-        Lowest and highest frequency at which all materials are known [Hz]; the response is judged up to
-        1/(2 pi low).
+    `times` (n,) [s].
 
-    Returns
-    -------
-    dict of Key to Judged
-        Error of each linear quantity and of ``force``; empty where nothing is known. The instants of discontinuities of
-        the drive are omitted: the values there are limits of infinite frequency.
-
-    Notes
-    -----
     The response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
     residual of the fit of D over frequency.
     """
@@ -127,25 +107,7 @@ def errors_of_sines(
 ) -> list[dict[Key, Judged]]:
     """Bound the error of many responses of one stack, each to a sine in its periodic state.
 
-    Parameters
-    ----------
-    members : sequence of Scenario
-        They differ only in their sine, and share the band over which materials are reduced.
-    section : ModalSection
-        Their stack as relaxation modes.
-    answer : Solution
-        Responses of one case after the other, cases times n values.
-    times : ndarray, shape (cases, n)
-        Output times within a period, at most `PROBES` in each case [s].
-    known : tuple of float
-        As for `answer_errors`.
-    respond : callable
-        Returns the responses of linear quantities to all sines.
-
-    Returns
-    -------
-    list of dict of Key to Judged
-        For each case, what `answer_errors` returns.
+    `times` (cases, n) [s].
     """
     scenario = members[0]
     low, high = run_band(scenario, times[0])

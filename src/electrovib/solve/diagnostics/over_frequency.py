@@ -20,18 +20,7 @@ _VANISHING = 1e-12
 
 
 def over_frequency_diagnostics(scenario: Scenario) -> list[Diagnostic]:
-    """Return warnings where the values over frequency are not those of a sine in time.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-
-    Returns
-    -------
-    list of Diagnostic
-        One for every layer whose leak rectifies, and one where the amplifier cannot supply the sine of the mean force.
-    """
+    """Return warnings where the values over frequency are not those of a sine in time."""
     leaks = {name: layer.leak for name, layer in scenario.stack.layers.items() if layer.leak is not None}
     amplifier = scenario.circuit.amplifier
     return [

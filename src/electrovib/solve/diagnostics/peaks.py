@@ -62,19 +62,7 @@ class PeakRecord:
     def of(cls, scenario: Scenario, times: Real, found: dict[Key, Real]) -> PeakRecord:
         """Return the quantities with limits from the quantities that a solver found.
 
-        Parameters
-        ----------
-        scenario : Scenario
-            Stack, contact and circuit.
-        times : ndarray, shape (n,)
-            Increasing [s].
-        found : dict of Key to ndarray, shape (n,)
-            Voltages, currents, fields and displacements.
-
-        Returns
-        -------
-        PeakRecord
-            The quantities at these times.
+        `times` (n,) [s].
         """
         around, layers = Surroundings.of(scenario), scenario.stack.layers
         gap = scenario.stack.gap_name
@@ -100,18 +88,7 @@ class PeakRecord:
         return cls(times, rows)
 
     def among(self, moments: Real) -> PeakRecord:
-        """Omit, of very many times, those that are neither near a largest value nor next to given further times.
-
-        Parameters
-        ----------
-        moments : ndarray
-            Times of a record that this one will be joined with, increasing [s].
-
-        Returns
-        -------
-        PeakRecord
-            With the same largest values, also after the two are joined.
-        """
+        """Omit, of very many times, those that are neither near a largest value nor next to given further times."""
         if len(self.times) <= _MANY:
             return self
         largest = np.array(list(self._places.values()))
@@ -130,18 +107,7 @@ class PeakRecord:
         return np.unique(np.concatenate([before, after]))
 
     def before_corners(self, corners: Real) -> Real:
-        """Return times just before the corners of the drive that are next to the largest values.
-
-        Parameters
-        ----------
-        corners : ndarray
-            Corners, increasing [s].
-
-        Returns
-        -------
-        moments : ndarray
-            Times at which a current still has its value before the corner, increasing [s].
-        """
+        """Return times just before the corners of the drive that are next to the largest values."""
         after = np.searchsorted(corners, self.times[np.array(list(self._places.values()))])
         near = (
             corners[np.unique(np.concatenate([after - 1, after]).clip(0, len(corners) - 1))]
@@ -173,14 +139,7 @@ class PeakRecord:
         return self
 
     def peaks(self) -> dict[Key, float]:
-        """Return the largest absolute value of each quantity; NaN where it is unknown.
-
-        Returns
-        -------
-        peaks : dict of Key to float
-            By a parabola through the largest value and its neighbours, in the unit of the quantity; at an end, a corner and a
-            discontinuity the largest value itself.
-        """
+        """Return the largest absolute value of each quantity; NaN where it is unknown."""
         return {name: value for name, (value, _, _) in self._peaks.items()}
 
     def unclear(self) -> Real:

@@ -16,20 +16,7 @@ if TYPE_CHECKING:
 
 
 def refined(record: PeakRecord, look: Callable[[Real], PeakRecord]) -> PeakRecord:
-    """Add evaluation times around each largest value that its neighbours do not resolve.
-
-    Parameters
-    ----------
-    record : PeakRecord
-        Of a solver in closed form.
-    look : callable
-        Returns the record of the same solution at other times [s].
-
-    Returns
-    -------
-    PeakRecord
-        With the times added.
-    """
+    """Add evaluation times around each largest value that its neighbours do not resolve."""
     for _ in range(REFINEMENTS):
         wanted = np.setdiff1d(record.unclear(), record.times)
         if not len(wanted):

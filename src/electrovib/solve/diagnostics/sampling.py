@@ -21,17 +21,7 @@ MOST: Final = 4_000_000
 def sampling(drive: Drive, times: Real) -> list[Diagnostic]:
     """Return a warning where output values are exact but a line through them does not follow the result.
 
-    Parameters
-    ----------
-    drive : Drive
-        Drive of the scenario.
-    times : ndarray, shape (n,)
-        Output times, increasing [s].
-
-    Returns
-    -------
-    list of Diagnostic
-        One warning with the number of samples that suffices, or none.
+    `times` (n,) [s].
     """
     if len(times) < 2 or shows(drive, times):
         return []

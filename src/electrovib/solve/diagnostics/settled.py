@@ -27,21 +27,8 @@ _SAMPLES: Final = 4096
 def settled_charge(scenario: Scenario) -> list[Diagnostic]:
     """Warn where a layer of the plate conducts so little that the periodic state is reached long after an experiment.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack, drive and initial state.
-
-    Returns
-    -------
-    list of Diagnostic
-        One warning, or none: without a periodic initial state, for a drive without an offset, and where every layer of
-        the plate is insulating or relaxes within `LONGEST`.
-
-    Notes
-    -----
-    Over a gap that does not conduct, the mean of the voltage is across the gap once the charge in a conducting layer has
-    relaxed, in a time of the order of the permittivity over the conductivity.
+    Over a gap that does not conduct, the mean of the voltage is across the gap once the charge in a
+    conducting layer has relaxed, in a time of the order of the permittivity over the conductivity.
     """
     if not isinstance(scenario.time.initial_state, PeriodicState) or scenario.drive.quantity != "voltage":
         return []

@@ -18,20 +18,7 @@ ROUNDED = 1e-9
 
 
 def slew_rate(scenario: Scenario, end: float) -> float:
-    """Return the largest rate of change of the drive times the gain, from time 0 to an end.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive, amplifier and initial state.
-    end : float
-        Last time [s].
-
-    Returns
-    -------
-    slew : float
-        V/s; infinite at a discontinuity, NaN for a current drive.
-    """
+    """Return the largest rate of change of the drive times the gain, from time 0 to an end."""
     drive, amplifier = scenario.drive, scenario.circuit.amplifier
     if drive.quantity == "current":
         return math.nan
@@ -41,21 +28,7 @@ def slew_rate(scenario: Scenario, end: float) -> float:
 
 
 def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
-    """Return the heights of the discontinuities of the voltage that reach the stack.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive, amplifier and initial state.
-    end : float
-        Last time [s].
-
-    Returns
-    -------
-    first, later : float
-        Height in the drive at time 0 and largest height after it [V]; 0 without one, behind an amplifier with a bandwidth
-        or a largest current, between voltages beyond its saturation, and for a current drive.
-    """
+    """Return the heights of the discontinuities of the voltage that reach the stack."""
     drive, amplifier = scenario.drive, scenario.circuit.amplifier
     if drive.quantity == "current" or (
         amplifier is not None

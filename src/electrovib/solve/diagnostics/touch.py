@@ -23,19 +23,7 @@ if TYPE_CHECKING:
 def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Diagnostic]:
     """Return the diagnostics of contact and friction.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Motion, contact, friction and load.
-    variables : dict
-        Dimensions and values of the signals of the Trace, in their units.
-    times : ndarray, shape (n,)
-        Output times [s].
-
-    Returns
-    -------
-    list of Diagnostic
-        Off the plate, at rest, and of a contact area that depends on the load.
+    `times` (n,) [s].
     """
     return [
         *_off_the_plate(scenario, times),

@@ -16,15 +16,7 @@ if TYPE_CHECKING:
 def since_corners(corners: Real, times: Real) -> Real:
     """Return the time since the last corner.
 
-    Parameters
-    ----------
-    corners, times : ndarray, shape (m,), (n,)
-        Increasing [s].
-
-    Returns
-    -------
-    since : ndarray, shape (n,)
-        Time since the last corner, infinite before the first [s].
+    `corners`, `times` (m,) [s]; returns `since` (n,) [s].
     """
     last = np.append(-np.inf, corners)[np.searchsorted(corners, times, side="right")]
     return np.asarray(times - last)
@@ -33,24 +25,7 @@ def since_corners(corners: Real, times: Real) -> Real:
 def transfer_error(
     law: ForceLaw, section: ModalSection, exact: PhasorSection, known: tuple[float, float]
 ) -> float:
-    """Return the largest error of a law's amplitudes over frequency, with materials as sums of Debye terms.
-
-    Parameters
-    ----------
-    law : ForceLaw
-        Law that has a response in time.
-    section : ModalSection
-        The stack with materials as sums of Debye terms.
-    exact : PhasorSection
-        The stack with materials as declared, over frequency.
-    known : tuple of float
-        Lowest and highest frequency at which all materials are known [Hz].
-
-    Returns
-    -------
-    error : float
-        Largest error over the largest magnitude of the same amplitude, dimensionless; NaN if no frequency is known.
-    """
+    """Return the largest error of a law's amplitudes over frequency, with materials as sums of Debye terms."""
     reduced, declared = law.amplitudes(section), law.amplitudes(exact)
     inside = (exact.frequency >= known[0]) & (exact.frequency <= known[1])
     if not np.any(inside):

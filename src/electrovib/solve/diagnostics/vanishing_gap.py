@@ -24,22 +24,8 @@ _ROUNDING = 1e-9
 def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) -> list[Diagnostic]:
     """Return whether the limit of a vanishing gap describes the smallest real gap.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        With stack and force law.
-    times : ndarray, shape (n,)
-        Output times [s].
-    variables : dict
-        Dimensions and values of the signals of the Trace.
+    `times` (n,) [s].
 
-    Returns
-    -------
-    list of Diagnostic
-        Empty if the stack has a gap, or the law does not read the field at the interface.
-
-    Notes
-    -----
     A gap g has the voltage E g across it. While that is a small share of the whole voltage, a smaller gap has the same
     field; over a conducting plate E grows as long as the voltage is held.
     """
@@ -68,20 +54,7 @@ def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) ->
 
 
 def negative_attraction(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
-    """Return a warning where the attraction is negative, with the reason that the force law declares.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With its force law.
-    variables : dict
-        Dimensions and values of the signals of the Trace.
-
-    Returns
-    -------
-    list of Diagnostic
-        One warning, or none.
-    """
+    """Return a warning where the attraction is negative, with the reason that the force law declares."""
     force = variables["electrostatic_force"][1]
     lowest, largest = float(np.min(force)), float(np.max(np.abs(force)))
     if not lowest < -_ROUNDING * largest:

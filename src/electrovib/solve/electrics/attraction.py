@@ -20,21 +20,7 @@ PHASES = 32
 
 
 def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
-    """Compute the attraction per area of the first contact, that of a second contact in series included.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Law, contact and circuit.
-    amplitudes : dict of str to ndarray
-        Arguments of the law's pressure, in its units.
-
-    Returns
-    -------
-    pull : ndarray
-        Attraction of both contacts over the area of the first [Pa]. The second contact carries the same current through
-        its own area.
-    """
+    """Compute the attraction per area of the first contact, that of a second contact in series included."""
     second = Surroundings.of(scenario).second
     total = scenario.force.pressure(**amplitudes)
     if np.any(second):  # a column of many fingers has one for each
@@ -46,25 +32,7 @@ def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
 def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Real:
     """Compute the force of an attraction per area on the contact area under load and attraction together.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Contact, load and motion.
-    pull : ndarray, shape (..., n)
-        Attraction per area [Pa].
-    times : ndarray, shape (n,), optional
-        Times of `pull` [s]; by default the finger touches the plate under the full load.
-
-    Returns
-    -------
-    force : ndarray, shape (..., n)
-        Attraction [N]. While the finger is held off the plate the attraction does not press on the contact, and the area
-        is that under the load alone.
-
-    Raises
-    ------
-    InputError
-        If the attraction lets the area grow without bound.
+    `pull` (..., n) [Pa], `times` (n,) [s]; returns `force` (..., n) [N].
     """
     contact, load = scenario.contact, scenario.load
     if isinstance(contact, FixedArea):
@@ -79,19 +47,7 @@ def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Rea
 def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: float) -> Real:
     """Compute the time mean of the attraction under one sine.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Law, contact and circuit.
-    section : PhasorSection
-        The stack over frequency, per unit of the drive.
-    amplitude : float
-        Peak of the drive [V, or A].
-
-    Returns
-    -------
-    force : ndarray, shape (frequencies,)
-        Mean attraction at each frequency [N].
+    Returns `force` (frequencies,) [N].
     """
     count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
     turns = np.exp(2j * np.pi * np.arange(count) / count)[:, None]

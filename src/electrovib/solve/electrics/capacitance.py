@@ -17,15 +17,7 @@ if TYPE_CHECKING:
 def sine_of(scenario: Scenario) -> Real | None:
     """Return the frequency at which a scenario has a capacitance.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-
-    Returns
-    -------
-    frequency : ndarray, shape (1,), or None
-        That of the only sine of the drive, which is always on [Hz]; None without one, or where the gap moves.
+    Returns `frequency` (1,) [Hz].
     """
     if count_harmonics(scenario.drive) is None or scenario.motion.moved_gap or scenario.contact.closing:
         return None
@@ -37,18 +29,7 @@ def sine_of(scenario: Scenario) -> Real | None:
 def capacitance(scenario: Scenario, times: Real) -> dict[str, tuple[tuple[str], Real]]:
     """Compute the capacitance that is in parallel with a conductance in the admittance seen by the drive.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack, contact, circuit and load; the sine of its drive is that of the meter.
-    times : ndarray, shape (n,)
-        Times [s].
-
-    Returns
-    -------
-    signals : dict of str to tuple
-        Dimensions and values of ``capacitance`` [F], Im(1/Z)/(2 pi f) of the impedance Z over frequency, with the contact area
-        under the load of each time; empty where the scenario has none.
+    `times` (n,) [s].
     """
     frequency = sine_of(scenario)
     if frequency is None:

@@ -41,15 +41,7 @@ class DrivenPlate:
     def within(self, grid: Real) -> tuple[Real, Real]:
         """Return the voltage and its rate at the nodes of each step; at the end of a step, the values just before it.
 
-        Parameters
-        ----------
-        grid : ndarray, shape (steps + 1,)
-            Ends of the steps [s].
-
-        Returns
-        -------
-        voltage, slope : ndarray, shape (steps, 3)
-            Voltage [V] and its time derivative [V/s].
+        `grid` (steps + 1,) [s]; returns `voltage`, `slope` (steps, 3) [V].
         """
         begins, steps = grid[:-1, None], np.diff(grid)[:, None]
         times, middle = begins + steps * NODES, begins + steps / 2
@@ -71,15 +63,7 @@ class DrivenPlate:
     def at(self, times: Real) -> tuple[Real, Real]:
         """Return the voltage and its rate just after some times.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            Times [s].
-
-        Returns
-        -------
-        voltage, slope : ndarray, shape (n,)
-            Voltage [V] and its time derivative [V/s].
+        `times` (n,) [s]; returns `voltage`, `slope` (n,) [V].
         """
         value = self.gain * self.drive.voltage(times)
         if self.corner is None:
@@ -90,15 +74,7 @@ class DrivenPlate:
     def jumps(self, grid: Real) -> Real:
         """Return the heights of the voltage steps at the ends of time steps, that of switching on included.
 
-        Parameters
-        ----------
-        grid : ndarray, shape (n,)
-            Ends of the time steps, the first 0 [s].
-
-        Returns
-        -------
-        heights : ndarray, shape (n,)
-            Height of the discontinuity of the plate's voltage [V]; 0 behind an amplifier with a pole.
+        `grid` (n,) [s]; returns `heights` (n,) [V].
         """
         if self.corner is not None:
             return np.zeros(len(grid))
@@ -109,15 +85,7 @@ class DrivenPlate:
     def lagging(self, times: Real) -> Real:
         """Return the voltage behind the amplifier's pole.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            Increasing, >= 0 [s].
-
-        Returns
-        -------
-        voltage : ndarray, shape (n,)
-            Voltage of the plate [V].
+        `times` (n,) [s]; returns `voltage` (n,) [V].
         """
         assert self.corner is not None
         pole = Transfer(rates=np.array([self.corner]), gains=np.array([self.gain]))

@@ -47,33 +47,8 @@ def move_gap(
 ) -> Solution:
     """Compute the response from rest of linear layers under a gap of prescribed thickness.
 
-    Parameters
-    ----------
-    space : StackStates
-        Layers without leaks, one of them of changing thickness, and series elements.
-    drive : Drive
-        A voltage, off before time 0.
-    time : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    motion : Distance
-        Thickness of the moving layer.
-    amplifier : Amplifier, optional
-        Without limits.
+    `time` (n,) [s].
 
-    Returns
-    -------
-    Solution
-        `drive_voltage`, `plate_voltage`, `stack_voltage`, `current`, `amplifier_current`, `gap`, and each
-        layer's field and displacement; at a discontinuity of the drive, the value after it. ``step_error`` is the error of
-        the gap's field over its largest value, by halving all steps; there are no steps where the charges are constant.
-
-    Raises
-    ------
-    InputError
-        If a layer has a non-ohmic leak, the amplifier has limits, or the drive prescribes the current.
-
-    Notes
-    -----
     E_k = (D_1 + Q_k - P_k)/(eps0 high_k), where D_1 follows from the sum of all voltages and dq/dt = J_k - J_(k+1).
     Steps are halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
     """

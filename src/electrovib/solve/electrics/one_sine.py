@@ -29,18 +29,7 @@ def _loudest_tone(scenario: Scenario) -> tuple[Real, complex]:
 
 
 def refuse_more_than_one_sine(scenario: Scenario) -> None:
-    """Refuse a drive for which a law without a time-domain form has no response.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With such a law.
-
-    Raises
-    ------
-    NotCausalError
-        If the drive is not one sine in its steady state, or an amplifier with limits is before the stack.
-    """
+    """Refuse a drive for which a law without a time-domain form has no response."""
     law, drive = scenario.force, scenario.drive
     settled = isinstance(scenario.time.initial_state, PeriodicState)
     if not settled or count_harmonics(drive) != 1:
@@ -54,20 +43,7 @@ def refuse_more_than_one_sine(scenario: Scenario) -> None:
 
 
 def one_sine(question: Question, fields: Solution) -> Solution:
-    """Compute the steady response to one sine by magnitudes, for a law without a time-domain form.
-
-    Parameters
-    ----------
-    question : Question
-        Of a scenario that `refuse_more_than_one_sine` accepts.
-    fields : Solution
-        Voltages, currents and fields, by the solver of the stack.
-
-    Returns
-    -------
-    Solution
-        The same, with the attraction of the law's magnitudes.
-    """
+    """Compute the steady response to one sine by magnitudes, for a law without a time-domain form."""
     scenario, times = question.scenario, question.times
     law, (frequency, tone) = scenario.force, _loudest_tone(scenario)
     exact = behind_amplifier(scenario, phasors(scenario, frequency))

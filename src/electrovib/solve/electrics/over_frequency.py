@@ -16,21 +16,7 @@ if TYPE_CHECKING:
 
 
 def over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
-    """Compute the signals over frequency.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The experiment.
-    section : PhasorSection
-        Its stack per unit of the drive, over the scenario's frequencies.
-
-    Returns
-    -------
-    signals : dict of str to tuple
-        Dimensions and values of each signal. The mean force is that of one sine whose amplitude is the largest value of
-        the drive.
-    """
+    """Compute the signals over frequency."""
     area = scenario.contact_area
     plate = per_volt_of(scenario, section.frequency)
     per_volt = behind_amplifier(scenario, plate)

@@ -81,22 +81,8 @@ class Renewal:
 def entered(motion: Motion, time: Real, places: Real) -> Real:
     """Compute when each place under the finger came under its leading edge.
 
-    Parameters
-    ----------
-    motion : Motion
-        Sliding speed over time.
-    time : ndarray, shape (n,)
-        Times, 0 or more [s].
-    places : ndarray, shape (places,)
-        Distance from the leading edge [m].
+    `time` (n,) [s], `places` (places,) [m]; returns `entry` (places, n) [s].
 
-    Returns
-    -------
-    entry : ndarray, shape (places, n)
-        Time of entry [s]; 0 for a place that has been under the finger since time 0.
-
-    Notes
-    -----
     The sliding distance is a quadratic function of time between corners of the speed, so the time is its root.
     """
     corners = np.array([t for t, _ in motion.time_profile.corners()])

@@ -31,29 +31,8 @@ MOST_STEPS, HALVED = 200, 12
 def pressed(contact: Contact, load: Real, pull: Real) -> Real:
     """Compute the total contact force W = load + pull area(W), load and attraction on the area under that force.
 
-    Parameters
-    ----------
-    contact : Contact
-        Area under a force.
-    load : ndarray
-        Normal force of the finger [N], 0 or more.
-    pull : ndarray, same shape
-        Attraction per area [Pa]; it may be negative; NaN gives NaN.
-
-    Returns
-    -------
-    force : ndarray, same shape
-        Total contact force W [N]; 0 where there is no load.
-
-    Raises
-    ------
-    InputError
-        If the attraction lets the area grow without bound.
-
-    Notes
-    -----
-    Of several states it is the one with the least force, which a slowly rising attraction reaches from the load alone.
-    Where the mean pressure rises with the force there is only one state.
+    Of several states it is the one with the least force, which a slowly rising attraction reaches from the
+    load alone. Where the mean pressure rises with the force there is only one state.
     """
     load, pull = np.broadcast_arrays(np.asarray(load, dtype=float), np.asarray(pull, dtype=float))
     if isinstance(contact, FixedArea):
@@ -125,23 +104,6 @@ def _bracketed(function: Callable[[Real, Any], Real], low: Real, high: Real) -> 
 def pressed_states(contact: Contact, *, load: float, pull: float) -> tuple[tuple[float, bool], ...]:
     """Return all total contact forces in equilibrium under one load and one attraction.
 
-    Parameters
-    ----------
-    contact : Contact
-        Area under a force.
-    load : float
-        Normal force of the finger [N], above 0.
-    pull : float
-        Attraction per area [Pa].
-
-    Returns
-    -------
-    states : tuple of (float, bool)
-        Total contact force W [N] and whether the state is stable, from the least force to the largest; none where the
-        area grows without bound.
-
-    Notes
-    -----
     States are sought in steps of a 64th of the force; two states closer than that are missed.
     """
     if pull <= 0 or isinstance(contact, FixedArea):
@@ -154,20 +116,7 @@ def pressed_states(contact: Contact, *, load: float, pull: float) -> tuple[tuple
 
 
 def crossed(lacking: Callable[[Real], Real], *, least: float, most: float) -> tuple[tuple[float, bool], ...]:
-    """Return the forces at which a function changes its sign, and whether it rises there.
-
-    Parameters
-    ----------
-    lacking : callable
-        Of forces [N]: the part of each force that neither load nor attraction provides [N].
-    least, most : float
-        Range of the search [N], the first above 0.
-
-    Returns
-    -------
-    states : tuple of (float, bool)
-        Force [N] and whether the function rises there, in rising order of the force.
-    """
+    """Return the forces at which a function changes its sign, and whether it rises there."""
     count = max(2, int(np.ceil(np.log(most / least) / np.log(NEAR))) + 1)
     forces = np.geomspace(least, most, count)
     values = lacking(forces)
@@ -183,20 +132,7 @@ def crossed(lacking: Callable[[Real], Real], *, least: float, most: float) -> tu
 
 
 def without_bound(contact: Contact, *, pull: float) -> InputError:
-    """Return the error that an attraction lets the area of a contact grow without bound.
-
-    Parameters
-    ----------
-    contact : Contact
-        Area under a force.
-    pull : float
-        Attraction per area [Pa].
-
-    Returns
-    -------
-    InputError
-        To be raised.
-    """
+    """Return the error that an attraction lets the area of a contact grow without bound."""
     return InputError(
         f"contact = {type(contact).__name__}: under an attraction of {format_quantity(pull, 'Pa', digits=4)} the contact area"
         f" grows beyond {LARGEST:g} m2, that is without bound: the attraction grows with the area, and the mean contact"

@@ -48,26 +48,8 @@ def renewed(
 ) -> dict[Any, Real]:
     """Compute the response of linear quantities at every place under a sliding finger.
 
-    Parameters
-    ----------
-    transfers : mapping of Key to Transfer
-        Quantities to compute, all of one stack.
-    drive : Drive
-        Off before time 0.
-    time : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    motion : Motion
-        Sliding speed over time.
-    renewal : Renewal
-        Places.
+    `time` (n,) [s].
 
-    Returns
-    -------
-    responses : dict of Key to ndarray, shape (places, n)
-        In the unit of each quantity.
-
-    Notes
-    -----
     A place that came under the finger at t0 has no memory of earlier times: its modes are x(t) - x(t0) exp(-rate (t -
     t0)), and the free part, which the initial charge of its layers drives, begins at t0. The whole column is fresh,
     the polarisation of the skin included. The series impedance acts on each place as if that place were alone, which
@@ -102,25 +84,8 @@ def mean_over_contact(
 ) -> Solution:
     """Compute the mean response over all places under a sliding finger.
 
-    Parameters
-    ----------
-    transfers, drive, time, motion
-        As for `renewed`.
-    length : float
-        Length of the contact along the sliding direction [m].
-    read : callable
-        From the responses of the places to the quantities that are averaged, which need not be linear in them.
-
-    Returns
-    -------
-    Solution
-        Mean by Kronrod's rule. ``quadrature_error`` is the largest difference from Gauss's rule, over the largest value
-        of the quantity.
-
-    Notes
-    -----
-    A place that came under the finger at a discontinuity of the drive is the edge of a step along the contact. Where
-    that edge lies within a panel, the error is some thousandths, and reported.
+    A place that came under the finger at a discontinuity of the drive is the edge of a step along the
+    contact. Where that edge lies within a panel, the error is some thousandths, and reported.
     """
     over = Renewal.over(length)
     many = max(1, _AT_ONCE // len(over.places))
@@ -143,18 +108,7 @@ def mean_over_contact(
 
 
 def answer_on_fresh_film(question: Question) -> Solution:
-    """Compute the mean response over all places under the sliding finger.
-
-    Parameters
-    ----------
-    question : Question
-        Of a scenario that `refuse_renewal` accepts.
-
-    Returns
-    -------
-    Solution
-        The mean, with the error of its quadrature.
-    """
+    """Compute the mean response over all places under the sliding finger."""
     scenario = question.scenario
 
     def read(places: dict[Key, Real]) -> dict[Key, Real]:
@@ -193,19 +147,7 @@ class _Memory:
 
 
 def refuse_renewal(scenario: Scenario) -> None:
-    """Refuse parts of a scenario that cannot be combined with sliding over fresh film.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Whose finger slides over fresh film.
-
-    Raises
-    ------
-    InputError
-        If the periodic state is asked for, the current is prescribed, a layer leaks, the gap follows the force, or there
-        is an amplifier or a return path other than Grounded.
-    """
+    """Refuse parts of a scenario that cannot be combined with sliding over fresh film."""
     slab = leaking_slab(scenario.stack.layers, second=Surroundings.of(scenario).second)
     leak = next(iter(slab), None)
     refuse_gaps_of_a_law(scenario, leak)

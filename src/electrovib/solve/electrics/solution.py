@@ -123,13 +123,7 @@ class Solution:
 
     @property
     def attraction(self) -> Real:
-        """Attraction [N].
-
-        Raises
-        ------
-        ValueError
-            If only fields were asked for.
-        """
+        """Attraction [N]."""
         if self.force is None:
             raise ValueError("no attraction was asked for")
         return self.force
@@ -148,18 +142,7 @@ class Solution:
         return {"solver": self.method.name, "solver_reason": self.reason, **self.errors}
 
     def signals(self, names: tuple[str, ...]) -> dict[str, Any]:
-        """Return the computed quantities as signals of a Trace.
-
-        Parameters
-        ----------
-        names : tuple of str
-            Layers from plate to finger.
-
-        Returns
-        -------
-        signals : dict of str to tuple
-            Dimensions and values of each signal that was asked for.
-        """
+        """Return the computed quantities as signals of a Trace."""
         signals: dict[str, Any] = {
             name: (("time",), self.found[name]) for name in ACROSS if name in self.found
         }

@@ -19,20 +19,7 @@ if TYPE_CHECKING:
 
 
 def linear_quantities(scenario: Scenario, section: Any) -> dict[Key, Any]:
-    """Return everything in a result that is linear in the drive.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Law, contact and circuit.
-    section : ModalSection or PhasorSection
-        The stack.
-
-    Returns
-    -------
-    quantities : dict of Key to Transfer or ndarray
-        Voltages, current, fields, displacements, and the amplitudes of a causal law.
-    """
+    """Return everything in a result that is linear in the drive."""
     found = fields(scenario, section)
     if not scenario.force.causal:
         return found
@@ -70,15 +57,7 @@ def _grown_without_end(scenario: Scenario, displacement: Transfer) -> bool:
 
 
 def name_interface(scenario: Scenario, found: dict[Key, Real]) -> None:
-    """Store the field at the interface under the name of its signal, where it was computed.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The experiment, of which the stack is used.
-    found : dict of Key to ndarray, shape (n,)
-        Fields [V/m] and others; ``interface_field`` is added.
-    """
+    """Store the field at the interface under the name of its signal, where it was computed."""
     name = FieldOf(scenario.stack.gap_name or INTERFACE)
     if name in found:
         found["interface_field"] = found[name]

@@ -57,18 +57,7 @@ def moves_alone(scenario: Scenario) -> bool:
 
 
 def follow_moving_gap(question: Question) -> Solution:
-    """Compute the response of linear layers under a gap of prescribed thickness.
-
-    Parameters
-    ----------
-    question : Question
-        Of a scenario that `moves_alone` accepts.
-
-    Returns
-    -------
-    Solution
-        With the error of its time integration.
-    """
+    """Compute the response of linear layers under a gap of prescribed thickness."""
     from electrovib.solve.electrics.moving_gap import move_gap
 
     scenario, distance = question.scenario, question.scenario.motion.moved_gap
@@ -79,18 +68,7 @@ def follow_moving_gap(question: Question) -> Solution:
 
 
 def follow_all(question: Question) -> Solution:
-    """Compute the response of any stack by the general nonlinear solver.
-
-    Parameters
-    ----------
-    question : Question
-        Of a scenario that `refuse_without_modes` accepts.
-
-    Returns
-    -------
-    Solution
-        With the events that were located.
-    """
+    """Compute the response of any stack by the general nonlinear solver."""
     from electrovib.solve.nonlinear.finger import follow_finger
 
     scenario = question.scenario
@@ -173,18 +151,7 @@ def _moving(scenario: Scenario) -> str:
 
 
 def refuse_without_modes(scenario: Scenario) -> None:
-    """Refuse parts of a scenario that cannot be combined with a stack without modes.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        One for which `why_no_modes` is not empty.
-
-    Raises
-    ------
-    InputError
-        If models of the scenario cannot be combined.
-    """
+    """Refuse parts of a scenario that cannot be combined with a stack without modes."""
     why, drive = why_no_modes(scenario), scenario.drive
     if drive.quantity == "current":
         raise InputError(

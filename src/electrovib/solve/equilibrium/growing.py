@@ -23,33 +23,8 @@ def growing_states(
 ) -> tuple[tuple[Equilibrium, ...], tuple[float, ...]]:
     """Return the equilibria of a gap under a constant voltage, on the area under load and attraction together.
 
-    Parameters
-    ----------
-    contact : Contact
-        Area under a force.
-    surface : Surface
-        Repulsive pressure of the surface topography as a function of the gap.
-    attraction_on : callable
-        Returns the attraction for a gross area [m2].
-    load : float
-        Normal force of the finger [N], above 0.
-
-    Returns
-    -------
-    states : tuple of Equilibrium
-        Equilibria from the smallest gap to the largest.
-    areas : tuple of float
-        Gross area in each state [m2].
-
-    Raises
-    ------
-    InputError
-        If the load alone leaves an infinite gap, or the attraction lets the area grow without bound.
-
-    Notes
-    -----
-    The gap follows from the pressure W/area(W) of each total force W, and the attraction across it has to be W - load.
-    States are sought in steps of a 64th of the force; two states closer than that are missed.
+    The gap follows from the pressure W/area(W) of each total force W, and the attraction across it has to be
+    W - load. States are sought in steps of a 64th of the force; two states closer than that are missed.
     """
     least = float(surface.gap(np.asarray(contact.mean_pressure(np.asarray(load)))))
     if not math.isfinite(least):

@@ -110,31 +110,8 @@ def follow(
 ) -> Path:
     """Compute the gap along a slow sequence of voltages.
 
-    Parameters
-    ----------
-    voltages : ndarray, shape (n,)
-        Voltages in the order of the sequence [V].
-    attraction : callable
-        Returns the attraction, proportional to the square of the voltage, for a voltage [V].
-    surface : Surface
-        Repulsive pressure of the surface topography as a function of the gap.
-    pressure : float
-        Pressure of the load [Pa].
-    start : float, optional
-        Gap before the first voltage [m]; by default the gap under the load alone.
+    `voltages` (n,) [V].
 
-    Returns
-    -------
-    Path
-        One state for each voltage.
-
-    Raises
-    ------
-    InputError
-        If the gap reaches no equilibrium at one of the voltages.
-
-    Notes
-    -----
     At each voltage the gap moves in the direction of the net pressure of surface topography, load and attraction, to the
     first equilibrium. All states lie on one curve V^2(g) = (repulsion - pressure)/(attraction of 1 V); a branch ends
     where that curve has an extremum.

@@ -67,33 +67,12 @@ def crossings(
 ) -> tuple[Crossing, ...]:
     """Return all crossings of two curves.
 
-    Parameters
-    ----------
-    first, second : callable
-        Value and slope of each curve as functions of the abscissa.
-    low, high : float
-        Range, both ends included.
-    parts : int
-        Number of equal parts of the range on each of which the slopes of both curves are monotonic.
-
-    Returns
-    -------
-    crossings : tuple of Crossing
-        Crossings in rising order.
-
-    Raises
-    ------
-    ElectrovibError
-        If the search does not end within `MOST_INTERVALS` intervals.
-
-    Notes
-    -----
-    Where its slope is monotonic a curve lies between its chord and its tangents at the ends, and its slope between
-    those at the ends. The difference is therefore bounded, and an interval is discarded where the bounds exclude 0.
-    Where the slopes exclude an extremum, a change of sign is solved by bracketing. Otherwise the interval is halved,
-    until the difference is below rounding everywhere in it: there the curves touch, which is reported once. Convex
-    curves need one part, and no crossing is missed. For other curves a pair of crossings may be missed in a part that
-    contains a point of inflection.
+    Where its slope is monotonic a curve lies between its chord and its tangents at the ends, and its slope
+    between those at the ends. The difference is therefore bounded, and an interval is discarded where the
+    bounds exclude 0. Where the slopes exclude an extremum, a change of sign is solved by bracketing.
+    Otherwise the interval is halved, until the difference is below rounding everywhere in it: there the
+    curves touch, which is reported once. Convex curves need one part, and no crossing is missed. For other
+    curves a pair of crossings may be missed in a part that contains a point of inflection.
     """
     points = [_point(first, second, low + (high - low) * k / parts) for k in range(parts)]
     points.append(_point(first, second, high))

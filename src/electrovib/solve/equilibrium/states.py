@@ -64,34 +64,9 @@ def equilibria(
 ) -> tuple[Equilibrium, ...]:
     """Return all equilibria of surface topography, load and the attraction of parallel plates.
 
-    Parameters
-    ----------
-    surface : Surface
-        Repulsive pressure of the surface topography as a function of the gap.
-    pressure : float
-        Pressure of the load [Pa].
-    voltage : float
-        Constant voltage, or the root mean square of a sine [V].
-    electrical_thickness : float
-        K, the sum of T/eps over the layers that block [m], above 0.
-    gaps : (float, float), optional
-        Range of gaps to search [m]; by default from 0 to the gap under the load alone, which contains every state.
-
-    Returns
-    -------
-    states : tuple of Equilibrium
-        Equilibria from the smallest gap to the largest, the closed state first if there is one.
-
-    Raises
-    ------
-    InputError
-        If the range is empty, or infinite because there is no load.
-
-    Notes
-    -----
-    repulsion(g) = pressure + eps0 V^2/(2 (K + g)^2). The plate is a stop at gap 0; the closed state is an additional one
-    where the surface topography supports less there than load and attraction. A stiffening surface topography has one
-    state, or two stable states with an unstable one between.
+    repulsion(g) = pressure + eps0 V^2/(2 (K + g)^2). The plate is a stop at gap 0; the closed state is an
+    additional one where the surface topography supports less there than load and attraction. A stiffening
+    surface topography has one state, or two stable states with an unstable one between.
     """
     return balance(surface, PlateAttraction(voltage, electrical_thickness), pressure=pressure, gaps=gaps)
 
@@ -105,31 +80,8 @@ def balance(
 ) -> tuple[Equilibrium, ...]:
     """Return the equilibria of surface topography, load and any attraction.
 
-    Parameters
-    ----------
-    surface : Surface
-        Repulsive pressure of the surface topography as a function of the gap.
-    attraction : Attraction
-        Attraction as a function of the gap, for instance that of a rough skin with its spots, `RoughAttraction`.
-    pressure : float
-        Pressure of the load [Pa].
-    gaps : (float, float), optional
-        Range of gaps to search [m]; by default the range for which the attraction is defined.
-
-    Returns
-    -------
-    states : tuple of Equilibrium
-        Equilibria from the smallest gap to the largest; the closed state is sought where the range begins at 0.
-
-    Raises
-    ------
-    InputError
-        If the range is empty, or infinite because there is no load.
-
-    Notes
-    -----
-    All states of a convex attraction are found with certainty. For other attractions two states closer than a 64th of
-    the range may be missed where the attraction has a point of inflection.
+    All states of a convex attraction are found with certainty. For other attractions two states closer than a
+    64th of the range may be missed where the attraction has a point of inflection.
     """
     low, high = _range(surface, attraction, pressure) if gaps is None else gaps
     if not (0 <= low <= high and math.isfinite(high)):

@@ -30,11 +30,5 @@ class Mechanics:
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def add(self, rows: dict[str, Real]) -> None:
-        """Add signals over time.
-
-        Parameters
-        ----------
-        rows : dict of str to ndarray, shape (n,)
-            By the name of the signal, in its unit.
-        """
+        """Add signals over time."""
         self.signals |= {name: (("time",), row) for name, row in rows.items()}

@@ -27,35 +27,8 @@ def slide(
 ) -> tuple[Slide, Callable[[Real], Slide], dict[str, Any]]:
     """Solve the motion of the skin of a scenario over the plate by time stepping.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Motion, finger and load.
-    law : BristleFriction
-        Its friction.
-    times : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    force_at : callable
-        Steady friction [N] at times [s].
-    corners : ndarray
-        Times at which it or its slope may be discontinuous [s].
+    `times` (n,) [s].
 
-    Returns
-    -------
-    slide : Slide
-        Motion at these times, preceded by time 0.
-    march : callable
-        Returns the motion at other such times.
-    how : dict
-        Solver, energy residual, number of events and error of the interpolated strength, for the Trace.
-
-    Raises
-    ------
-    InputError
-        If there is no speed, or the solver does not support the finger.
-
-    Notes
-    -----
     A finger that moves at time 0 has always slid steadily; one that begins at rest is not deflected.
     """
     refuse_unslid(scenario)
@@ -101,18 +74,7 @@ def slide(
 
 
 def refuse_unslid(scenario: Scenario) -> None:
-    """Refuse a scenario that cannot be solved with a bristle friction.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With such a friction.
-
-    Raises
-    ------
-    InputError
-        If there is no speed, a periodic state is requested, or the solver does not support the finger.
-    """
+    """Refuse a scenario that cannot be solved with a bristle friction."""
     motion, finger = scenario.motion, scenario.finger
     name = type(scenario.friction).__name__
     if motion.speed is None:

@@ -57,17 +57,7 @@ class FrictionChain:
     def steady(self, times: Real, force: Real) -> Real:
         """Return the friction under load and attraction if the finger slides and the law has no memory.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            Times [s]; before 0 the load is that of time 0.
-        force : ndarray, shape (n,)
-            Attraction [N].
-
-        Returns
-        -------
-        lateral : ndarray, shape (n,)
-            Friction, 0 off the plate [N].
+        `times` (n,) [s], `force` (n,) [N]; returns `lateral` (n,) [N].
         """
         motion, law = self.scenario.motion, self.scenario.friction.without_memory()
         normal = self.scenario.load.forces(np.maximum(times, 0.0))
@@ -78,17 +68,7 @@ class FrictionChain:
     def pressing(self, times: Real, force: Real) -> Real:
         """Return the attraction that presses skin and plate together.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            Times [s].
-        force : ndarray, shape (n,)
-            Attraction [N].
-
-        Returns
-        -------
-        pressing : ndarray, shape (n,)
-            Attraction in contact, 0 off the plate, where the hand balances it [N].
+        `times` (n,) [s], `force` (n,) [N]; returns `pressing` (n,) [N].
         """
         motion = self.scenario.motion
         return force if motion.distance is None else np.where(motion.touches(times), force, 0.0)
@@ -128,13 +108,7 @@ class FrictionChain:
         return {} if finger is None else finger_filters(_at_speed(finger, speed))
 
     def along(self, moved: Mechanics) -> float:
-        """Compute the friction along the motion and the skin behind it, and return the relative error [1].
-
-        Raises
-        ------
-        InputError
-            If a periodic state is requested and the motion occurs only once.
-        """
+        """Compute the friction along the motion and the skin behind it, and return the relative error [1]."""
         scenario = self.scenario
         if self.settled and len(scenario.motion.breaks()) > 1:
             raise InputError(
@@ -157,17 +131,7 @@ class FrictionChain:
     def known(self, lateral: Real, filter_: Filter | None = None) -> Real:
         """Return the friction with NaN where it is not determined: at rest, and until a filter before it has decayed.
 
-        Parameters
-        ----------
-        lateral : ndarray, shape (n,)
-            Friction at the output times [N].
-        filter_ : Filter, optional
-            Filter that it is the output of.
-
-        Returns
-        -------
-        lateral : ndarray, shape (n,)
-            Friction, NaN where it is unknown [N].
+        `lateral` (n,) [N]; returns `lateral` (n,) [N].
         """
         if not self.rests:
             return lateral
@@ -179,17 +143,7 @@ class FrictionChain:
     def unknown(self, filter_: Filter, times: Real) -> Any:
         """Return when the output of a filter depends on a friction that is not determined.
 
-        Parameters
-        ----------
-        filter_ : Filter
-            Filter of the friction.
-        times : ndarray, shape (n,)
-            Times [s].
-
-        Returns
-        -------
-        unknown : ndarray of bool, shape (n,)
-            True where the weight of unknown friction exceeds `COUNTS`.
+        `times` (n,) [s]; returns `unknown` (n,).
         """
         return not_known(filter_, self.rests, times) > COUNTS
 

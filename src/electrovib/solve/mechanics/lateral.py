@@ -33,23 +33,7 @@ JUST = 1e-13
 
 
 def friction_filter(scenario: Scenario) -> Filter:
-    """Return the filter from the steady friction to the friction.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Its friction and the full sliding speed.
-
-    Returns
-    -------
-    Filter
-        Dimensionless.
-
-    Raises
-    ------
-    InputError
-        If a memory needs a speed, or its rate at that speed is not above 0.
-    """
+    """Return the filter from the steady friction to the friction."""
     speed = scenario.motion.speed
     parts = _memory(scenario, np.array([math.nan if speed is None else speed]))
     shares, rates = np.array([share for share, _ in parts]), np.array([rate[0] for _, rate in parts])
@@ -112,31 +96,8 @@ def along_the_motion(
 ) -> Lateral:
     """Compute the friction along a motion that stops, lifts off, or changes the rate of the memory.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Its friction and motion.
-    steady_at : callable
-        Friction of the sliding finger without memory [N] at increasing times [s]; 0 off the plate.
-    times : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    corners : ndarray
-        Times at which that friction or its slope may be discontinuous [s].
-    stiffness : float, optional
-        Stiffness of the skin against the bone [N/m]; at rest the friction is the force that its spring holds.
+    `times` (n,) [s].
 
-    Returns
-    -------
-    Lateral
-        Force, spans in which it is unknown, and error.
-
-    Raises
-    ------
-    InputError
-        If the rate of a memory is not above 0 at some speed of the time profile.
-
-    Notes
-    -----
     In the time theta = integral of rate dt each part of a memory has a constant rate of 1, so that the exact recursion
     of unequal steps applies. The memory of a new contact starts from 0. With a skin, its spring keeps at rest the force
     of the stop as long as that is below the sliding friction, and follows the sliding friction where that falls below;

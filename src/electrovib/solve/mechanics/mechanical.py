@@ -27,29 +27,8 @@ def mechanical(
 ) -> Mechanics:
     """Compute load, contact, friction, skin and readings over time.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    times : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    answer : Solution
-        Electrical response at these times.
-    at : callable
-        Returns the electrical response at other times.
+    `times` (n,) [s].
 
-    Returns
-    -------
-    Mechanics
-        Signals, errors and diagnostics.
-
-    Raises
-    ------
-    InputError
-        If models cannot be combined.
-
-    Notes
-    -----
     Where the finger slides, the friction is that of load and attraction together. Off the plate it is 0. At rest it is
     not determined, NaN, unless the spring of a skin or the bristles of the friction law determine it; behind a memory it
     is unknown until the memory of the rest has decayed. The sensor under the plate reads the load alone while the finger
@@ -72,20 +51,7 @@ def mechanical(
 
 
 def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
-    """Refuse mechanical models that cannot be combined, before any computation.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    end : float
-        Last output time [s].
-
-    Raises
-    ------
-    InputError
-        If models cannot be combined.
-    """
+    """Refuse mechanical models that cannot be combined, before any computation."""
     chain = _without_attraction(scenario)
     chain.real_area(scenario.load.forces(np.zeros(1)))
     if isinstance(scenario.friction, BristleFriction):
@@ -100,18 +66,7 @@ def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
 
 
 def slowest_rates(scenario: Scenario) -> list[float]:
-    """Return the slowest rates of friction and skin, of each that has a memory.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario that `refuse_unsolved_mechanics` accepts.
-
-    Returns
-    -------
-    rates : list of float
-        Slowest rates, above 0 [1/s]; empty where the friction has no memory and there is no skin.
-    """
+    """Return the slowest rates of friction and skin, of each that has a memory."""
     chain = _without_attraction(scenario)
     filters = chain.skin() if chain.comes_and_goes() else chain.filters()
     return [float(np.min(-each.poles.real)) for each in filters.values() if len(each.poles)]

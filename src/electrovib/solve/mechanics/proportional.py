@@ -31,23 +31,8 @@ INDEPENDENT: Final = frozenset(
 def proportional_to_friction(scenario: Scenario, path: str) -> frozenset[str]:
     """Return the signals that are proportional to a parameter of the friction.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    path : str
-        Dotted path of a parameter.
-
-    Returns
-    -------
-    frozenset of str
-        Names of signals, with those of `INDEPENDENT` not among them; empty where the friction law does not declare the
-        parameter in `proportional_to`, where a digitiser rounds the readings, and where the finger rests or lifts off.
-
-    Notes
-    -----
-    The friction behind a memory, the motion of the skin and the readings of a sensor are linear filters of the friction of
-    steady sliding.
+    The friction behind a memory, the motion of the skin and the readings of a sensor are linear filters of
+    the friction of steady sliding.
     """
     friction, rig = scenario.friction, scenario.rig
     if not isinstance(friction, (SteadyFriction, FollowingFriction)):

@@ -20,18 +20,7 @@ COUNTS = 1e-6
 
 
 def resting(motion: Motion) -> Spans:
-    """Return the spans in which a finger touches the plate and does not move.
-
-    Parameters
-    ----------
-    motion : Motion
-        Speed and distance over time.
-
-    Returns
-    -------
-    spans : tuple of (float, float)
-        Begin and end of each rest [s], also before time 0.
-    """
+    """Return the spans in which a finger touches the plate and does not move."""
     breaks = np.array(motion.breaks())
     begins, ends = np.append(-np.inf, breaks), np.append(breaks, np.inf)
     rests = motion.rests(np.append(breaks[:1] - 1.0, breaks))
@@ -47,20 +36,7 @@ def resting(motion: Motion) -> Spans:
 def not_known(filter_: Filter, spans: Spans, times: Real) -> Real:
     """Return the weight of an unknown input in the output of a filter.
 
-    Parameters
-    ----------
-    filter_ : Filter
-        Filter of the input.
-    spans : tuple of (float, float)
-        Spans in which the input is unknown [s].
-    times : ndarray, shape (n,)
-        Times of the output [s].
-
-    Returns
-    -------
-    weight : ndarray, shape (n,)
-        Largest weight of the unknown input over the response to a constant one [1]: 0 where all of the input is known, 1
-        or more where none is.
+    `times` (n,) [s]; returns `weight` (n,).
     """
     share = abs(filter_.direct) * np.any([(times >= begin) & (times < end) for begin, end in spans], axis=0)
     for pole, gain in zip(filter_.poles, filter_.gains, strict=True):
@@ -74,17 +50,7 @@ def not_known(filter_: Filter, spans: Spans, times: Real) -> Real:
 def remembered(times: Real, spans: list[tuple[float, float]]) -> Real:
     """Return the weight of spans in an exponential memory.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Times over the time constant of the memory [1].
-    spans : list of (float, float)
-        Begin and end of each span in the same unit.
-
-    Returns
-    -------
-    weight : ndarray, shape (n,)
-        Weight of the spans at each time, from 0 to 1 [1].
+    `times` (n,); returns `weight` (n,).
     """
     weight = np.zeros(np.shape(times))
     for begin, end in spans:
@@ -97,17 +63,7 @@ def remembered(times: Real, spans: list[tuple[float, float]]) -> Real:
 def spans_of(times: Real, wrong: NDArray[np.bool_]) -> Spans:
     """Return the spans in which a condition holds.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Increasing [s].
-    wrong : ndarray of bool, shape (n,)
-        Whether the condition holds from each time until the next.
-
-    Returns
-    -------
-    spans : tuple of (float, float)
-        Begin and end of each span [s]; a condition that holds at the first time has always held.
+    `times` (n,) [s], `wrong` (n,).
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], wrong, [False]]).astype(int)))
     stamps = np.append(times, np.inf)

@@ -44,26 +44,7 @@ def adaptive_steps(
 ) -> Iterator[Piece]:
     """Yield steps whose length follows from the error.
 
-    Parameters
-    ----------
-    rate : callable
-        Rate of change of the state, a function of n times [s] and n states, shape (states, n).
-    start, stop : float
-        Beginning and end [s].
-    state, scale : ndarray, shape (states,)
-        State at the beginning, and the magnitude of each state.
-    tolerance : float
-        Local error of a step: relative, and absolute against the scale.
-
-    Yields
-    ------
-    Piece
-        Polynomial of a step.
-
-    Raises
-    ------
-    ElectrovibError
-        If no step is small enough for the tolerance.
+    `state`, `scale` (states,).
     """
     steps = _Steps(rate, state, start, scale, tolerance)
     size = steps.first()

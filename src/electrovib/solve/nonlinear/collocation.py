@@ -84,25 +84,7 @@ def march(
 ) -> tuple[Piece, ...] | None:
     """Advance the state by one step, which is halved where Newton's iteration does not converge.
 
-    Parameters
-    ----------
-    rate : callable
-        Rate of change of the state, a function of n times [s] and n states, shape (states, n).
-    start : float
-        Beginning of the step [s].
-    state : ndarray, shape (states,)
-        State at the beginning.
-    size : float
-        Length of the step [s].
-    scale : ndarray, shape (states,)
-        Magnitude of each state, above 0.
-    halvings : int
-        How often the step has been halved already.
-
-    Returns
-    -------
-    pieces : tuple of Piece or None
-        Successive steps; None where the iteration does not converge after all halvings.
+    `state` (states,), `scale` (states,).
     """
     piece = _collocate(rate, start, state, size, scale)
     if piece is not None or halvings >= _MOST_HALVINGS:
@@ -144,19 +126,7 @@ def _collocate(rate: Rates, start: float, state: Real, size: float, scale: Real)
 def jacobian(rate: Rates, state: Real, *, time: float, scale: Real) -> Real:
     """Compute the Jacobian of a rate by forward differences.
 
-    Parameters
-    ----------
-    rate : callable
-        Rate of change of the state, a function of n times [s] and n states, shape (states, n).
-    time : float
-        Time [s].
-    state, scale : ndarray, shape (states,)
-        State at which it is evaluated, and the magnitude of each state.
-
-    Returns
-    -------
-    jacobian : ndarray, shape (states, states)
-        Derivative of each rate by each state, accurate to half the digits.
+    `state`, `scale` (states,); returns `jacobian` (states, states).
     """
     steps = np.sqrt(np.finfo(float).eps) * np.maximum(scale, np.abs(state))
     moved = state[:, None] + np.diag(steps)
@@ -167,24 +137,7 @@ def jacobian(rate: Rates, state: Real, *, time: float, scale: Real) -> Real:
 def steps_to(rate: Rates, state: Real, *, start: float, size: float, scale: Real) -> tuple[Piece, ...]:
     """Advance the state by one step, or raise an error.
 
-    Parameters
-    ----------
-    rate : callable
-        Rate of change of the state, a function of n times [s] and n states, shape (states, n).
-    start, size : float
-        Beginning and length of the step [s].
-    state, scale : ndarray, shape (states,)
-        State at the beginning, and the magnitude of each state.
-
-    Returns
-    -------
-    pieces : tuple of Piece
-        The step, or its parts where it was halved.
-
-    Raises
-    ------
-    ElectrovibError
-        If the iteration does not converge after all halvings.
+    `state`, `scale` (states,).
     """
     pieces = march(rate, state, start=start, size=size, scale=scale)
     if pieces is None:
@@ -197,21 +150,7 @@ def even_steps(
 ) -> Iterator[Piece]:
     """Yield steps of one length, the given one or slightly less, without control of the error.
 
-    Parameters
-    ----------
-    rate : callable
-        Rate of change of the state, a function of n times [s] and n states, shape (states, n).
-    start, stop : float
-        Beginning and end [s].
-    state, scale : ndarray, shape (states,)
-        State at the beginning, and the magnitude of each state.
-    step : float
-        Largest length of a step [s].
-
-    Yields
-    ------
-    Piece
-        Polynomial of a step.
+    `state`, `scale` (states,).
     """
     count = max(1, int(np.ceil((stop - start) / step * (1 - 1e-9))))
     bounds = np.linspace(start, stop, count + 1).tolist()

@@ -99,17 +99,7 @@ class Electrics(System):
     def begin(self, gap: float | None = None) -> tuple[Real, Mode]:
         """Return the state before time 0 and the mode after it.
 
-        Parameters
-        ----------
-        gap : float, optional
-            Thickness of the moving layer at time 0 [m].
-
-        Returns
-        -------
-        state : ndarray, shape (size,)
-            Initial charge present, nothing polarised, the plate at 0 V.
-        mode : Mode
-            Mode just after time 0.
+        Returns `state` (size,).
         """
         state = np.concatenate([self.space.start(), np.zeros(self.size - self.space.size)])
         self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
@@ -191,21 +181,7 @@ class Electrics(System):
     def attraction(self, state: Real, mode: Mode, *, time: float, gap: float | None = None) -> float:
         """Compute the Maxwell stress in the gap, eps0 E^2/2.
 
-        Parameters
-        ----------
-        time : float
-            Time [s].
-        state : ndarray, shape (size,)
-            States of this slice.
-        mode : Mode
-            Mode of this slice.
-        gap : float, optional
-            Thickness of the moving layer [m].
-
-        Returns
-        -------
-        pull : float
-            Attraction per area [Pa].
+        `state` (size,).
         """
         moment = self._supplied(time, state, mode, gap, 0.0)[2]
         field = float(moment.field[self.space.interface])
@@ -291,19 +267,7 @@ class Electrics(System):
     ) -> dict[Key, Real]:
         """Compute the signals at output times from the states alone.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            Output times [s].
-        states : ndarray, shape (size, n)
-            States of this slice; at a discontinuity those after it.
-        gap, closing : ndarray, shape (n,)
-            Thickness of the moving layer [m] and its rate of change [m/s].
-
-        Returns
-        -------
-        signals : dict of str to ndarray, shape (n,)
-            Voltages, currents, and each layer's field and bound displacement, by the names of the signals.
+        `times` (n,) [s], `states` (size, n), `gap`, `closing` (n,) [m].
         """
         own, drive = states[: self.space.size], self.drive.voltage(times)
         aim = drive if self.amplifier is None else self.amplifier.aim(drive)

@@ -35,27 +35,7 @@ def land(
 ) -> tuple[Piece, ...]:
     """Solve the step again, with its length corrected until it ends at the event.
 
-    Parameters
-    ----------
-    rate : callable
-        Rate of change of the state in this mode, a function of n times [s] and states, shape (states, n).
-    system : System
-        Switching functions and scale.
-    before, after : float
-        Beginning and end of the whole step [s].
-    state : ndarray, shape (states,)
-        State at the beginning of the step.
-    when : float
-        Root on the polynomial of the whole step [s].
-    index : int
-        Index of the switching function that falls.
-    mode : Mode
-        The mode that ends.
-
-    Returns
-    -------
-    pieces : tuple of Piece
-        Successive steps; the last ends at the event.
+    `state` (states,).
     """
     for _ in range(_MOST_CORRECTIONS):
         landed = steps_to(rate, state, start=before, size=when - before, scale=system.scale)
@@ -81,23 +61,7 @@ def first_fall(
 ) -> tuple[float, int] | None:
     """Return when the first switching function falls through zero in a step; it may have risen again by the end.
 
-    Parameters
-    ----------
-    system : System
-        Switching functions.
-    piece : callable
-        Polynomial of the step, a function of times [s].
-    before, after : float
-        Beginning and end of the step [s].
-    state : ndarray, shape (states,)
-        State at the end.
-    mode : Mode
-        Mode at the beginning.
-
-    Returns
-    -------
-    fall : tuple of (float, int) or None
-        Time of the root [s], and index of the switching function; None if there is no root.
+    `state` (states,).
     """
     from scipy.optimize import brentq
 

@@ -118,13 +118,7 @@ class FingerOverPlate(System):
         return found
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
-        """Return the mode after the switching function of this index has fallen through zero.
-
-        Raises
-        ------
-        InputError
-            If the gap has closed: the equations describe an open gap only.
-        """
+        """Return the mode after the switching function of this index has fallen through zero."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         if index == len(self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)):
             raise InputError(self._closed(time, state, mode))
@@ -169,17 +163,7 @@ class FingerOverPlate(System):
     def signals(self, times: Real, solved: Solved) -> dict[Key, Real]:
         """Compute the signals at the output times, as `Electrics.signals`, and the gap.
 
-        Parameters
-        ----------
-        times : ndarray, shape (n,)
-            Output times [s].
-        solved : Solved
-            States and modes at these times.
-
-        Returns
-        -------
-        signals : dict of Key to ndarray, shape (n,)
-            Signals in SI units.
+        `times` (n,) [s].
         """
         if self.motion is None:
             return self.electrics.signals(times, solved.states, gap=None, closing=0.0)
@@ -223,31 +207,7 @@ def follow_finger(
 ) -> Solution:
     """Compute the response of a finger over a plate from rest by the general solver.
 
-    Parameters
-    ----------
-    space : StackStates
-        Layers, with any leaks, and series elements; one layer is the moving one if there is a motion.
-    drive : Drive
-        A voltage, off before time 0.
-    times : ndarray, shape (n,)
-        Increasing, from 0 on [s].
-    amplifier : Amplifier, optional
-        Amplifier between drive and plate.
-    motion : Distance, Yielding or None
-        Motion of the moving layer.
-    tolerance : float
-        Local error of a step, relative, and absolute with respect to the scale of each state.
-
-    Returns
-    -------
-    Solution
-        `drive_voltage`, `plate_voltage`, `stack_voltage`, `current`, `amplifier_current`, each layer's
-        field and displacement, and `gap` where it moves; at a discontinuity, the value after it.
-
-    Raises
-    ------
-    InputError
-        If a motion has no layer to move, or the drive prescribes the current.
+    `times` (n,) [s].
     """
     if drive.quantity == "current":
         raise InputError(

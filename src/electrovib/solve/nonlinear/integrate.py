@@ -39,35 +39,8 @@ def integrate(
 ) -> Solved:
     """Integrate a system from time 0 by Radau's implicit method of fifth order.
 
-    Parameters
-    ----------
-    system : System
-        Rates, breaks and switching functions.
-    state : ndarray, shape (states,)
-        State at time 0, before a discontinuity at time 0.
-    mode : Mode
-        Mode from time 0 on.
-    times : ndarray, shape (n,)
-        Output times, increasing, from 0 on [s].
-    tolerance : float
-        Local error of a step: relative, and absolute with respect to the system's scale.
-    step : float, optional
-        Fixed steps [s] without control of the error, to measure the order of convergence.
+    `state` (states,), `times` (n,) [s].
 
-    Returns
-    -------
-    Solved
-        States and modes at the output times.
-
-    Raises
-    ------
-    ElectrovibError
-        If no step is small enough, or there are more than `MOST_EVENTS` events.
-    BudgetError
-        If the steps take longer than the budget allows.
-
-    Notes
-    -----
     Radau IIA with three stages is of order 5 where the rate is smooth (`radau.ORDER`). Breaks are ends of steps, and
     up to a break the rate is evaluated at times before it. An event ends the step at its root: the root is found on
     the collocation polynomial, the shortened step is solved again, and its length is corrected until it ends at the

@@ -54,17 +54,7 @@ class Stretch:
 def snapped(times: Real, breaks: list[float]) -> Real:
     """Set output times that equal a break within rounding to the time of the break, as the drive itself does.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Output times [s].
-    breaks : list of float
-        Times of the breaks, increasing [s].
-
-    Returns
-    -------
-    times : ndarray, shape (n,)
-        Output times [s].
+    `times` (n,) [s]; returns `times` (n,) [s].
     """
     if not breaks:
         return times
@@ -77,20 +67,7 @@ def snapped(times: Real, breaks: list[float]) -> Real:
 
 
 def stretch_after(drive: Drive, *, time: float, following: float) -> Stretch:
-    """Return the drive between two neighbouring breaks.
-
-    Parameters
-    ----------
-    drive : Drive
-        Off before time 0.
-    time, following : float
-        Times of the breaks [s].
-
-    Returns
-    -------
-    Stretch
-        The drive from the first break on.
-    """
+    """Return the drive between two neighbouring breaks."""
     level, slope = 0.0, 0.0
     kept: list[Tones | Smooth] = []
     middle = (time + following) / 2

@@ -36,53 +36,19 @@ class System(Protocol):
     def jump(self, state: Real, *, time: float) -> Real:
         """Return the state just after a break.
 
-        Parameters
-        ----------
-        time : float
-            Time of the break [s].
-        state : ndarray, shape (states,)
-            State just before the break.
-
-        Returns
-        -------
-        state : ndarray, shape (states,)
-            State just after the break.
+        `state` (states,); returns `state` (states,).
         """
 
     def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Return the rate of change of each state.
 
-        Parameters
-        ----------
-        time : float
-            Time [s].
-        state : ndarray, shape (states,)
-            State at that time.
-        mode : Mode
-            Mode at that time.
-
-        Returns
-        -------
-        rate : ndarray, shape (states,)
-            Rate of change, in the unit of each state per second.
+        `state` (states,); returns `rate` (states,).
         """
 
     def rates(self, states: Real, mode: Mode, *, times: Real) -> Real:
         """Return the rates of change at several times: `rate` for each.
 
-        Parameters
-        ----------
-        states : ndarray, shape (states, n)
-            In their units.
-        mode : Mode
-            Mode of all of them.
-        times : ndarray, shape (n,)
-            s.
-
-        Returns
-        -------
-        rates : ndarray, shape (states, n)
-            In the unit of each state per second.
+        `states` (states, n), `times` (n,); returns `rates` (states, n).
         """
         every = zip(states.T, times.tolist(), strict=True)
         return np.transpose([self.rate(state, mode, time=time) for state, time in every])
@@ -90,15 +56,7 @@ class System(Protocol):
     def watched(self, states: Real, mode: Mode, *, times: Real) -> Real:
         """Return the switching functions at several times: `switches` for each.
 
-        Parameters
-        ----------
-        states, mode, times
-            As for `rates`.
-
-        Returns
-        -------
-        values : ndarray, shape (switches, n)
-            Above 0 as long as the mode holds.
+        Returns `values` (switches, n).
         """
         every = zip(states.T, times.tolist(), strict=True)
         return np.transpose([self.switches(state, mode, time=time) for state, time in every])
@@ -106,39 +64,13 @@ class System(Protocol):
     def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Return the switching functions, which stay above 0 as long as the mode holds.
 
-        Parameters
-        ----------
-        time : float
-            Time [s].
-        state : ndarray, shape (states,)
-            State at that time.
-        mode : Mode
-            Mode at that time.
-
-        Returns
-        -------
-        values : ndarray, shape (switches,)
-            Value of each switching function, in any unit.
+        `state` (states,); returns `values` (switches,).
         """
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
         """Return the mode after a switching function has fallen through zero.
 
-        Parameters
-        ----------
-        index : int
-            Index of the switching function.
-        time : float
-            Time of the event [s].
-        state : ndarray, shape (states,)
-            State at that time.
-        mode : Mode
-            The mode that has ended.
-
-        Returns
-        -------
-        Mode
-            The mode that begins.
+        `state` (states,).
         """
 
 

@@ -45,29 +45,7 @@ def population(
 ) -> Population:
     """Prepare a scenario for many fingers that differ in a few parameters.
 
-    Parameters
-    ----------
-    scenario : str, Path, mapping, Scenario or xarray.Dataset
-        Experiment with the values that all fingers share, as for `electrovib.load`.
-    free : sequence of str
-        Dotted paths of the parameters that differ, for instance ``["stack.stratum_corneum.thickness"]``.
-    signals : sequence of str
-        Names of the signals to return, all over time or all over frequency.
-    time : array_like, shape (n,), optional
-        Output times, increasing, >= 0 [s]; by default those of the scenario's time grid.
-
-    Returns
-    -------
-    Population
-        A function of the values of many fingers.
-
-    Raises
-    ------
-    InputError
-        If a path or a signal does not exist, a path is that of a grid, signals over time and over frequency are mixed, or
-        the models of the scenario cannot be combined.
-    NotCausalError
-        If the force law has no response in time to the drive of the scenario.
+    `time` (n,) [s].
     """
     return Population(read_scenario(scenario), free=free, signals=signals, time=time)
 
@@ -161,28 +139,7 @@ class Population:
         out: Mapping[str, NDArray[Any]] | None = None,
         threads: int | None = None,
     ) -> dict[str, Any]:
-        """Compute the signals of fingers.
-
-        Parameters
-        ----------
-        draws : mapping of str to array_like, shape (fingers,)
-            Path to the value of each finger, in SI units; a free path that is omitted keeps the value of the scenario.
-        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
-            Arrays of float64, or of float32 to which the signals are rounded, that receive them, by name.
-        threads : int, optional
-            Threads of a compiled kernel; by default one for each available processor.
-
-        Returns
-        -------
-        signals : dict of str to ndarray, shape (fingers, n) or (fingers, layers, n)
-            Each signal in its unit, in the order of the fingers.
-
-        Raises
-        ------
-        InputError
-            If a path is not free, the arrays have different lengths, a value is outside its range, or the models of a
-            finger cannot be combined.
-        """
+        """Compute the signals of fingers."""
         columns = self.columns(draws)
         if self._together is None:
             return self._alone.signals(columns, out=out)
@@ -212,29 +169,7 @@ class Population:
         out: Mapping[str, NDArray[Any]] | None = None,
         threads: int | None = None,
     ) -> Squares | None:
-        """Return the attraction of fingers in the form from which means and variances are computed without storing it.
-
-        Parameters
-        ----------
-        draws : mapping of str to array_like, shape (fingers,)
-            As for `signals`, in SI units.
-        out : mapping of str to ndarray, shape (fingers, n), optional
-            As for `signals`, with the same numbers; written unless None is returned.
-        threads : int, optional
-            Threads of a compiled kernel; by default one for each available processor.
-
-        Returns
-        -------
-        squares : Squares or None
-            Arguments of `kernels.square_moments_many`, whose results at `places` are those of the output times; None where
-            the fingers have no such form. That depends on the scenario, and on the fingers of the call: the first finger
-            has to be the first of a block of 1024.
-
-        Raises
-        ------
-        InputError
-            As for `signals`.
-        """
+        """Return the attraction of fingers in the form from which means and variances are computed without storing it."""
         return (
             self._together.squares(self.columns(draws), out=out, threads=threads)
             if isinstance(self._together, OverTime)
@@ -242,23 +177,7 @@ class Population:
         )
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
-        """Return the values of all free parameters for each finger.
-
-        Parameters
-        ----------
-        draws : mapping of str to array_like, shape (fingers,)
-            As for `signals`, in SI units.
-
-        Returns
-        -------
-        columns : dict of str to ndarray, shape (fingers,)
-            Each free path with its values, in SI units.
-
-        Raises
-        ------
-        InputError
-            If a path is not free, or the arrays have different lengths.
-        """
+        """Return the values of all free parameters for each finger."""
         foreign = [path for path in draws if path not in self.free]
         if foreign:
             listed = ", ".join(self.free)

@@ -55,25 +55,7 @@ class OneByOne:
     def signals(
         self, draws: Mapping[str, Real], *, out: Mapping[str, NDArray[Any]] | None = None
     ) -> dict[str, Any]:
-        """Return the signals of fingers.
-
-        Parameters
-        ----------
-        draws : mapping of str to ndarray, shape (fingers,)
-            Dotted path to the value of each finger, in SI units.
-        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
-            Arrays that receive signals.
-
-        Returns
-        -------
-        signals : dict of str to ndarray, shape (fingers, n) or (fingers, layers, n)
-            Each signal in its unit.
-
-        Raises
-        ------
-        InputError
-            If a value is outside its range, or models cannot be combined; names the values of that finger.
-        """
+        """Return the signals of fingers."""
         columns = {path: values.tolist() for path, values in draws.items()}
         rows: list[dict[str, Any]] = []
         for finger in range(len(next(iter(columns.values())))):
@@ -97,44 +79,13 @@ class OneByOne:
 
 
 def of_finger(error: InputError, finger: int, point: Mapping[str, float]) -> InputError:
-    """Return the error of one finger, with its index and its values.
-
-    Parameters
-    ----------
-    error : InputError
-        What is wrong with it.
-    finger : int
-        Its index in the call.
-    point : mapping of str to float
-        Dotted path to value, in SI units.
-
-    Returns
-    -------
-    InputError
-        The same problems, each followed by the values of this finger.
-    """
+    """Return the error of one finger, with its index and its values."""
     listed = ", ".join(f"{path} = {value:.6g}" for path, value in point.items())
     return InputError(f"{problem} (finger {finger} of the call: {listed})" for problem in error.problems)
 
 
 def over_which(names: Sequence[str]) -> str:
-    """Return whether signals are over time or over frequency.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of signals.
-
-    Returns
-    -------
-    axis : str
-        ``"time"`` or ``"frequency"``.
-
-    Raises
-    ------
-    InputError
-        If there are none, or some are over time and some over frequency.
-    """
+    """Return whether signals are over time or over frequency."""
     axes = {SIGNALS[name].dims[-1] for name in names}
     if len(axes) != 1:
         what = "signals over time and signals over frequency" if axes else "no signal"

@@ -77,22 +77,7 @@ class QuantityOfFingers:
     ) -> Real:
         """Compute the quantity of fingers.
 
-        Parameters
-        ----------
-        draws : mapping of str to ndarray, shape (fingers,)
-            Dotted path to the value of each finger, in SI units.
-        progress : callable, optional
-            Function of the number of fingers done and of all fingers.
-
-        Returns
-        -------
-        quantity : ndarray, shape (fingers,)
-            In the unit of the quantity; NaN where the signal is not known during part of the time.
-
-        Raises
-        ------
-        InputError
-            If a value is outside its range, or models cannot be combined.
+        Returns `quantity` (fingers,).
         """
         count = len(next(iter(draws.values())))
         found, left = np.full(count, np.nan), np.arange(count)

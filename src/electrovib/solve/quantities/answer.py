@@ -59,29 +59,10 @@ class Answer:
 def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
     """Compute quantities of a scenario, with their diagnostics.
 
-    Parameters
-    ----------
-    expanded : Expanded
-        Prepared scenario.
-    names : sequence of Named
-        Requested quantities.
-
-    Returns
-    -------
-    Answer
-        Over one period of a periodic state, else over the whole time.
-
-    Raises
-    ------
-    InputError
-        If the scenario does not have a signal, or models cannot be combined.
-
-    Notes
-    -----
-    Between the corners of drive, load and motion each signal is a polynomial of degree 15 on pieces that are halved
-    until its last coefficients are below 1e-10 of the signal's largest value; mean, square and extremes are those of
-    the polynomial, so that they are independent of the output grid. The error of a time-stepping solver remains, and is
-    stated.
+    Between the corners of drive, load and motion each signal is a polynomial of degree 15 on pieces that are
+    halved until its last coefficients are below 1e-10 of the signal's largest value; mean, square and
+    extremes are those of the polynomial, so that they are independent of the output grid. The error of a
+    time-stepping solver remains, and is stated.
     """
     values, found, held = numbers(expanded, names)
     errors = {each.name: found.error(each.key) for each in names if each not in held}
@@ -94,29 +75,7 @@ def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
 def numbers(
     expanded: Expanded, names: Sequence[Named], *, alone: bool = False
 ) -> tuple[dict[str, float], Resolved, list[Named]]:
-    """Compute quantities of a scenario, without diagnostics.
-
-    Parameters
-    ----------
-    expanded, names
-        As for `answer`.
-    alone : bool
-        As for `resolve`.
-
-    Returns
-    -------
-    values : dict of str to float
-        Values by name, in the order of `names`.
-    found : Resolved
-        Polynomials of the signals.
-    held : list of Named
-        Quantities taken from a digitiser's readings.
-
-    Raises
-    ------
-    InputError
-        If the scenario does not have a signal, or models cannot be combined.
-    """
+    """Compute quantities of a scenario, without diagnostics."""
     rig = expanded.scenario.rig
     held = [each for each in names if each.signal in READINGS and rig is not None and rig.digitiser]
     try:
@@ -147,19 +106,7 @@ def _readings(expanded: Expanded, held: Sequence[Named]) -> dict[str, float]:
 def of_record(taken: str, times: Real, values: Real) -> float:
     """Return a quantity of a sampled signal, with linear interpolation between its samples.
 
-    Parameters
-    ----------
-    taken : str
-        One of `electrovib.solve.quantities.names.TAKEN`.
-    times : ndarray, shape (n,)
-        Increasing [s].
-    values : ndarray, shape (n,)
-        In the unit of the signal.
-
-    Returns
-    -------
-    value : float
-        The quantity, in the same unit; NaN if a sample is NaN.
+    `times` (n,) [s], `values` (n,).
     """
     if not np.all(np.isfinite(values)):
         return math.nan
@@ -177,22 +124,7 @@ def of_record(taken: str, times: Real, values: Real) -> float:
 def root_mean_squares(
     expanded: Expanded, peaks: PeakRecord, names: Sequence[str] = MEAN_SQUARED
 ) -> dict[str, float]:
-    """Return root-mean-square values from time 0 to the last output time, or over one period of a periodic state.
-
-    Parameters
-    ----------
-    expanded : Expanded
-        Prepared scenario.
-    peaks : PeakRecord
-        Quantities with limits over the whole run.
-    names : sequence of str
-        Some of `MEAN_SQUARED`.
-
-    Returns
-    -------
-    values : dict of str to float
-        Root mean square by name [V or A].
-    """
+    """Return root-mean-square values from time 0 to the last output time, or over one period of a periodic state."""
     scenario = expanded.scenario
     amplified = scenario.circuit.amplifier is not None
     signals = {

@@ -12,18 +12,7 @@ UNRESOLVED: Final = 1e-6
 
 
 def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Diagnostic]:
-    """Return which quantities are unknown, and which signals were not resolved.
-
-    Parameters
-    ----------
-    values, errors : dict of str to float
-        Those of an `Answer`.
-
-    Returns
-    -------
-    list of Diagnostic
-        Empty where all are known and resolved.
-    """
+    """Return which quantities are unknown, and which signals were not resolved."""
     return [*_unknown(values), *_unresolved(errors)]
 
 

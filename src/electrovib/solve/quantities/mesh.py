@@ -53,15 +53,7 @@ class Mesh:
     def series(self, values: Real) -> Real:
         """Return the Chebyshev coefficients of a signal in each piece.
 
-        Parameters
-        ----------
-        values : ndarray, shape (n,)
-            Signal at `times`, in its unit.
-
-        Returns
-        -------
-        coefficients : ndarray, shape (pieces, nodes)
-            Chebyshev coefficients, in the same unit.
+        `values` (n,); returns `coefficients` (pieces, nodes).
         """
         inside = values[:-1].reshape(len(self.lengths), self.nodes + 1)[:, 1:]
         coefficients: Real = inside @ _transform(self.nodes).T
@@ -70,15 +62,7 @@ class Mesh:
     def halved(self, chosen: NDArray[np.bool_]) -> Mesh:
         """Halve some pieces.
 
-        Parameters
-        ----------
-        chosen : ndarray of bool, shape (pieces,)
-            Pieces to halve.
-
-        Returns
-        -------
-        Mesh
-            With the same number of nodes in each piece.
+        `chosen` (pieces,).
         """
         middles = (self.edges[:-1] + self.edges[1:])[chosen] / 2
         return Mesh(np.union1d(self.edges, middles), self.nodes)

@@ -77,28 +77,7 @@ def signals_over_time() -> list[str]:
 
 
 def read_name(text: str, layers: tuple[str, ...], *, others: Iterable[str] = ()) -> Named:
-    """Read the name of a quantity.
-
-    Parameters
-    ----------
-    text : str
-        Statistic, signal, and for a field or displacement the layer: ``"peak field in gap"``. The words of a signal may
-        be separated by blanks.
-    layers : tuple of str
-        Names of the layers of the stack.
-    others : iterable of str
-        Quantities that are defined elsewhere, for the message.
-
-    Returns
-    -------
-    Named
-        The quantity.
-
-    Raises
-    ------
-    InputError
-        If there is no such quantity; with the nearest name.
-    """
+    """Read the name of a quantity."""
     head, _, where = text.strip().partition(" in ")
     taken, *rest = head.split() or [""]
     signal, layer = "_".join(rest), "_".join(where.split())

@@ -24,15 +24,7 @@ _LAST: Final = 3
 def tails(series: Real) -> Real:
     """Return the size of the last coefficients, an estimate of the truncation error of the polynomials.
 
-    Parameters
-    ----------
-    series : ndarray, shape (..., pieces, nodes)
-        Chebyshev coefficients, in the signal's unit.
-
-    Returns
-    -------
-    sizes : ndarray, shape (..., pieces)
-        Largest of the last coefficients of each piece, in the same unit.
+    `series` (..., pieces, nodes); returns `sizes` (..., pieces).
     """
     sizes = np.abs(series)
     few = series.shape[-1] <= 2 * _LAST  # for so few nodes the last but one is not small yet
@@ -42,53 +34,19 @@ def tails(series: Real) -> Real:
 def mean(mesh: Mesh, series: Real) -> float:
     """Return the mean over the pieces.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The pieces.
-    series : ndarray, shape (pieces, nodes)
-        Chebyshev coefficients, in the signal's unit.
-
-    Returns
-    -------
-    mean : float
-        Mean over time, in the same unit.
+    `series` (pieces, nodes).
     """
     return float(mesh.lengths @ (series @ _integrals(series.shape[1])) / (2 * mesh.span))
 
 
 def mean_square(mesh: Mesh, series: Real) -> float:
-    """Return the mean of the square over the pieces.
-
-    Parameters
-    ----------
-    mesh, series
-        As for `mean`, in the signal's unit.
-
-    Returns
-    -------
-    mean_square : float
-        Mean of the square over time, in the square of the unit.
-    """
+    """Return the mean of the square over the pieces."""
     squares = np.sum((series @ _products(series.shape[1])) * series, axis=1)
     return float(mesh.lengths @ squares / (2 * mesh.span))
 
 
 def taken_from(taken: str, mesh: Mesh, series: Real) -> float:
-    """Return a quantity from the polynomials of a signal.
-
-    Parameters
-    ----------
-    taken : str
-        One of `electrovib.solve.quantities.names.TAKEN`.
-    mesh, series
-        As for `mean`, in the signal's unit.
-
-    Returns
-    -------
-    value : float
-        The quantity, in the same unit.
-    """
+    """Return a quantity from the polynomials of a signal."""
     if taken == "mean":
         return mean(mesh, series)
     if taken == "rms":
@@ -101,19 +59,7 @@ def taken_from(taken: str, mesh: Mesh, series: Real) -> float:
 def taken_of_many(taken: str, meshes: Sequence[Mesh], series: Real) -> list[float]:
     """Return the same quantity from the polynomials of a signal in many cases.
 
-    Parameters
-    ----------
-    taken : str
-        As for `taken_from`.
-    meshes : sequence of Mesh
-        Pieces of every case.
-    series : ndarray, shape (cases, pieces, nodes)
-        Chebyshev coefficients, finite, in the signal's unit.
-
-    Returns
-    -------
-    values : list of float
-        The quantity of every case, in the same unit.
+    `series` (cases, pieces, nodes).
     """
     if taken in {"mean", "rms", "final"}:
         return [taken_from(taken, mesh, each) for mesh, each in zip(meshes, series, strict=True)]
@@ -122,35 +68,14 @@ def taken_of_many(taken: str, meshes: Sequence[Mesh], series: Real) -> list[floa
 
 
 def of_extremes(taken: str, low: float, high: float) -> float:
-    """Return a quantity that follows from the smallest and the largest value.
-
-    Parameters
-    ----------
-    taken : str
-        ``peak``, ``maximum``, ``minimum`` or ``swing``.
-    low, high : float
-        Smallest and largest value, in the signal's unit.
-
-    Returns
-    -------
-    value : float
-        The quantity, in the same unit.
-    """
+    """Return a quantity that follows from the smallest and the largest value."""
     return {"peak": max(abs(low), abs(high)), "maximum": high, "minimum": low, "swing": high - low}[taken]
 
 
 def extremes(series: Real) -> tuple[float, float]:
     """Return the smallest and the largest value over the pieces, with both sides of every discontinuity.
 
-    Parameters
-    ----------
-    series : ndarray, shape (pieces, nodes)
-        Chebyshev coefficients, in the signal's unit.
-
-    Returns
-    -------
-    smallest, largest : float
-        In the same unit; NaN where the signal is NaN anywhere.
+    `series` (pieces, nodes).
     """
     if not np.all(np.isfinite(series)):
         return np.nan, np.nan
@@ -192,15 +117,7 @@ def _polynomials(angles: Real, degree: int) -> Real:
 def last_value(series: Real) -> float:
     """Return the value at the end of the last piece, before a discontinuity at that time.
 
-    Parameters
-    ----------
-    series : ndarray, shape (pieces, nodes)
-        Chebyshev coefficients, in the signal's unit.
-
-    Returns
-    -------
-    value : float
-        Value at the end, in the same unit.
+    `series` (pieces, nodes).
     """
     return float(np.sum(series[-1]))
 

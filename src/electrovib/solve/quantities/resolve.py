@@ -66,17 +66,7 @@ class Resolved:
 def missed(mesh: Mesh, series: Real) -> float:
     """Return the estimated error of a signal's mean, from the last coefficients of its pieces.
 
-    Parameters
-    ----------
-    mesh : Mesh
-        The pieces.
-    series : ndarray, shape (pieces, nodes)
-        Chebyshev coefficients, in the signal's unit.
-
-    Returns
-    -------
-    error : float
-        Error over the largest value of the signal, dimensionless; NaN where the signal is NaN.
+    `series` (pieces, nodes).
     """
     largest = float(np.max(np.abs(series).sum(axis=1)))
     off = float(mesh.lengths @ tails(series)) / mesh.span
@@ -84,20 +74,7 @@ def missed(mesh: Mesh, series: Real) -> float:
 
 
 def window(scenario: Scenario) -> tuple[float, str]:
-    """Return the time window of the quantities.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive and time grid.
-
-    Returns
-    -------
-    end : float
-        End of the window, which begins at time 0 [s].
-    words : str
-        The window in words.
-    """
+    """Return the time window of the quantities."""
     period = scenario.drive.period
     if isinstance(scenario.time.initial_state, PeriodicState) and period is not None:
         return period, "one period of the periodic state"
@@ -111,49 +88,12 @@ def times_of_window(scenario: Scenario) -> Real:
 
 
 def solved(scenario: Scenario, *, before: Expanded | None = None, mechanics: bool = True) -> Expanded:
-    """Prepare a scenario for quantities, with the band of its materials from the time window, not from output times.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    before : Expanded, optional
-        That of a scenario which shares parts with this one.
-    mechanics : bool
-        Whether signals of friction, finger or rig will be requested.
-
-    Returns
-    -------
-    Expanded
-        For `resolve`.
-    """
+    """Prepare a scenario for quantities, with the band of its materials from the time window, not from output times."""
     return Expanded(scenario, times_of_window(scenario), before=before, mechanics=mechanics)
 
 
 def resolve(expanded: Expanded, wanted: Iterable[tuple[str, str]], *, alone: bool = False) -> Resolved:
-    """Evaluate a scenario at times that resolve the requested signals.
-
-    Parameters
-    ----------
-    expanded : Expanded
-        Prepared scenario.
-    wanted : iterable of (str, str)
-        Signal and layer; the layer is empty for a signal that has none.
-    alone : bool
-        Whether quantities that these signals do not need are omitted from the record, which then has no diagnostics.
-
-    Returns
-    -------
-    Resolved
-        Every requested signal, resolved to `TOLERANCE` where the solver is in closed form.
-
-    Raises
-    ------
-    InputError
-        If models cannot be combined.
-    KeyError
-        If the scenario does not have a signal.
-    """
+    """Evaluate a scenario at times that resolve the requested signals."""
     keys = list(dict.fromkeys(wanted))
     signals = {signal for signal, _ in keys} if alone else None
     mesh = first_mesh(expanded)
@@ -206,20 +146,7 @@ def _parents(mesh: Mesh, before: dict[float, float]) -> Real:
 
 
 def first_mesh(expanded: Expanded, member: Scenario | None = None) -> Mesh:
-    """Return the initial pieces: between corners, fractions of a cycle, graded after each corner.
-
-    Parameters
-    ----------
-    expanded : Expanded
-        Prepared scenario.
-    member : Scenario, optional
-        Another scenario with the same stack.
-
-    Returns
-    -------
-    Mesh
-        Pieces from time 0 to the end of the time window.
-    """
+    """Return the initial pieces: between corners, fractions of a cycle, graded after each corner."""
     scenario = member or expanded.scenario
     end = window(scenario)[0]
     corners = _corners(scenario, end)

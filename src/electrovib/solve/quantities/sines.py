@@ -48,18 +48,7 @@ if TYPE_CHECKING:
 
 
 def is_of_sines(scenario: Scenario) -> bool:
-    """Return whether `answers` applies: linear layers in the periodic state of a sine, and mechanics without memory.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-
-    Returns
-    -------
-    bool
-        Whether all its signals have the period of the sine and depend on its instantaneous phase alone.
-    """
+    """Return whether `answers` applies: linear layers in the periodic state of a sine, and mechanics without memory."""
     motion, friction = scenario.motion, scenario.friction
     return (
         type(scenario.drive) is Sine
@@ -80,27 +69,7 @@ def is_of_sines(scenario: Scenario) -> bool:
 
 
 def answers(expanded: Expanded, members: Sequence[Scenario], names: Sequence[Named]) -> list[Answer] | None:
-    """Compute quantities of scenarios that differ in the amplitude, frequency or phase of their sine.
-
-    Parameters
-    ----------
-    expanded : Expanded
-        First of the scenarios, to which `is_of_sines` applies.
-    members : sequence of Scenario
-        All of them; they share its other parts, and the band over which materials are reduced.
-    names : sequence of Named
-        Requested quantities.
-
-    Returns
-    -------
-    list of Answer or None
-        For each scenario, what `answer` returns; None where the scenarios have to be computed separately.
-
-    Raises
-    ------
-    InputError
-        If models cannot be combined.
-    """
+    """Compute quantities of scenarios that differ in the amplitude, frequency or phase of their sine."""
     scenario, section = expanded.scenario, expanded.section
     transfers = linear_quantities(scenario, section)
     if np.any(section.modes.charges) or any(integral_weight(each) for each in transfers.values()):

@@ -49,23 +49,7 @@ class Together:
         self._apart = False
 
     def answer(self, place: int) -> Answer:
-        """Return the quantities of one of the scenarios.
-
-        Parameters
-        ----------
-        place : int
-            Its index.
-
-        Returns
-        -------
-        Answer
-            Its quantities and diagnostics.
-
-        Raises
-        ------
-        InputError
-            If models cannot be combined.
-        """
+        """Return the quantities of one of the scenarios."""
         if place not in self._found:
             rest = _rest(self.members[place])
             group = self._groups[rest]

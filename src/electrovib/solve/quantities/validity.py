@@ -16,18 +16,7 @@ if TYPE_CHECKING:
 
 @functools.lru_cache(maxsize=8)
 def validity(scenario: Scenario) -> tuple[Diagnostic, ...]:
-    """Judge a scenario, for every result that is no Trace of it.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment from which the numbers were computed.
-
-    Returns
-    -------
-    diagnostics : tuple of Diagnostic
-        Those that `electrovib.simulate` states; of a scenario that cannot be simulated one that is ``unknown``, with the reason.
-    """
+    """Judge a scenario, for every result that is no Trace of it."""
     try:
         expanded = Expanded(scenario)
         record = expanded.at(expanded.times, closely=True)

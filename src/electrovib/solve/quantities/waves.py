@@ -31,18 +31,7 @@ class Sines:
     amplitude: Complex
 
     def weights(self, transfers: Mapping[Key, Transfer]) -> dict[Key, Complex]:
-        """Return the complex amplitudes of linear quantities in every case.
-
-        Parameters
-        ----------
-        transfers : mapping of Key to Transfer
-            Transfer functions, per volt.
-
-        Returns
-        -------
-        amplitudes : dict of Key to ndarray of complex, shape (cases,)
-            Peak values with phase, in the unit of each quantity.
-        """
+        """Return the complex amplitudes of linear quantities in every case."""
         groups: dict[bytes, list[Key]] = {}
         for name, transfer in transfers.items():
             groups.setdefault(transfer.rates.tobytes(), []).append(name)
@@ -62,17 +51,7 @@ class Sines:
     def waves(self, cases: Indices, times: Real) -> tuple[Real, Real]:
         """Return cosine and sine of the phase of some cases at some times.
 
-        Parameters
-        ----------
-        cases : ndarray of int, shape (n,)
-            Indices of cases.
-        times : ndarray, shape (n,)
-            Times [s].
-
-        Returns
-        -------
-        cosine, sine : ndarray, shape (n,)
-            Cosine and sine of 2 pi frequency time [1].
+        `cases` (n,), `times` (n,) [s]; returns `cosine`, `sine` (n,).
         """
         phase = 2 * np.pi * self.frequency[cases] * times
         return np.cos(phase), np.sin(phase)
@@ -81,19 +60,7 @@ class Sines:
 def rows_of(weights: Mapping[Key, Complex], cases: Indices, waves: tuple[Real, Real]) -> dict[Key, Real]:
     """Return linear quantities of some cases over time from their complex amplitudes.
 
-    Parameters
-    ----------
-    weights : mapping of Key to ndarray of complex, shape (cases,)
-        Peak values with phase, in the unit of each quantity.
-    cases : ndarray of int, shape (n,)
-        Indices of cases.
-    waves : tuple of ndarray, shape (n,)
-        From `Sines.waves`.
-
-    Returns
-    -------
-    rows : dict of Key to ndarray, shape (n,)
-        Values of each quantity over time, in its unit.
+    `cases` (n,).
     """
     cosine, sine = waves
     return {name: each.real[cases] * cosine - each.imag[cases] * sine for name, each in weights.items()}

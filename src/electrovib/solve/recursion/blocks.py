@@ -53,26 +53,8 @@ def march_even(
 ) -> Numbers:
     """Compute the response of relaxing or oscillating modes to a drive with pieces of equal duration.
 
-    Parameters
-    ----------
-    modes : Modes
-        Poles, gains, direct share, and which outputs take the lag behind the drive.
-    drive : StraightDrive
-        Pieces with one duration for all.
-    state : ndarray, (poles,)
-        State at the first point.
-    keep : int
-        Outputs are computed at every ``keep``-th point.
-    output : sequence of ndarray, (pieces // keep + 1,)
-        One array for each output, which is written into it, as in ``march``.
+    `state` (poles,), `output` (pieces // keep + 1,); returns `final_state` (poles,).
 
-    Returns
-    -------
-    final_state : ndarray, (poles,)
-        State at the last point.
-
-    Notes
-    -----
     Within a block the output is a triangular matrix of the impulse response times the samples, plus the free decay of
     the recursion's states (``Inputs``) from the beginning of the block.
     """
@@ -136,17 +118,7 @@ def _put_out(
 def even_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
     """Return the states at some points of a drive with pieces of equal duration.
 
-    Parameters
-    ----------
-    modes, drive, state
-        As for `march_even`.
-    places : ndarray of int, (n,)
-        Indices of points, increasing, from 0 to the number of pieces.
-
-    Returns
-    -------
-    states : ndarray, (poles, n)
-        States of the modes, in the unit of the drive.
+    `places` (n,); returns `states` (poles, n).
     """
     z = modes.poles * drive.steps
     inputs = of_values(drive, z)
@@ -189,25 +161,7 @@ def block_weights(
 ) -> BlockWeights:
     """Compute the weights of a block from those of one step, for each signal of the drive.
 
-    Parameters
-    ----------
-    gains : ndarray, (outputs, poles)
-        Share of every mode in every output [-].
-    direct : ndarray, (outputs,)
-        Share of the first signal itself in every output [-].
-    inputs : Inputs
-        Signals that drive the modes, and their weights.
-    z : ndarray, (poles,)
-        Poles times step [-].
-    block : int
-        Samples in a block.
-    keep : int
-        Outputs are computed at every ``keep``-th sample of a block.
-
-    Returns
-    -------
-    BlockWeights
-        Weights of samples and state [-].
+    `gains` (outputs, poles) [-], `direct` (outputs,) [-], `z` (poles,) [-].
     """
     powers = np.exp(
         np.multiply.outer(np.arange(block + 1), z)
@@ -228,15 +182,7 @@ def block_weights(
 def numbers(modes: Numbers) -> Real:
     """Return the real and imaginary parts of modes side by side; real modes are returned as they are.
 
-    Parameters
-    ----------
-    modes : ndarray, (..., poles)
-        Modes, float64 or complex128.
-
-    Returns
-    -------
-    parts : ndarray, (..., numbers)
-        Real numbers (float64), in the unit of the modes.
+    `modes` (..., poles); returns `parts` (..., numbers).
     """
     return np.ascontiguousarray(modes).view(np.float64)
 
@@ -244,21 +190,8 @@ def numbers(modes: Numbers) -> Real:
 def block_states(whole: Sequence[Real], onto_state: Real, z: Numbers, state: Numbers) -> Real:
     """Return the state before every whole block and after the last.
 
-    Parameters
-    ----------
-    whole : sequence of ndarray, (blocks, block)
-        Drive, and its discontinuities if there are any.
-    onto_state : ndarray, (signals, block, numbers)
-        Weights from ``block_weights``.
-    z : ndarray, (poles,)
-        Poles times step [-].
-    state : ndarray, (poles,)
-        State ``w`` of ``Inputs`` before the first block.
-
-    Returns
-    -------
-    states : ndarray, (blocks + 1, numbers)
-        States ``w``, in the unit of the drive.
+    `whole` (blocks, block), `onto_state` (signals, block, numbers), `z` (poles,) [-], `state` (poles,);
+    returns `states` (blocks + 1, numbers).
     """
     blocks, block, width = len(whole[0]), *onto_state.shape[1:]
     columns, rows = fold_length(blocks + 1)

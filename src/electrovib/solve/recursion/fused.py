@@ -38,36 +38,8 @@ def march_chain(
 ) -> NDArray[np.float64]:
     """Compute relaxing modes, a formula of their output, and oscillating modes driven by it, at every k-th sample.
 
-    Parameters
-    ----------
-    first : tuple of poles, gains and direct
-        One output of relaxing modes, as for ``march``: (poles,), (poles,), number; from rest.
-    formula : callable
-        Converts an array of outputs of the first system into inputs of the second, in place and element by element;
-        for instance a voltage [V] into the friction it causes [N].
-    second : tuple of poles, gains and direct
-        One output of oscillating modes, as for ``march_pairs``.
-    samples : array_like, (n,)
-        Drive of the first system at even times, straight between them, finite, at least two.
-    step : float
-        Time between samples [s].
-    keep : int
-        Outputs of the second system are computed at every ``keep``-th sample.
-    settled : bool
-        The second system begins in steady state under its first input; otherwise from rest.
+    `samples` (n,); returns `output` (ceil(n / keep),).
 
-    Returns
-    -------
-    output : ndarray, (ceil(n / keep),)
-        Outputs of the second system, in the unit of the formula's result times that of its gains.
-
-    Raises
-    ------
-    InputError
-        As ``march`` and ``march_pairs``; or if there are fewer than two samples.
-
-    Notes
-    -----
     The result equals that of ``march``, the formula and ``march_pairs`` with ``keep``, up to rounding. Intermediate
     signals are computed in tiles that stay in the cache, and of the second system only the state at every k-th sample.
     Where ``keep`` has no divisor from 16 to 64, whole records are computed one after the other.

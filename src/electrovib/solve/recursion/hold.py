@@ -18,37 +18,12 @@ _Weights: TypeAlias = "tuple[NDArray[np.complex128], NDArray[np.complex128], NDA
 def hold_weights(z: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Compute the weights of the old state and of both ends of a straight piece of drive for a relaxing mode.
 
-    Parameters
-    ----------
-    z : array_like of any shape
-        Pole times step [-], zero or negative.
-
-    Returns
-    -------
-    decay : ndarray, shape of ``z``
-        Weight of the state at the start of the step [-], between 0 and 1.
-    first : ndarray, shape of ``z``
-        Weight of the drive just after the start of the step [-], between 0 and 0.3.
-    last : ndarray, shape of ``z``
-        Weight of the drive just before the end of the step [-], between 0 and 1.
-
-    Notes
-    -----
-    A positive ``z`` is a growing mode and gives meaningless weights; ``march`` refuses it.
-
-    For ``x' = p (x - v)``, ``z = p h`` and ``u = -z`` the step is
-    ``x(h) = decay x(0) + first v(0+) + last v(h-)`` with::
-
-        decay = exp(-u),  first = (1 - exp(-u))/u - exp(-u),  last = 1 - (1 - exp(-u))/u
-
-    Both differences cancel for small ``u``; there ``first = exp(-u) (u/2! + u^2/3! + ...)`` has positive
-    terms only and ``last = 1 - exp(-u) - first``. The relative error is about 1e-15 for every
-    ``z`` between -1e300 and -1e-300 (``decay`` itself becomes subnormal below -708).
-
-    References
-    ----------
-    .. [1] M. Hochbruck, A. Ostermann, "Exponential integrators", Acta Numerica 19, 209-286, 2010,
-           doi:10.1017/S0962492910000048 (the phi functions).
+    A positive ``z`` is a growing mode and gives meaningless weights; ``march`` refuses it.  For ``x' = p (x -
+    v)``, ``z = p h`` and ``u = -z`` the step is ``x(h) = decay x(0) + first v(0+) + last v(h-)`` with::
+    decay = exp(-u),  first = (1 - exp(-u))/u - exp(-u),  last = 1 - (1 - exp(-u))/u  Both differences cancel
+    for small ``u``; there ``first = exp(-u) (u/2! + u^2/3! + ...)`` has positive terms only and ``last = 1 -
+    exp(-u) - first``. The relative error is about 1e-15 for every ``z`` between -1e300 and -1e-300 (``decay``
+    itself becomes subnormal below -708).
     """
     fall = -np.asarray(z, dtype=np.float64)
     decay = np.exp(-fall)
@@ -68,21 +43,9 @@ def hold_weights(z: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]
 def hold_weights_complex(z: ArrayLike) -> _Weights:
     """Compute the weights of the old state and of both ends of a straight piece of drive for an oscillating mode.
 
-    Parameters
-    ----------
-    z : array_like of complex, any shape
-        Pole times step [-], real part zero or negative, finite.
-
-    Returns
-    -------
-    decay, first, last : ndarray of complex, shape of ``z``
-        As from ``hold_weights`` [-]; they add up to 1.
-
-    Notes
-    -----
-    The formulas are those of ``hold_weights``. For ``|z| < 1`` the series keeps every digit of ``first`` and ``last``.
-    Beyond, ``first = (1 - exp(-u))/u - exp(-u)`` is exact to about 1e-15 of the larger of its two terms; the value
-    itself passes through zero near u = 2.1 + 7.5j (and further out).
+    The formulas are those of ``hold_weights``. For ``|z| < 1`` the series keeps every digit of ``first`` and
+    ``last``. Beyond, ``first = (1 - exp(-u))/u - exp(-u)`` is exact to about 1e-15 of the larger of its two
+    terms; the value itself passes through zero near u = 2.1 + 7.5j (and further out).
     """
     fall = -np.asarray(z, dtype=np.complex128)
     size = np.abs(fall)
@@ -101,16 +64,5 @@ def hold_weights_complex(z: ArrayLike) -> _Weights:
 
 
 def weights_of(z: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Return the weights of real or complex modes, as numbers of the type of the poles [-].
-
-    Parameters
-    ----------
-    z : ndarray of float or complex
-        Pole times step [-].
-
-    Returns
-    -------
-    decay, first, last : ndarray, kind and shape of ``z``
-        From ``hold_weights`` or ``hold_weights_complex`` [-].
-    """
+    """Return the weights of real or complex modes, as numbers of the type of the poles [-]."""
     return hold_weights_complex(z) if np.iscomplexobj(z) else hold_weights(z)

@@ -45,17 +45,7 @@ class Inputs(NamedTuple):
 def of_values(drive: StraightDrive, z: Numbers) -> Inputs:
     """Return the values of a drive as the signals of the recursion.
 
-    Parameters
-    ----------
-    drive : StraightDrive
-        Pieces with one duration for all.
-    z : ndarray, (poles,)
-        Poles times step [-].
-
-    Returns
-    -------
-    Inputs
-        Values of the drive, and its drops if it is discontinuous.
+    `z` (poles,) [-].
     """
     decay, first, last = weights_of(z)
     jumps = drive.jumps()
@@ -68,17 +58,7 @@ def of_values(drive: StraightDrive, z: Numbers) -> Inputs:
 def of_rises(drive: StraightDrive, z: Numbers) -> Inputs:
     """Return the rises of a drive as the signals of the recursion, whose states are lags behind the drive.
 
-    Parameters
-    ----------
-    drive : StraightDrive
-        Pieces with one duration for all.
-    z : ndarray, (poles,)
-        Poles times step [-].
-
-    Returns
-    -------
-    Inputs
-        Rises in each piece, and drops between pieces if the drive is discontinuous.
+    `z` (poles,) [-].
     """
     decay, _, last = weights_of(z)
     jumps, rises = drive.jumps(), drive.ends - drive.starts

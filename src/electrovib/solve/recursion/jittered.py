@@ -54,28 +54,8 @@ def march_jittered(
 ) -> Numbers:
     """Compute the response of relaxing modes to a drive with pieces of unequal duration.
 
-    Parameters
-    ----------
-    modes : Modes
-        Poles, gains, direct share, and which outputs take the lag behind the drive.
-    drive : StraightDrive
-        Pieces with one duration each.
-    state : ndarray, (poles,)
-        State at the first point.
-    keep : int
-        Outputs are computed at every ``keep``-th point.
-    output : sequence of ndarray, (pieces // keep + 1,)
-        One array for each output, which is written into it, as in ``march``.
-    passed : list of (int, ndarray), optional
-        Receives points and the states there from the compiled pass.
+    `state` (poles,), `output` (pieces // keep + 1,); returns `final_state` (poles,).
 
-    Returns
-    -------
-    final_state : ndarray, (poles,)
-        State at the last point.
-
-    Notes
-    -----
     All outputs are sums over the same states. The weights of a mode that relaxes little in the longest step of an
     interval are polynomials in the step, summed as one matrix product; of a mode that relaxes within a step the lag
     ``x - v`` is advanced, which needs its exponential alone.
@@ -99,17 +79,7 @@ def march_jittered(
 def jittered_states(modes: Modes, drive: StraightDrive, state: Numbers, places: Indices) -> Numbers:
     """Return the states at some points of a drive with pieces of unequal duration.
 
-    Parameters
-    ----------
-    modes, drive, state
-        As for `march_jittered`.
-    places : ndarray of int, (n,)
-        Indices of points, increasing, from 0 to the number of pieces.
-
-    Returns
-    -------
-    states : ndarray, (poles, n)
-        States of the modes, in the unit of the drive.
+    `places` (n,); returns `states` (poles, n).
     """
     few = _FEW * len(places) <= drive.starts.size
     if few and not _is_graded(drive) and is_worth_compiling(modes, drive):

@@ -25,22 +25,8 @@ _THREADS: Final = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity
 def is_long(gains: Numbers, inputs: Inputs, keep: int) -> bool:
     """Return whether a record goes through the compiled recursion.
 
-    Parameters
-    ----------
-    gains : ndarray, (outputs, poles)
-        Share of every mode in every output; only real ones are supported.
-    inputs : Inputs
-        Signals that drive the modes; only a continuous drive is supported.
-    keep : int
-        Outputs are computed at every ``keep``-th sample; only 1 is supported.
+    `gains` (outputs, poles).
 
-    Returns
-    -------
-    bool
-        False where the recursion by matrix products is to be used, also without numba.
-
-    Notes
-    -----
     The choice depends on the size of the record alone, so that a result does not depend on what ran before it.
     """
     many = inputs.signals[0].size * len(gains) >= _WORTH
@@ -54,28 +40,9 @@ def follow_long(
 ) -> Real:
     """Write the outputs at all points, and return the state of the recursion at the last one.
 
-    Parameters
-    ----------
-    gains : ndarray, (outputs, poles)
-        Share of every mode in every output [-].
-    direct : ndarray, (outputs,)
-        Share of the signal itself in every output [-].
-    inputs : Inputs
-        One signal, and its weights.
-    z : ndarray, (poles,)
-        Poles times step [-].
-    state : ndarray, (poles,)
-        State of the recursion at the first point.
-    records : sequence of ndarray, (pieces + 1,)
-        One contiguous array for each output, which is written into it.
+    `gains` (outputs, poles) [-], `direct` (outputs,) [-], `z` (poles,) [-], `state` (poles,), `records`
+    (pieces + 1,); returns `state` (poles,).
 
-    Returns
-    -------
-    state : ndarray, (poles,)
-        State of the recursion at the last point, in the unit of the drive.
-
-    Notes
-    -----
     With vectors of as many samples as a block has, the outputs of a block are y = T v + P z and the next state is
     a^block z + G v: each column of T and P is a vector of outputs, each column of G vectors of modes. The rounding of
     a^block, of which the state takes a high power, is compensated after each 512 blocks.
@@ -136,15 +103,7 @@ def _cut(blocks: int, states: int, outputs: int, whole: int) -> int:
 def aligned(size: int) -> Real:
     """Return memory that begins at a line of the cache.
 
-    Parameters
-    ----------
-    size : int
-        Number of numbers.
-
-    Returns
-    -------
-    memory : ndarray, (size,)
-        Not initialised.
+    Returns `memory` (size,).
     """
     whole = np.empty(size + _ALIGNED)
     begin = -(whole.ctypes.data // whole.itemsize) % _ALIGNED

@@ -29,25 +29,8 @@ def march_loop(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Compute the response of relaxing modes to a piecewise linear drive, one piece after the other.
 
-    Parameters
-    ----------
-    poles, gains, direct, starts, ends, steps, initial_state, lag : array_like
-        As in ``march``.
+    Returns `output` (outputs, pieces + 1), `final_state` (poles,).
 
-    Returns
-    -------
-    output : ndarray, (outputs, pieces + 1)
-        As in ``march``.
-    final_state : ndarray, (poles,)
-        As in ``march``.
-
-    Raises
-    ------
-    InputError
-        As in ``march``.
-
-    Notes
-    -----
     Since ``decay = 1 - first - last``, a step is ``x + first (v_start - x) + last (v_end - x)``: a mode much slower than
     the step keeps the digits that are lost when a decay near 1 is rounded. The lag of a mode is advanced separately,
     ``decay (x - v) - (1 - last) (v_end - v_start)``, less the discontinuity of the drive.
@@ -66,22 +49,7 @@ def march_pairs_loop(
 ) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """Compute the response of oscillating modes to a piecewise linear drive, one piece after the other.
 
-    Parameters
-    ----------
-    poles, gains, direct, starts, ends, steps, initial_state : array_like
-        As in ``march_pairs``.
-
-    Returns
-    -------
-    output : ndarray, (outputs, pieces + 1)
-        As in ``march_pairs``.
-    final_state : ndarray of complex, (poles,)
-        As in ``march_pairs``.
-
-    Raises
-    ------
-    InputError
-        As in ``march_pairs``.
+    Returns `output` (outputs, pieces + 1), `final_state` (poles,).
     """
     return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state, pairs=True))
 

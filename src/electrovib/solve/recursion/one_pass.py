@@ -47,20 +47,7 @@ class _Plan(NamedTuple):
 
 
 def is_worth_compiling(modes: Modes, drive: StraightDrive) -> bool:
-    """Return whether the compiled pass is faster for so many modes and pieces.
-
-    Parameters
-    ----------
-    modes : Modes
-        Modes; only real poles are supported.
-    drive : StraightDrive
-        Pieces with one duration each.
-
-    Returns
-    -------
-    bool
-        Whether the compiled pass is to be used; False without numba.
-    """
+    """Return whether the compiled pass is faster for so many modes and pieces."""
     many = modes.poles.size * drive.starts.size >= _WORTH
     return many and not np.iscomplexobj(modes.poles) and _kernel() is not None
 
@@ -74,26 +61,8 @@ def march_in_one_pass(
 ) -> Real:
     """Compute the response of relaxing modes to a drive with pieces of unequal duration, as `march_jittered` does.
 
-    Parameters
-    ----------
-    modes : Modes
-        Real poles, gains, direct share, and which outputs take the lag behind the drive.
-    drive : StraightDrive
-        Pieces with one duration each.
-    state : ndarray, (poles,)
-        State at the first point.
-    output : sequence of ndarray, (pieces + 1,)
-        One array for each output, which is written into it.
-    passed : list of (int, ndarray), optional
-        Receives the first point of each interval and the states there.
+    `state` (poles,), `output` (pieces + 1,); returns `final_state` (poles,).
 
-    Returns
-    -------
-    final_state : ndarray, (poles,)
-        State at the last point.
-
-    Notes
-    -----
     The states of an interval stay in the cache; the outputs are their product with the gains.
     """
     plan, pieces = _plan(modes, drive), drive.starts.size
@@ -117,20 +86,8 @@ def march_in_one_pass(
 def states_in_one_pass(modes: Modes, drive: StraightDrive, state: Real, places: Indices) -> Real:
     """Return the states at some points of a drive with pieces of unequal duration, as `jittered_states` does.
 
-    Parameters
-    ----------
-    modes, drive, state
-        As for `march_in_one_pass`.
-    places : ndarray of int, (n,)
-        Indices of points, increasing, from 0 to the number of pieces; far fewer than the pieces.
+    `places` (n,); returns `states` (poles, n).
 
-    Returns
-    -------
-    states : ndarray, (poles, n)
-        States of the modes, in the unit of the drive.
-
-    Notes
-    -----
     Modes that decay within some hundred pieces are advanced only through the pieces shortly before a place.
     """
     plan, reached = _plan(modes, drive), 0

@@ -76,27 +76,7 @@ def gather(
 ) -> tuple[Modes, StraightDrive, Numbers]:
     """Convert the arguments of a recursion into contiguous arrays and refuse arguments that disagree.
 
-    Parameters
-    ----------
-    poles, gains, direct, starts, ends, steps, initial_state, keep, lag : array_like
-        As in ``march``.
-    pairs : bool
-        Poles may be complex, one of each conjugate pair given, as in ``march_pairs``.
-
-    Returns
-    -------
-    modes : Modes
-        Poles, gains and direct share.
-    drive : StraightDrive
-        Pieces; ``steps`` has shape () when all durations are equal.
-    state : ndarray, (poles,)
-        State at the first point, a copy.
-
-    Raises
-    ------
-    InputError
-        If shapes disagree, a pole does not decay, a duration is negative or not finite, or ``keep`` is not a
-        positive whole number.
+    Returns `state` (poles,).
     """
     kind = np.complex128 if pairs else np.float64
     own: list[Numbers] = [np.ascontiguousarray(each, kind) for each in (poles, gains)]

@@ -11,18 +11,7 @@ if TYPE_CHECKING:
 
 
 def fold_length(count: int) -> tuple[int, int]:
-    """Return the columns and rows of the most nearly square table for ``count`` successive intervals.
-
-    Parameters
-    ----------
-    count : int
-        Number of intervals, at least 1.
-
-    Returns
-    -------
-    columns, rows : int
-        Numbers of columns and rows; ``columns * rows >= count``.
-    """
+    """Return the columns and rows of the most nearly square table for ``count`` successive intervals."""
     columns = int(np.ceil(np.sqrt(count)))
     return columns, -(-count // columns)
 
@@ -30,25 +19,9 @@ def fold_length(count: int) -> tuple[int, int]:
 def states_before(pushes: Numbers, decays: Numbers, row_decays: Numbers, state: Numbers) -> Numbers:
     """Replace the increment of every interval by the state of the modes at the beginning of that interval.
 
-    Parameters
-    ----------
-    pushes : ndarray, (columns, rows, poles)
-        Increment of the state in each interval; interval ``row * columns + column`` is at ``[column, row]``.
-        Overwritten by the states.
-    decays : ndarray, broadcast to the shape of ``pushes``
-        Factor by which the state decays in each interval [-].
-    row_decays : ndarray, broadcast to (rows, poles)
-        The same for a whole row of intervals [-].
-    state : ndarray, (poles,)
-        State before the first interval.
+    `pushes` (columns, rows, poles) [column, row], `row_decays` (rows, poles) [-], `state` (poles,); returns
+    `final_state` (poles,).
 
-    Returns
-    -------
-    final_state : ndarray, (poles,)
-        State after the last interval.
-
-    Notes
-    -----
     All rows are computed in parallel from rest, then their beginnings are chained, then all rows are computed in
     parallel again. Rounding accumulates over one row plus one column, not over the whole record.
     """

@@ -28,20 +28,8 @@ ABSENT = 1e-9
 def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
     """Return the band of frequencies that the response of a run depends on.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Drive, initial state and frequency grid.
-    times : ndarray, shape (n,)
-        Output times, increasing, >= 0 [s].
+    `times` (n,) [s].
 
-    Returns
-    -------
-    low, high : float
-        Lowest and highest frequency, with those of the frequency grid inside [Hz].
-
-    Notes
-    -----
     From rest the lowest is a tenth of 1/(2 pi t) of the last output time t; in the periodic state a tenth of the
     lowest frequency of the drive. The highest is ten times 1/(2 pi t) of the shortest straight piece and of the
     shortest time between a corner and the next output, and ten times the highest frequency of a sine.
@@ -64,17 +52,7 @@ def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
 def shortest_time(scenario: Scenario, times: Real) -> float:
     """Return the duration of the shortest straight piece of the drive, or of a corner to the next output if shorter.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Its drive.
-    times : ndarray, shape (n,)
-        Output times [s].
-
-    Returns
-    -------
-    shortest : float
-        Shortest time [s]; infinite if the drive has no corner before an output.
+    `times` (n,) [s].
     """
     end, drive = float(times[-1]), scenario.drive
     if any(isinstance(part, Linear) and part.begins_with(times) for part in drive.parts()):

@@ -23,20 +23,7 @@ if TYPE_CHECKING:
 
 
 def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
-    """Return the stack at given frequencies per ampere of the drive.
-
-    Parameters
-    ----------
-    section : PhasorSection
-        The stack per volt of the drive.
-    area : float
-        Contact area [m2].
-
-    Returns
-    -------
-    PhasorSection
-        Fields V/m, displacements C/m2 and stack voltage V, each per ampere.
-    """
+    """Return the stack at given frequencies per ampere of the drive."""
     volts = 1 / (section.current_density * area)
     states = {
         name: PhasorLayer(state.thickness, state.material, state.field * volts, state.displacement * volts)
@@ -49,22 +36,6 @@ def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
 def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: float) -> ModalSection:
     """Expand the stack in the modes of its layers, per ampere of the drive.
 
-    Parameters
-    ----------
-    layers : dict of str to Layer
-        From the plate to the finger.
-    debye : dict of str to DebyeSum
-        Bound permittivity of each layer as Debye terms.
-    area : float
-        Contact area [m2].
-
-    Returns
-    -------
-    ModalSection
-        An integrator appears as a mode of the rate `INTEGRATING`.
-
-    Notes
-    -----
     E_k T_k = z_k (J + Q_k), with Q_k the free charge at time 0 on the interfaces on the plate's side of layer
     k. The plate itself carries only the charge delivered by the current.
     """

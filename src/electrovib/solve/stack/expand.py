@@ -46,19 +46,7 @@ class Surroundings:
 def phasors(scenario: Scenario, frequency: Real, *, leaks: bool = True) -> PhasorSection:
     """Return the scenario's stack over frequency, exact for the materials as declared.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack, contact and circuit.
-    frequency : ndarray, shape (n,)
-        Frequencies above 0 [Hz].
-    leaks : bool
-        Whether a leak counts as its conductivity at vanishing amplitude, or is omitted.
-
-    Returns
-    -------
-    PhasorSection
-        Per volt of the drive; per ampere of a drive that prescribes the current.
+    `frequency` (n,) [Hz].
     """
     section = per_volt_of(scenario, frequency, leaks=leaks)
     area = scenario.contact_area
@@ -70,17 +58,7 @@ def per_volt_of(
 ) -> PhasorSection:
     """Return the scenario's stack over frequency per volt, also where the drive prescribes the current.
 
-    Parameters
-    ----------
-    scenario, frequency, leaks
-        As for `phasors`; frequency in Hz.
-    area : ndarray, shape (n,), optional
-        Contact areas at one frequency [m2]; by default that under the full load.
-
-    Returns
-    -------
-    PhasorSection
-        Per volt across stack and circuit.
+    `area` (n,) [m2].
     """
     around, layers = Surroundings.of(scenario, area), scenario.stack.layers
     return phasor_section(
@@ -93,18 +71,7 @@ def per_volt_of(
 
 
 def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
-    """Return layers with every leak replaced by its conductivity at vanishing amplitude.
-
-    Parameters
-    ----------
-    layers : mapping of str to Layer
-        From the plate to the finger.
-
-    Returns
-    -------
-    dict of str to Layer
-        Layers in the same order; those without a leak unchanged.
-    """
+    """Return layers with every leak replaced by its conductivity at vanishing amplitude."""
     found = {}
     for name, layer in layers.items():
         found[name] = layer
@@ -118,22 +85,8 @@ def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
 def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> ChargedSection:
     """Return the response to initial charge as Laplace transforms at j w, exact for the materials as declared.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack, contact and circuit.
-    frequency : ndarray, shape (n,)
-        Frequencies above 0 [Hz].
-    charges : ndarray, shape (layers + 1,)
-        Displacement before each layer and after the last at time 0, `StackModes.charges` [C/m2].
+    `frequency` (n,) [Hz], `charges` (layers + 1,) [C/m2].
 
-    Returns
-    -------
-    ChargedSection
-        Fields V s/m, displacements C s/m2, voltage V s, current density C/m2.
-
-    Notes
-    -----
     E_k T_k = z_k (Q_k + J), J = -(sum z_j Q_j)/Z over all parts of the circuit, the body's capacitor among them;
     J = 0 under a prescribed current.
     """
@@ -160,20 +113,7 @@ def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> Charge
 
 
 def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:
-    """Return a section per volt of the drive from one per volt of the plate.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With its amplifier, whose limits are neglected.
-    section : PhasorSection
-        The stack per volt of the plate.
-
-    Returns
-    -------
-    PhasorSection
-        With fields, voltage and current density times gain/(1 + j f/bandwidth); unchanged without an amplifier.
-    """
+    """Return a section per volt of the drive from one per volt of the plate."""
     amplifier = scenario.circuit.amplifier
     if amplifier is None:
         return section
@@ -190,17 +130,7 @@ def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSectio
 def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduction]:
     """Return the bound permittivity of every layer as Debye terms, over the band that a run needs.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Layers, drive and grids.
-    times : ndarray, shape (n,), optional
-        Output times [s]; by default those of the scenario.
-
-    Returns
-    -------
-    dict of str to Reduction
-        From the plate to the finger.
+    `times` (n,) [s].
     """
     layers = scenario.stack.layers
     exact = {name: layer.material.debye() for name, layer in layers.items()}
@@ -216,20 +146,7 @@ def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduc
 
 
 def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, float]:
-    """Return the stack without leaks as modes per unit of the drive, and the largest error of a bound permittivity.
-
-    Parameters
-    ----------
-    scenario, times
-        As for `reductions`; times in s.
-
-    Returns
-    -------
-    section : ModalSection
-        Per volt, or per ampere of a drive that prescribes the current.
-    error : float
-        Largest |reduced/declared - 1| of a bound permittivity [1].
-    """
+    """Return the stack without leaks as modes per unit of the drive, and the largest error of a bound permittivity."""
     found = reductions(scenario, times)
     debye = {name: reduction.debye for name, reduction in found.items()}
     error = max(reduction.largest_error for reduction in found.values())

@@ -26,30 +26,9 @@ IDLE = 1e-12
 def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.0) -> Linear:
     """Return the field in a gap in series with all layers, under the voltage of the stack.
 
-    Parameters
-    ----------
-    section : Section
-        The layers without this gap.
-    thickness : float
-        Thickness of the gap, above 0 [m].
-    conductivity : float
-        Conductivity of the gap [S/m].
-
-    Returns
-    -------
-    Linear
-        Field per volt of the drive [V/m], of the same kind as the fields of the section.
-
-    Raises
-    ------
-    InputError
-        If a layer has an initial charge, whose share in this gap is not computed.
-
-    Notes
-    -----
-    E = V/(u + h eps_u), with the thickness u, h = sum T/eps* over the layers and eps_u = 1 + conductivity/(s eps0). V is
-    the voltage across the layers without the gap, the same at every place: the area with this gap is assumed too small
-    to change it.
+    E = V/(u + h eps_u), with the thickness u, h = sum T/eps* over the layers and eps_u = 1 + conductivity/(s
+    eps0). V is the voltage across the layers without the gap, the same at every place: the area with this gap
+    is assumed too small to change it.
     """
     if isinstance(section, ModalSection):
         return _modal(section, thickness, conductivity)

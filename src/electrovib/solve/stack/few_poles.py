@@ -43,10 +43,7 @@ class Roots:
     def differences(self) -> Real:
         """Return the distance of each root from each node, without cancellation.
 
-        Returns
-        -------
-        differences : ndarray, shape (roots, nodes)
-            Root minus node, never 0, each accurate to a few roundings.
+        Returns `differences` (roots, nodes).
         """
         return _differences(self.nodes, self.origin, self.offset)
 

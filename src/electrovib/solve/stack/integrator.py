@@ -28,21 +28,6 @@ _NOTHING = 1e-13
 def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
     """Return the integral over time of a linear quantity, for instance the charge delivered by a current.
 
-    Parameters
-    ----------
-    rate : Transfer
-        Integrand; without a free part at a rate of 0.
-    start : float
-        Integral at time 0.
-
-    Returns
-    -------
-    Transfer
-        Over the same modes; with one of the rate `INTEGRATING` where it grows without limit under a constant drive, and
-        one of rate 0 for a constant part of the initial state.
-
-    Notes
-    -----
     H = static + slope s - sum gain s/(s + rate) gives H/s = static/s + slope - sum gain/(s + rate).
     """
     rates, safe = rate.rates, np.where(rate.rates > 0, rate.rates, 1.0)
@@ -88,22 +73,7 @@ def integral_weight(transfer: Transfer) -> float:
 def settled_integral(drive: Drive, time: Real) -> Real:
     """Return the integral over time of a periodic drive, with a mean of 0 over a period.
 
-    Parameters
-    ----------
-    drive : Drive
-        Made of sines and periodic straight pieces, with a mean of 0.
-    time : ndarray, shape (n,)
-        Times [s].
-
-    Returns
-    -------
-    integral : ndarray, shape (n,)
-        Integral, in the unit of the drive times s.
-
-    Raises
-    ------
-    InputError
-        If the drive has a mean.
+    `time` (n,) [s]; returns `integral` (n,).
     """
     mean = drive_mean(drive)
     if mean:
@@ -121,18 +91,7 @@ def settled_integral(drive: Drive, time: Real) -> Real:
 
 
 def refuse_unrepeated(drive: Drive) -> None:
-    """Refuse the periodic state of a drive that is neither periodic nor constant.
-
-    Parameters
-    ----------
-    drive : Drive
-        Any drive.
-
-    Raises
-    ------
-    InputError
-        If it is neither; with what to do instead.
-    """
+    """Refuse the periodic state of a drive that is neither periodic nor constant."""
     steady = all(isinstance(part, Linear) and part.is_step for part in drive.parts())
     if drive.period is None and not steady:
         raise InputError(

@@ -36,26 +36,10 @@ def inverse_root_thickness(
 ) -> Transfer:
     """Expand (sum T/eps_pol(s))^(-1/2) in real poles with positive weights.
 
-    Parameters
-    ----------
-    slabs : sequence of (float, DebyeSum)
-        Thickness [m] of each layer, and its bound permittivity as Debye terms.
-    avoid : ndarray, optional
-        Rates of a factor that the filter will be multiplied by [1/s]; the nodes keep a distance from them.
-    tolerance : float
-        Target of the relative error, 1e-14 to 0.1.
-
-    Returns
-    -------
-    Transfer
-        Filter [m^-1/2], without free part.
-
-    Notes
-    -----
-    K(-x) is negative on one interval for each Debye term, from a zero y to a pole b of K, and
-    K^(-1/2)(s) = K_inf^(-1/2) + (1/pi) sum over cuts of integral |K(-x)|^(-1/2)/(s + x) dx. With
-    x = y (b/y)^(sin^2 angle) the integrand is smooth and even in the angle at both ends, so that even angles
-    are a Gauss rule: no fit, all weights positive.
+    K(-x) is negative on one interval for each Debye term, from a zero y to a pole b of K, and K^(-1/2)(s) =
+    K_inf^(-1/2) + (1/pi) sum over cuts of integral |K(-x)|^(-1/2)/(s + x) dx. With x = y (b/y)^(sin^2 angle)
+    the integrand is smooth and even in the angle at both ends, so that even angles are a Gauss rule: no fit,
+    all weights positive.
     """
     infinite, static, poles, weights = _expand(slabs)
     if not len(poles):

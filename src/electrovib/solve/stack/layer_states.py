@@ -130,21 +130,7 @@ class StackStates:
     ) -> Moment:
         """Return fields and conduction currents under a voltage.
 
-        Parameters
-        ----------
-        state : ndarray, shape (size,) or (size, n)
-            Charges [C/m2], polarisations [C/m2], and with a resistance the voltage across it [V].
-        voltage : float or ndarray, shape (n,)
-            Voltage of the plate against ground [V].
-        gap, closing : float or ndarray, shape (n,)
-            Thickness of the moving layer [m], and its rate of change [m/s].
-        signs : mapping of int to int, optional
-            Sign of the field for which each leak of `polarities` is evaluated; by default that of its field.
-
-        Returns
-        -------
-        Moment
-            Values of all elements.
+        `state` (size,) [C/m2], `voltage` (n,) [V], `gap`, `closing` (n,) [m].
         """
         if gap is None and self.moving is None:
             return self._fixed_moment(state, voltage, signs)
@@ -203,19 +189,7 @@ class StackStates:
     def density(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
         """Return the total current density.
 
-        Parameters
-        ----------
-        state : ndarray, shape (size,) or (size, n)
-            As for `moment`.
-        slope : float or ndarray, shape (n,)
-            Rate of change of the voltage [V/s].
-        moment : Moment
-            Of the same times.
-
-        Returns
-        -------
-        density : ndarray, shape () or (n,)
-            Total current density [A/m2].
+        `state` (size,), `slope` (n,) [V/s]; returns `density` () [A/m2].
         """
         if self.resistance > 0:
             return np.asarray(state[-1] / (self.resistance * self.area))
@@ -224,19 +198,7 @@ class StackStates:
     def rate(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
         """Return the rate of change of the state.
 
-        Parameters
-        ----------
-        state : ndarray, shape (size,) or (size, n)
-            As for `moment`.
-        slope : float or ndarray, shape (n,)
-            Rate of change of the voltage [V/s].
-        moment : Moment
-            Of the same times.
-
-        Returns
-        -------
-        rate : ndarray, shape (size,) or (size, n)
-            Rate of charges and polarisations [A/m2], and of the voltage across a resistance [V/s].
+        `state` (size,), `slope` (n,) [V/s]; returns `rate` (size,) [A/m2].
         """
         parts = [moment.flow[:-1] - moment.flow[1:], moment.creep]
         if self.resistance > 0:
@@ -247,19 +209,7 @@ class StackStates:
     def displacement(self, state: Real, moment: Moment, index: int) -> Real:
         """Return the bound displacement of an element.
 
-        Parameters
-        ----------
-        state : ndarray, shape (size,) or (size, n)
-            As for `moment`.
-        moment : Moment
-            Of the same times.
-        index : int
-            Index of the element.
-
-        Returns
-        -------
-        displacement : ndarray, shape () or (n,)
-            Bound displacement [C/m2].
+        `state` (size,); returns `displacement` () [C/m2].
         """
         terms = np.arange(len(self.rates))[self.owners == index] + len(self.charges)
         return np.asarray(self.permittivities[index] * moment.field[index] + np.sum(state[terms], axis=0))
@@ -267,19 +217,7 @@ class StackStates:
     def named(self, state: Real, moment: Moment, *, gap: float | Real | None = None) -> dict[Key, Real]:
         """Return the voltage across the layers, and each one's field and bound displacement.
 
-        Parameters
-        ----------
-        state : ndarray, shape (size, n)
-            State at n times.
-        moment : Moment
-            Of the same times.
-        gap : float or ndarray, shape (n,)
-            Thickness of the moving layer [m].
-
-        Returns
-        -------
-        quantities : dict of Key to ndarray, shape (n,)
-            `stack_voltage` [V], fields [V/m] and displacements [C/m2].
+        `state` (size, n), `gap` (n,) [m].
         """
         thickness, count = self.with_gap(gap), len(self.names)
         drops = moment.field * (thickness if thickness.ndim > 1 else thickness[:, None])

@@ -55,29 +55,11 @@ class StackModes:
 def stack_modes(slabs: list[Slab], *, area: float, element: SeriesElement, second: float = 0.0) -> StackModes:
     """Return the modes of a stack in series with source and return path.
 
-    Parameters
-    ----------
-    slabs : list of Slab
-        From the plate to the finger.
-    area : float
-        Contact area [m2].
-    element : SeriesElement
-        Source and return path.
-    second : float
-        First contact area over that of a second, equal stack in the return path; 0 for none.
-
-    Returns
-    -------
-    StackModes
-        With real, non-positive poles.
-
-    Notes
-    -----
-    E_k T_k = z_k V/Z. Charge Q_k, summed over the electrode and the interfaces on the plate's side of part k of
-    the circuit, adds z_k (Q_k - sum_j z_j Q_j/Z) to it, and -sum_j z_j Q_j/Z to the current density. Before
-    time 0 the plate is at 0 V and carries the image of the charges between the layers, so that the voltages across
-    all parts add up to 0 and no current flows initially. A floating body is one more part; it is neutral at
-    time 0 unless `SeriesElement.charge` declares a charge.
+    E_k T_k = z_k V/Z. Charge Q_k, summed over the electrode and the interfaces on the plate's side of part k
+    of the circuit, adds z_k (Q_k - sum_j z_j Q_j/Z) to it, and -sum_j z_j Q_j/Z to the current density.
+    Before time 0 the plate is at 0 V and carries the image of the charges between the layers, so that the
+    voltages across all parts add up to 0 and no current flows initially. A floating body is one more part; it
+    is neutral at time 0 unless `SeriesElement.charge` declares a charge.
     """
     expansion = _expand(slabs, area, element, second)
     nodes, resistance = expansion.nodes, expansion.resistance

@@ -45,18 +45,7 @@ class Reduction:
 
 
 def reduction_band(*, low: float, high: float) -> tuple[float, float]:
-    """Return a band widened to at least `LOWEST` to `HIGHEST`, and outwards to half decades.
-
-    Parameters
-    ----------
-    low, high : float
-        Ends of the band that is needed [Hz].
-
-    Returns
-    -------
-    low, high : float
-        Ends of the widened band [Hz].
-    """
+    """Return a band widened to at least `LOWEST` to `HIGHEST`, and outwards to half decades."""
     lowest, highest = math.log10(min(low, LOWEST)), math.log10(max(high, HIGHEST))
     slack = 1e-9  # the logarithm of a whole decade may miss it by rounding
     first, last = math.floor(STEP * lowest + slack) / STEP, math.ceil(STEP * highest - slack) / STEP
@@ -66,22 +55,7 @@ def reduction_band(*, low: float, high: float) -> tuple[float, float]:
 def reduce_material(
     material: Material, *, low: float = LOWEST, high: float = HIGHEST, terms: int | None = None
 ) -> Reduction:
-    """Return the Debye terms of a material.
-
-    Parameters
-    ----------
-    material : Material
-        With any dispersion; its conductivity is not part of the terms.
-    low, high : float
-        Band [Hz], widened by `reduction_band`. Of a measured table only the rows in it are fitted.
-    terms : int, optional
-        Number of relaxations; by default `PER_DECADE` for each decade, 14 for a measured table.
-
-    Returns
-    -------
-    Reduction
-        Exact, with an error of 0, for materials that are declared as Debye sums.
-    """
+    """Return the Debye terms of a material."""
     exact = material.debye()
     if exact is not None:
         return Reduction(exact, 0.0)

@@ -84,26 +84,7 @@ class ChargedSection(PhasorSection):
 def phasor_section(
     layers: dict[str, Layer], *, area: float, element: SeriesElement, second: float, frequency: Real
 ) -> PhasorSection:
-    """Return the stack over frequency, as a voltage divider of impedances.
-
-    Parameters
-    ----------
-    layers : dict of str to Layer
-        From the plate to the finger.
-    area : float
-        Contact area [m2].
-    element : SeriesElement
-        Source and return path.
-    second : float
-        First contact area over that of a second, equal stack; 0 for none.
-    frequency : ndarray
-        Frequencies above 0 [Hz].
-
-    Returns
-    -------
-    PhasorSection
-        Per volt of the drive.
-    """
+    """Return the stack over frequency, as a voltage divider of impedances."""
     drops = {name: layer.impedance(frequency) for name, layer in layers.items()}
     stack = np.sum(list(drops.values()), axis=0)
     current = 1 / (stack * (1 + second) + area * element.impedance(frequency))
@@ -183,45 +164,13 @@ def modal_section(
     element: SeriesElement,
     second: float,
 ) -> ModalSection:
-    """Expand the stack in modes.
-
-    Parameters
-    ----------
-    layers : dict of str to Layer
-        From the plate to the finger.
-    debye : dict of str to DebyeSum
-        Bound permittivity of each layer as Debye terms.
-    area : float
-        Contact area [m2].
-    element : SeriesElement
-        Source and return path.
-    second : float
-        First contact area over that of a second, equal stack; 0 for none.
-
-    Returns
-    -------
-    ModalSection
-        Per volt of the drive.
-    """
+    """Expand the stack in modes."""
     modes = stack_modes(slabs_of(layers, debye), area=area, element=element, second=second)
     return section_of(layers, debye, modes)
 
 
 def slabs_of(layers: dict[str, Layer], debye: dict[str, DebyeSum]) -> list[Slab]:
-    """Return the layers as slabs.
-
-    Parameters
-    ----------
-    layers : dict of str to Layer
-        From the plate to the finger.
-    debye : dict of str to DebyeSum
-        Bound permittivity of each layer as Debye terms.
-
-    Returns
-    -------
-    list of Slab
-        In the same order, without leaks.
-    """
+    """Return the layers as slabs."""
     return [
         Slab(layer.thickness, debye[name], layer.material.conductivity, layer.initial_charge)
         for name, layer in layers.items()
@@ -229,22 +178,7 @@ def slabs_of(layers: dict[str, Layer], debye: dict[str, DebyeSum]) -> list[Slab]
 
 
 def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: StackModes) -> ModalSection:
-    """Return modes as a section, with the names and roles of its layers.
-
-    Parameters
-    ----------
-    layers : dict of str to Layer
-        From the plate to the finger.
-    debye : dict of str to DebyeSum
-        Bound permittivity of each layer as Debye terms.
-    modes : StackModes
-        With one field for each layer.
-
-    Returns
-    -------
-    ModalSection
-        The stack as a force law reads it.
-    """
+    """Return modes as a section, with the names and roles of its layers."""
     states = {
         name: ModalLayer(layer.thickness, layer.material, field, displacement)
         for (name, layer), field, displacement in zip(

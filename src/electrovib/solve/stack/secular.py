@@ -61,28 +61,8 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
 
     They are the zeros of the impedance of layers in series.
 
-    Parameters
-    ----------
-    nodes : array_like, shape (nodes,)
-        Poles, strictly increasing, 0 to 1e20, neighbours at least 1e-30 apart; equal poles have to be merged
-        before (their weights add).
-    weights : array_like, shape (nodes,)
-        Weight of each pole, 1e-50 to 1e50.
-    constant : float
-        0, or 1e-50 to 1e50.
+    `nodes` (nodes,), `weights` (nodes,).
 
-    Returns
-    -------
-    Roots
-        One root between each two neighbouring nodes, and one above the last node if ``constant`` > 0.
-
-    Raises
-    ------
-    ValueError
-        The nodes are not strictly increasing, a weight is not positive, or a number is outside its range.
-
-    Notes
-    -----
     .. math:: f(x) = -c + \sum_l \frac{w_l}{x - n_l}
 
     falls from :math:`+\infty` to :math:`-\infty` between neighbouring nodes. Each root is computed as its
@@ -90,10 +70,6 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
     poles by one at the far end, and fall back to geometric bisection. The numbers given are taken as exact:
     where cancellation prevents 53 bits from resolving the root, it is computed again with 150 digits. Offset,
     differences and slope are therefore accurate to better than 1e-13 relative, whatever the conditioning.
-
-    References
-    ----------
-    .. [1] R.-C. Li, "Solving secular equations stably and efficiently", LAPACK working note 89, 1993.
     """
     node, weight = _checked(nodes, weights, constant)
     if node.size == 1 and constant > 0:

@@ -49,18 +49,7 @@ def merged_terms(debye: DebyeSum) -> tuple[Real, Real]:
 
 
 def slab_impedance(slab: Slab) -> tuple[Real, Real]:
-    """Return the impedance times area of a slab as sum residue/(s + rate).
-
-    Parameters
-    ----------
-    slab : Slab
-        One layer.
-
-    Returns
-    -------
-    rates, residues : ndarray
-        Rates, increasing, the first 0 if the slab does not conduct [1/s]; residues [ohm m2/s].
-    """
+    """Return the impedance times area of a slab as sum residue/(s + rate)."""
     rates, shares = _relaxations(slab.debye, slab.conductivity)
     return rates, slab.thickness / eps0 / shares
 
@@ -88,17 +77,7 @@ def _relaxations(debye: DebyeSum, conductivity: float) -> tuple[Real, Real]:
 def bound_residues(slab: Slab, rates: Real, residues: Real) -> Real:
     """Return the residues of the bound displacement per current density of a slab.
 
-    Parameters
-    ----------
-    slab : Slab
-        One layer.
-    rates, residues : ndarray, shape (n,)
-        From `slab_impedance` [1/s, ohm m2/s].
-
-    Returns
-    -------
-    residues : ndarray, shape (n,)
-        Residues, all >= 0 [1]: eps0 eps_pol rate = conductivity at each rate.
+    `rates`, `residues` (n,); returns `residues` (n,).
     """
     if slab.conductivity > 0:
         return slab.conductivity * residues / (slab.thickness * rates)

@@ -37,35 +37,9 @@ def stack_states(
 ) -> StackStates:
     """Return the physical states of a stack with source and return path.
 
-    Parameters
-    ----------
-    layers : mapping of str to Layer
-        From the plate to the finger, with any number of leaks.
-    debye : mapping of str to DebyeSum
-        Bound permittivity of each layer as Debye terms.
-    area : float
-        Contact area [m2].
-    element : SeriesElement
-        Source and return path.
-    second : float
-        First contact area over that of a second, equal stack; 0 for none.
-    moving : str, optional
-        Layer whose thickness changes in time.
-
-    Returns
-    -------
-    StackStates
-        With one state for each interface, for each Debye term, and for a resistance.
-
-    Raises
-    ------
-    InputError
-        If a leak or a charge is combined with a second contact, or the moving layer is missing.
-
-    Notes
-    -----
-    The capacitor of the body is one more element, with its current as a density over the contact area. A stack without
-    a gap has one of zero thickness at its interface, `INTERFACE`: its field is that of a vanishing gap.
+    The capacitor of the body is one more element, with its current as a density over the contact area. A
+    stack without a gap has one of zero thickness at its interface, `INTERFACE`: its field is that of a
+    vanishing gap.
     """
     _refuse(layers, second, moving)
     roles, names = roles_of(layers), list(layers)

@@ -40,13 +40,7 @@ class TimeSection:
 
     @property
     def frequency(self) -> Real:
-        """Raise a TypeError: a law that reads the frequency has no time-domain form.
-
-        Raises
-        ------
-        TypeError
-            Always.
-        """
+        """Raise a TypeError: a law that reads the frequency has no time-domain form."""
         raise TypeError("a record has no single frequency")
 
     @property
@@ -59,13 +53,7 @@ class TimeSection:
         return self.layers[name]
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Any:
-        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], which must not be dispersive.
-
-        Raises
-        ------
-        InputError
-            If a permittivity depends on frequency: the filter needs modes, which this stack does not have.
-        """
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], which must not be dispersive."""
         total: Any = 0.0
         for name in names:
             low, high = (self[name].material.bound_permittivity(np.array(f)) for f in _APART)

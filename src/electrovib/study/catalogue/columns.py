@@ -13,18 +13,7 @@ NARROWEST = 36
 
 
 def laid_out(table: Table) -> str:
-    """Lay a table out in columns; the last column takes the rest of the line and is wrapped.
-
-    Parameters
-    ----------
-    table : Table
-        Words.
-
-    Returns
-    -------
-    str
-        With a trailing blank line.
-    """
+    """Lay a table out in columns; the last column takes the rest of the line and is wrapped."""
     lines = [table.headings, *table.rows]
     widths = [max(len(line[column]) for line in lines) for column in range(len(table.headings))]
     room = terminal_width()
@@ -42,18 +31,7 @@ def laid_out(table: Table) -> str:
 
 
 def as_html(table: Table) -> str:
-    """Write a table as HTML, without styles of its own.
-
-    Parameters
-    ----------
-    table : Table
-        Words; every sign that HTML would obey is escaped.
-
-    Returns
-    -------
-    str
-        A ``table`` element with caption, head and body.
-    """
+    """Write a table as HTML, without styles of its own."""
     head = "".join(f"<th>{html.escape(cell)}</th>" for cell in table.headings)
     rows = "".join(
         f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows

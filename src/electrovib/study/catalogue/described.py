@@ -25,20 +25,7 @@ NAMES = (
 
 
 def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:
-    """List what a paper offers by name.
-
-    Parameters
-    ----------
-    module : module
-        The paper.
-    name : str
-        ``author_year``.
-
-    Yields
-    ------
-    tuple of str
-        Kind, ``"run"``, ``"skin"``, ``"material"`` or ``"stack"``; and ``author_year/name`` with a few words.
-    """
+    """List what a paper offers by name."""
     for key, scenario in getattr(module, "scenarios", dict)().items():
         yield "run", f"electrovib run {name}/{key} ({scenario.title})"
     for key, skin in getattr(module, "skins", dict)().items():
@@ -92,18 +79,7 @@ def _source(model: type[Model], default: Any, needed: str) -> str:
 
 
 def values(module: ModuleType) -> Table | None:
-    """Return the values of a paper's ready-made scenarios, with the source of each value.
-
-    Parameters
-    ----------
-    module : module
-        The paper.
-
-    Returns
-    -------
-    Table or None
-        One row for each parameter and source; None if the paper has no scenarios.
-    """
+    """Return the values of a paper's ready-made scenarios, with the source of each value."""
     found: dict[tuple[str, str], list[str]] = {}
     for scenario in getattr(module, "scenarios", dict)().values():
         for path, value, quantity in scenario.parameters():
@@ -123,14 +99,7 @@ def _several(shown: list[str]) -> str:
 
 
 def claims(module: ModuleType) -> dict[str, str]:
-    """Read what a paper claims, and what it does not claim, from the docstring of its module.
-
-    Returns
-    -------
-    dict of str to str
-        ``claims``, ``does not claim``, and ``here``: what the docstring states after that about the computation here. The
-        first two are required of a paper.
-    """
+    """Read what a paper claims, and what it does not claim, from the docstring of its module."""
     text = plain_text(inspect.getdoc(module) or "")
     found = re.search(r"Claims: (.*?)\s*Does not claim: (.*)", text)
     if not found:
@@ -141,20 +110,7 @@ def claims(module: ModuleType) -> dict[str, str]:
 
 
 def bibtex(module: ModuleType, name: str) -> str:
-    """Write a paper's citations as BibTeX entries.
-
-    Parameters
-    ----------
-    module : module
-        The paper.
-    name : str
-        ``author_year``, the key of its first entry.
-
-    Returns
-    -------
-    str
-        One entry for each publication; ``@misc`` with the citation as a note for a paper that declares only a text.
-    """
+    """Write a paper's citations as BibTeX entries."""
     citations = getattr(module, "CITATIONS", ())
     if not citations:
         return bibtex_of(module.CITATION, name)

@@ -31,13 +31,7 @@ ANY_LAYER: Final = "LAYER"
 
 
 def families() -> dict[type[Model], str]:
-    """Find every family of models and what its members compute.
-
-    Returns
-    -------
-    dict of type to str
-        The main families first; that of another one is the first sentence of its docstring.
-    """
+    """Find every family of models and what its members compute."""
     find_members(ForceLaw)  # all physics and papers are imported then
     contributed = {module.__name__ for module in papers().values()}
     others = {
@@ -52,14 +46,7 @@ def families() -> dict[type[Model], str]:
 
 
 def places() -> dict[type[Model], str]:
-    """Find where a scenario holds the members of each family.
-
-    Returns
-    -------
-    dict of type to str
-        Family to the dotted path at which it is first found, in the order of a scenario file; `ANY_LAYER` stands for the
-        name of a layer. A family that no scenario holds is absent.
-    """
+    """Find where a scenario holds the members of each family."""
     found: dict[type[Model], str] = {}
     waiting: list[tuple[type[Model], str]] = [(Scenario, "")]
     seen: set[type[Model]] = set()

@@ -107,23 +107,7 @@ def scenarios(query: str = "") -> Listing:
 
 
 def find(name: str) -> type[Model] | ModuleType:
-    """Find a model or a paper by its name, or by one that it had.
-
-    Parameters
-    ----------
-    name : str
-        As in the catalogue; capitals count only where two entries differ by nothing else.
-
-    Returns
-    -------
-    type or module
-        The class of the model, or the module of the paper.
-
-    Raises
-    ------
-    InputError
-        If there is none; the message has the three names that are spelled most similarly.
-    """
+    """Find a model or a paper by its name, or by one that it had."""
     items = [item for item in everything() if isinstance(item.thing, (type, ModuleType))]
     matches, found = _matched(name, items)
     if not matches or matches[0].stage not in WHOLE:

@@ -65,18 +65,7 @@ class Item:
 
 
 def everything(*, own: bool = False) -> Iterator[Item]:
-    """Collect models, parts of a scenario without a choice, papers, and what papers offer ready-made.
-
-    Parameters
-    ----------
-    own : bool
-        Omit what other packages contribute.
-
-    Yields
-    ------
-    Item
-        Models by family, then papers, materials and skins, scenarios.
-    """
+    """Collect models, parts of a scenario without a choice, papers, and what papers offer ready-made."""
     yield from model_items(own=own)
     yield from _parts()
     yield from paper_items(own=own)

@@ -18,18 +18,7 @@ _MORE = (
 
 
 def overview(items: Iterable[Item]) -> str:
-    """Write the names of everything by its place in a scenario.
-
-    Parameters
-    ----------
-    items : iterable of Item
-        The whole catalogue.
-
-    Returns
-    -------
-    str
-        A few lines for each place, and how to find out more.
-    """
+    """Write the names of everything by its place in a scenario."""
     found = list(items)
     held = places()
     rows = {path: sorted(find_members(family)) for family, path in held.items()}

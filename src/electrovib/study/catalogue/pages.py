@@ -29,18 +29,7 @@ _LABEL: Final = 16
 
 
 def page(item: Item) -> str:
-    """Write everything that is known of one entry.
-
-    Parameters
-    ----------
-    item : Item
-        A model, a paper, a scenario, or what a paper offers.
-
-    Returns
-    -------
-    str
-        Lines for a terminal.
-    """
+    """Write everything that is known of one entry."""
     thing, name = item.thing, item.record.name
     title = f"{name} ({item.record.kind})"
     lines = [title, "=" * len(title)]

@@ -115,18 +115,7 @@ def caption_of(entries: list[PopulationEntry]) -> str:
 
 
 def entries_of(name: str) -> Iterator[PopulationEntry]:
-    """List the distributions of a population as its file declares them.
-
-    Parameters
-    ----------
-    name : str
-        Name of a population.
-
-    Yields
-    ------
-    PopulationEntry
-        Those of all fingers, then those of each group after its share.
-    """
+    """List the distributions of a population as its file declares them."""
     tables = read_shipped(name)
     for path, table in tables["space"].items():
         yield _entry(path, _OF_ALL, table)

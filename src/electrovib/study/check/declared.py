@@ -61,23 +61,7 @@ class DeclaredLimit:
 
 
 def limits_from(source: LimitsSource) -> LimitsFrom:
-    """Read limits from one place.
-
-    Parameters
-    ----------
-    source : str, Path, mapping, Limits, LimitsFrom or None
-        A TOML file with the limits, alone or in a table ``[limits]`` beside others; a table; or the limits themselves.
-
-    Returns
-    -------
-    LimitsFrom
-        Limits and where they are declared; without any limit for None.
-
-    Raises
-    ------
-    InputError
-        Every mistake of the file at once.
-    """
+    """Read limits from one place."""
     if source is None:
         return LimitsFrom("", Limits())
     if isinstance(source, LimitsFrom):
@@ -102,18 +86,7 @@ def limits_of(scenario: Scenario) -> LimitsFrom:
 
 
 def strictest(places: Iterable[LimitsFrom]) -> dict[str, DeclaredLimit]:
-    """Combine limits of several places: of each quantity the smallest counts.
-
-    Parameters
-    ----------
-    places : iterable of LimitsFrom
-        All declarations; of equal ones the first is named.
-
-    Returns
-    -------
-    dict of str to DeclaredLimit
-        By the name of the limit, in the order of `Limits`; a limit that nobody declares is absent.
-    """
+    """Combine limits of several places: of each quantity the smallest counts."""
     given = list(places)
     found = {}
     for name in WORDS:
@@ -140,20 +113,7 @@ def strictest(places: Iterable[LimitsFrom]) -> dict[str, DeclaredLimit]:
 def refuse_unlimited(
     declared: Mapping[str, DeclaredLimit], *, what: str = "a waveform that can be played"
 ) -> None:
-    """Refuse to continue unless the largest voltage and the largest current are declared.
-
-    Parameters
-    ----------
-    declared : mapping of str to DeclaredLimit
-        From `strictest`.
-    what : str
-        What is about to be written or played.
-
-    Raises
-    ------
-    InputError
-        With the line that declares them.
-    """
+    """Refuse to continue unless the largest voltage and the largest current are declared."""
     missing = [name for name in NEEDED if name not in declared]
     if missing:
         words = " and ".join(f"limits.{name} ({WORDS[name]})" for name in missing)

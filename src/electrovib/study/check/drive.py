@@ -28,48 +28,14 @@ _READ_DIRECTLY = (".csv", ".txt", ".tsv", ".npy", ".nc", ".mat")
 
 
 def with_drive(scenario: Scenario, drive: DriveSource) -> Scenario:
-    """Put another drive into a scenario, from rest and over its whole duration.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    drive : str, Path, mapping, Drive or None
-        Its drive: a file with columns of time and voltage, a table as in a scenario, or a Drive.
-
-    Returns
-    -------
-    scenario : Scenario
-        With that drive and its own output times; the scenario itself for None.
-
-    Raises
-    ------
-    InputError
-        If the file or the table is no drive.
-    """
+    """Put another drive into a scenario, from rest and over its whole duration."""
     if drive is None:
         return scenario
     return scenario.model_copy(update={"drive": read_drive(drive), "time": TimeGrid()})
 
 
 def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
-    """Read a drive from a file, a table or itself.
-
-    Parameters
-    ----------
-    source : str, Path, mapping or Drive
-        A file: columns of time [s] and voltage [V], or an instrument's record with one channel in volts.
-
-    Returns
-    -------
-    Drive
-        Straight lines between the samples of a file.
-
-    Raises
-    ------
-    InputError
-        If the file or the table is no drive; NaN and repeated time stamps are refused with their place.
-    """
+    """Read a drive from a file, a table or itself."""
     if isinstance(source, Drive):
         return source
     if isinstance(source, Mapping):
@@ -85,22 +51,7 @@ def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
 def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
     """Return a drive of straight lines between samples.
 
-    Parameters
-    ----------
-    time, voltage : ndarray, shape (n,)
-        Time stamps [s] and voltages [V].
-    path : str or Path
-        File for the messages.
-
-    Returns
-    -------
-    Drive
-        A `Sampled`.
-
-    Raises
-    ------
-    InputError
-        If a value is not finite or the times do not increase.
+    `time`, `voltage` (n,) [s].
     """
     try:
         return read_model(Sampled, {"time_samples": Samples(time), "voltage_samples": Samples(voltage)})

@@ -82,22 +82,7 @@ def check(
 def checked(
     scenario: Scenario, *, limits: LimitsSource | Sequence[LimitsSource] = None, name: str = _OWN_DRIVE
 ) -> CheckResult:
-    """Compare the drive of a scenario with the declared limits and with breakdown.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with the drive.
-    limits : as for `check`
-        Further limits.
-    name : str
-        What the drive is called.
-
-    Returns
-    -------
-    CheckResult
-        A row for each limit.
-    """
+    """Compare the drive of a scenario with the declared limits and with breakdown."""
     declared = declared_limits(scenario, limits)
     values = checked_values(scenario)
     return CheckResult(
@@ -125,33 +110,7 @@ def cleared_for_output(
     name: str = _OWN_DRIVE,
     consequence: str = "Nothing was written",
 ) -> CheckResult:
-    """Check a drive that is about to be written or played, or refuse it.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with the drive.
-    limits : as for `check`
-        Further limits.
-    what : str
-        What is about to be written or played.
-    name : str
-        What the drive is called.
-    consequence : str
-        Sentence added to each problem.
-
-    Returns
-    -------
-    CheckResult
-        Without a limit that is exceeded, and with every declared limit compared.
-
-    Raises
-    ------
-    InputError
-        Unless the largest voltage and the largest current are declared, with the line that declares them; for every limit that
-        is exceeded or could not be compared; and if the drive times the gain exceeds the largest voltage, whatever saturation,
-        current limit and bandwidth of the amplifier leave of it. Nothing is ever clipped.
-    """
+    """Check a drive that is about to be written or played, or refuse it."""
     declared = declared_limits(scenario, limits)
     refuse_unlimited(declared, what=what)
     result = checked(scenario, limits=limits, name=name)
@@ -177,20 +136,7 @@ def _refuse_demanded(scenario: Scenario, limit: DeclaredLimit, end: float, conse
 def declared_limits(
     scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource] = None
 ) -> dict[str, DeclaredLimit]:
-    """Combine the limits of a scenario with further ones.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With its own limits.
-    limits : as for `check`
-        Further limits.
-
-    Returns
-    -------
-    dict of str to DeclaredLimit
-        The strictest of each quantity.
-    """
+    """Combine the limits of a scenario with further ones."""
     several = limits if isinstance(limits, Sequence) and not isinstance(limits, str) else [limits]
     return strictest([limits_of(scenario), *(limits_from(each) for each in several)])
 

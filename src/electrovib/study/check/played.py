@@ -53,29 +53,7 @@ def cleared_as_played(
 ) -> CheckResult:
     """Check samples that are held from one to the next, or refuse them with the filter or resistor that would hold the limits.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment; its drive is replaced.
-    times, voltages : ndarray, shape (n,)
-        Samples, evenly spaced from 0 [s], and [V].
-    edge : float or None
-        Height of a step over its steepest slope [s], counted up to the interval between two samples; None if it is not
-        declared, which counts as 0.
-    declare : str
-        How an edge is declared, for the message.
-    limits, what, name, consequence
-        As for `cleared_for_output`.
-
-    Returns
-    -------
-    CheckResult
-        Without a limit that is exceeded.
-
-    Raises
-    ------
-    InputError
-        As for `cleared_for_output`.
+    `times`, `voltages` (n,) [s].
     """
     interval, declared = float(np.min(np.diff(times))), declared_limits(scenario, limits)
 

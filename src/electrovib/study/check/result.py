@@ -134,41 +134,14 @@ class CheckResult:
         return tuple(row for row in self.rows if row.state == FAIL)
 
     def refuse(self, consequence: str = "Nothing was written") -> None:
-        """Raise an error if a limit is exceeded, or a declared one could not be compared.
-
-        Parameters
-        ----------
-        consequence : str
-            Sentence added to each problem.
-
-        Raises
-        ------
-        InputError
-            One problem for each such row.
-        """
+        """Raise an error if a limit is exceeded, or a declared one could not be compared."""
         refused = sorted((row for row in self.rows if row.is_refused), key=lambda row: row.state != FAIL)
         problems = [f"{row.text}. {consequence}" for row in refused]
         if problems:
             raise InputError(problems)
 
     def value(self, quantity: str) -> float | None:
-        """Return the value of a row or number.
-
-        Parameters
-        ----------
-        quantity : str
-            Its name: ``"peak voltage"``, ``"rms current"``.
-
-        Returns
-        -------
-        value : float or None
-            In its unit; None where it is not known.
-
-        Raises
-        ------
-        KeyError
-            If there is no such quantity.
-        """
+        """Return the value of a row or number."""
         both: list[CheckRow | CheckNumber] = [*self.rows, *self.numbers]
         for each in both:
             if each.quantity == quantity:
@@ -207,20 +180,7 @@ def not_in_rows(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 
 def shown(value: float | None, unit: str) -> str:
-    """Write a value with its unit for people.
-
-    Parameters
-    ----------
-    value : float or None
-        In `unit`; infinite without a bound, None where it is not known.
-    unit : str
-        SI unit.
-
-    Returns
-    -------
-    str
-        ``1 kV``; ``no bound`` and ``not known`` where there is no number.
-    """
+    """Write a value with its unit for people."""
     if value is None:
         return "not known"
     return "no bound" if math.isinf(value) else format_quantity(value, unit, digits=4)

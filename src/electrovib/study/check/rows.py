@@ -20,41 +20,13 @@ ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")
 
 
 def limited_quantity(name: str) -> str:
-    """Return the name of the quantity that a limit is compared with, as `electrovib.check` has it.
-
-    Parameters
-    ----------
-    name : str
-        Parameter of `Limits`: ``"voltage"``.
-
-    Returns
-    -------
-    str
-        ``"peak voltage"``, ``"stored energy"``.
-    """
+    """Return the name of the quantity that a limit is compared with, as `electrovib.check` has it."""
     words = name.replace("_", " ")
     return f"peak {words}" if name in PEAKS else words
 
 
 def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, words: str = "") -> CheckRow:
-    """Return the row of a declared limit, or that of a quantity without one.
-
-    Parameters
-    ----------
-    name : str
-        Name of the limit.
-    value : float or None
-        Value that is compared with it, in its unit; infinite without a bound, NaN or None where it is not known.
-    limit : DeclaredLimit or None
-        The strictest declared one.
-    words : str
-        What is compared; by default the words of the limit.
-
-    Returns
-    -------
-    row : CheckRow
-        It passes also at exactly the limit.
-    """
+    """Return the row of a declared limit, or that of a quantity without one."""
     unit, words = unit_of_limit(name), words or WORDS[name]
     if value is None or math.isnan(value):
         value, reached = None, "is not known"
@@ -81,18 +53,7 @@ def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, wo
 
 
 def not_compared(rows: Iterable[CheckRow]) -> list[str]:
-    """Return one sentence that names the needed limits which nobody declares; none where all are declared.
-
-    Parameters
-    ----------
-    rows : iterable of CheckRow
-        Of a check.
-
-    Returns
-    -------
-    sentences : list of str
-        At most one.
-    """
+    """Return one sentence that names the needed limits which nobody declares; none where all are declared."""
     open_ones = {row.quantity for row in rows if row.limit is None}
     names = [f"limits.{name}" for name in NEEDED if limited_quantity(name) in open_ones]
     if not names:

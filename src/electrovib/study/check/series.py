@@ -182,18 +182,7 @@ def series_resistor(
 
 
 def plate_capacitance(scenario: Scenario) -> float:
-    """Compute the capacitance of plate and gap under the contact, with the finger as a conductor, plus the stray capacitance.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack, contact and amplifier.
-
-    Returns
-    -------
-    capacitance : float
-        F, at 1 kHz.
-    """
+    """Compute the capacitance of plate and gap under the contact, with the finger as a conductor, plus the stray capacitance."""
     roles, layers = scenario.stack.roles, scenario.stack.layers
     frequency = np.array(_PERMITTIVITY_AT)
     thickness = sum(

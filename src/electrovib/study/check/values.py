@@ -43,27 +43,7 @@ class CheckedValues:
 
 
 def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedValues:
-    """Solve a scenario for the values that limits are compared with.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with the drive.
-    mean_squares : bool
-        Whether root mean squares are computed, which takes most of the time; they are not known otherwise.
-
-    Returns
-    -------
-    CheckedValues
-        From time 0 to the last output time, or over one period of a periodic state.
-
-    Raises
-    ------
-    InputError
-        If models cannot be combined.
-    BudgetError
-        If the run would take more time or memory than is allowed.
-    """
+    """Solve a scenario for the values that limits are compared with."""
     expanded = Expanded(scenario, mechanics=False)
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None

@@ -42,31 +42,9 @@ def compare(
 ) -> Comparison:
     """Run every force law on the same finger and plate.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack, contact, circuit and drive; its own law is one among the others.
-    models : sequence of str, optional
-        Names of laws; by default all that have a default for each parameter of their own.
-    over : mapping of str to sequence of float, optional
-        Dotted path to values in SI over which the static force is drawn.
-
-    Returns
-    -------
-    comparison : Comparison
-        Numbers, figures as data, and explanations.
-
-    Raises
-    ------
-    InputError
-        For a name that is not a force law, a drive that prescribes the current or stays at 0 V, or if no law can run
-        here.
-
-    Notes
-    -----
-    The finger is pressed with the full load all the time, whatever `load.time_profile` is. An amplifier with limits keeps
-    its gain and its largest voltage; its bandwidth and its largest current are left out, because the laws are compared at
-    voltages that are held.
+    The finger is pressed with the full load all the time, whatever `load.time_profile` is. An amplifier with
+    limits keeps its gain and its largest voltage; its bandwidth and its largest current are left out, because
+    the laws are compared at voltages that are held.
     """
     if scenario.drive.quantity == "current":
         raise InputError(

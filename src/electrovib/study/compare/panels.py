@@ -25,19 +25,7 @@ KINDS = ("line", "dashed", "dotted")
 def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float) -> Panel:
     """Return the figure of the mean force of each law over frequency.
 
-    Parameters
-    ----------
-    entries : sequence of Entry
-        Laws, in the order of their colours.
-    frequency : ndarray, shape (n,)
-        Hz.
-    voltage : float
-        Peak of the sine [V].
-
-    Returns
-    -------
-    Panel
-        One line for each law.
+    `frequency` (n,).
     """
     curves = [
         Curve(label=entry.name, x=frequency, y=entry.mean, look=look)
@@ -59,19 +47,7 @@ def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float)
 def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
     """Return the figure of the step response of each law.
 
-    Parameters
-    ----------
-    entries : sequence of Entry
-        Laws, in the order of their colours.
-    time : ndarray, shape (n,)
-        s, from 0.
-    voltage : float
-        Height of the step [V].
-
-    Returns
-    -------
-    Panel
-        One line for each law that has one.
+    `time` (n,).
     """
     curves = []
     for look, entry in enumerate(entries):
@@ -100,23 +76,7 @@ def over_parameter(
 ) -> Panel:
     """Return the figure of the static force of each law over a parameter.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario that has the parameter.
-    cases : mapping of str to Scenario
-        Name of each law to the scenario with this law.
-    path : str
-        Dotted path; a parameter of the law of the scenario does not change other laws.
-    values : ndarray, shape (n,)
-        SI.
-    highest : float
-        Voltage of the drive above which the amplifier saturates [V].
-
-    Returns
-    -------
-    Panel
-        Values at which the air of the gap breaks down are marked.
+    `values` (n,).
     """
     quantity = quantity_at(scenario, path)
     curves, marks = [], []
@@ -166,18 +126,7 @@ def _sentence(words: str) -> str:
 
 
 def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
-    """Change the line style of curves that would hide others.
-
-    Parameters
-    ----------
-    curves : sequence of Curve
-        Lines in drawing order.
-
-    Returns
-    -------
-    curves : tuple of Curve
-        Dashed where one curve lies under it over at least half of its length, dotted where more do.
-    """
+    """Change the line style of curves that would hide others."""
     shown: list[Curve] = []
     for curve in curves:
         below = sum(_on_each_other(curve, other) for other in shown)

@@ -33,20 +33,7 @@ def _without_conduction(material: Material, path: str) -> dict[str, Any]:
 
 
 def static_force(scenario: Scenario, *, voltage: float) -> float:
-    """Compute the steady attraction at a constant voltage without conduction.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack, contact and law.
-    voltage : float
-        V.
-
-    Returns
-    -------
-    force : float
-        Attraction [N], at least 0; of a law without a response in time, twice its mean under a sine of 1 Hz.
-    """
+    """Compute the steady attraction at a constant voltage without conduction."""
     held = insulating(scenario)
     changes = {
         "drive": {"model": "Step", "level": voltage},
@@ -59,20 +46,7 @@ def static_force(scenario: Scenario, *, voltage: float) -> float:
 
 
 def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
-    """Judge the air of the gap at a constant voltage without conduction.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack; its force law is not used.
-    voltage : float
-        V.
-
-    Returns
-    -------
-    text : str
-        Texts of the diagnostics beyond their limits; empty if there are none.
-    """
+    """Judge the air of the gap at a constant voltage without conduction."""
     changes = {
         "force": {"model": "MaxwellStressInGap"},
         "drive": {"model": "Step", "level": voltage},
@@ -83,16 +57,5 @@ def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
 
 
 def air_warnings(trace: xarray.Dataset) -> tuple[str, ...]:
-    """Return what a Trace states about breakdown of the air of its gap.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        Trace of a stack with a gap, or without one, which is then a vanishing gap.
-
-    Returns
-    -------
-    warnings : tuple of str
-        Texts of the diagnostics beyond their limits.
-    """
+    """Return what a Trace states about breakdown of the air of its gap."""
     return tuple(each.text for each in diagnostics_of(trace) if each.name in AIR and each.state == "warning")

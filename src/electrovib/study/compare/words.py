@@ -31,22 +31,7 @@ IN_GAP = ("rough gap", "gap")
 
 
 def answer(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> str:
-    """State which of the compared laws to believe on this stack, and why.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack.
-    entries : sequence of Entry
-        Compared laws.
-    voltage : float
-        Peak voltage of the comparison [V].
-
-    Returns
-    -------
-    str
-        One sentence.
-    """
+    """State which of the compared laws to believe on this stack, and why."""
     found = sorted(
         (entry for entry in entries if entry.evaluation_surface in IN_GAP),
         key=lambda entry: (IN_GAP.index(entry.evaluation_surface), entry.name != "MaxwellStressInGap"),

@@ -51,23 +51,7 @@ FORMS: Final = (
 
 
 def form_of(given: Mapping[str, Any]) -> DesignForm:
-    """Return the form that is meant by the given arguments.
-
-    Parameters
-    ----------
-    given : mapping of str to object
-        Arguments of `electrovib.design` that are not None.
-
-    Returns
-    -------
-    form : DesignForm
-        The form; all that it needs is given, and nothing else.
-
-    Raises
-    ------
-    InputError
-        If no form is meant, an argument is missing, or one belongs to another form.
-    """
+    """Return the form that is meant by the given arguments."""
     form = next((each for each in reversed(FORMS) if each.needs[0] in given), None)
     if form is None:
         form = next((each for each in FORMS if set(each.needs) & given.keys()), None)

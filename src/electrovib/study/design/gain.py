@@ -50,18 +50,7 @@ class CarrierGain:
     body_current: Real
 
     def amplitude(self, force: ArrayLike) -> Real:
-        """Return the peak of the drive that causes a mean force.
-
-        Parameters
-        ----------
-        force : array_like
-            Mean force [N], >= 0, of a shape that broadcasts with that of the frequencies.
-
-        Returns
-        -------
-        amplitude : ndarray
-            Peak of the drive [V or A]; infinite where the gain is 0.
-        """
+        """Return the peak of the drive that causes a mean force."""
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.asarray(force, dtype=float) / self.force
             return np.where(np.asarray(force) == 0, 0.0, np.sqrt(ratio))
@@ -69,17 +58,7 @@ class CarrierGain:
     def largest_amplitude(self, limits: Limits, *, slew: float | None = None) -> Real:
         """Return the largest peak of the drive within declared limits.
 
-        Parameters
-        ----------
-        limits : Limits
-            Of which voltage, current and body current count.
-        slew : float, optional
-            Largest rate of change of the drive [V/s or A/s].
-
-        Returns
-        -------
-        amplitude : ndarray, shape (n,)
-            V or A; infinite where no limit is declared.
+        Returns `amplitude` (n,).
         """
         bounds = [np.full(len(self.frequency), np.inf)]
         for limit, gain in (
@@ -97,15 +76,7 @@ class CarrierGain:
     def largest_force(self, limits: Limits, *, slew: float | None = None) -> Real:
         """Return the largest mean force of one sine within declared limits.
 
-        Parameters
-        ----------
-        limits, slew
-            As for `largest_amplitude`.
-
-        Returns
-        -------
-        force : ndarray, shape (n,)
-            Mean force [N]; infinite where no limit is declared.
+        Returns `force` (n,) [N].
         """
         return np.asarray(self.force * self.largest_amplitude(limits, slew=slew) ** 2)
 
@@ -113,26 +84,8 @@ class CarrierGain:
 def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
     """Return force, currents and plate voltage of one sine per unit of its amplitude, at each frequency.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with a linear stack; its drive counts only as a voltage or a current.
-    frequency : array_like, shape (n,)
-        Frequencies above 0 [Hz].
+    `frequency` (n,) [Hz].
 
-    Returns
-    -------
-    CarrierGain
-        Of the materials as declared, behind the amplifier, whose limits are neglected.
-
-    Raises
-    ------
-    InputError
-        If the force is not proportional to the square of the drive, with the part that causes it, or a frequency is
-        not above 0 Hz.
-
-    Notes
-    -----
     The force is that of the scenario's law and contact: mean F = g a^2 for the drive a sin(2 pi f t). Initial charges are
     not part of it.
     """
@@ -166,18 +119,7 @@ def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
 
 
 def refuse_nonlinear(scenario: Scenario) -> None:
-    """Refuse a scenario whose stack does not respond linearly to the drive.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Stack, contact and motion.
-
-    Raises
-    ------
-    InputError
-        With the part that is not linear, and what to change.
-    """
+    """Refuse a scenario whose stack does not respond linearly to the drive."""
     leaky = [name for name, layer in scenario.stack.layers.items() if layer.leak is not None]
     problems = []
     if leaky:

@@ -62,20 +62,7 @@ class PlateCandidate:
         return not self.forbidden_by
 
     def is_allowed_with(self, relaxed: Collection[str], factor: float) -> bool:
-        """Return whether no limit is exceeded when some of them are relaxed.
-
-        Parameters
-        ----------
-        relaxed : collection of str
-            Quantities whose limits are relaxed.
-        factor : float
-            By which they are multiplied [1]; infinite without these limits.
-
-        Returns
-        -------
-        bool
-            True where every limit that is exceeded is relaxed, and holds then.
-        """
+        """Return whether no limit is exceeded when some of them are relaxed."""
         return all(
             row.quantity in relaxed
             and (math.isinf(factor) or (row.margin is not None and row.margin * factor >= 1))
@@ -118,24 +105,7 @@ class Plates:
         refined: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> list[PlateCandidate]:
-        """Solve every combination of materials and values.
-
-        Parameters
-        ----------
-        over : mapping of str to sequence of float
-            Dotted path to values, as for `electrovib.sweep`.
-        materials : sequence of str
-            Names among `members`.
-        refined : bool
-            Whether the candidates are marked as refined.
-        progress : callable, optional
-            Function of the number of candidates that are solved and of all.
-
-        Returns
-        -------
-        list of PlateCandidate
-            In the order of materials and values, the last path running fastest.
-        """
+        """Solve every combination of materials and values."""
         found: list[PlateCandidate] = []
         names = [each.name for each in self.objectives if each.kind not in (LARGEST, PARAMETER)]
         names += [FELT] if self.perceived and FELT not in names else []
@@ -188,18 +158,5 @@ class Plates:
         )
 
     def scenario(self, material: str, at: Mapping[str, float]) -> Scenario:
-        """Return the scenario of a candidate, with its own limits.
-
-        Parameters
-        ----------
-        material : str
-            Name among `members`.
-        at : mapping of str to float
-            Dotted path to value in SI.
-
-        Returns
-        -------
-        Scenario
-            That scenario.
-        """
+        """Return the scenario of a candidate, with its own limits."""
         return self.members[material].replace(dict(at))

@@ -49,24 +49,7 @@ def best_of(
     relaxed: Collection[str] = (),
     factor: float = math.inf,
 ) -> PlateCandidate | None:
-    """Find the candidate that is best in the first objective; of equal ones, in the next.
-
-    Parameters
-    ----------
-    candidates : sequence of PlateCandidate
-        All candidates.
-    objectives : sequence of Objective
-        In the order in which they decide.
-    relaxed : collection of str
-        Quantities whose limits are relaxed; by default none.
-    factor : float
-        By which they are multiplied [1]; by default they are omitted.
-
-    Returns
-    -------
-    PlateCandidate or None
-        Best one that exceeds no limit; None if there is none whose first objective is known.
-    """
+    """Find the candidate that is best in the first objective; of equal ones, in the next."""
     name = objectives[0].name
     left = [
         each
@@ -92,23 +75,7 @@ def is_better(one: PlateCandidate, other: PlateCandidate, objective: Objective) 
 def gains_of(
     best: PlateCandidate, candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]
 ) -> list[Gain]:
-    """Find the limits that bind: those without which a candidate would be better than the best one.
-
-    Parameters
-    ----------
-    best : PlateCandidate
-        Best within all limits.
-    candidates : sequence of PlateCandidate
-        All candidates.
-    objectives : sequence of Objective
-        The first one decides.
-
-    Returns
-    -------
-    list of Gain
-        From the largest to the smallest gain. Where no single limit gains anything, the limits that the best of all
-        candidates exceeds together; empty if no candidate is better.
-    """
+    """Find the limits that bind: those without which a candidate would be better than the best one."""
     found = []
     singles = {each.forbidden_by[0]: None for each in candidates if len(each.forbidden_by) == 1}
     for name in singles:
@@ -129,20 +96,7 @@ def gains_of(
 
 
 def efficient(candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]) -> list[PlateCandidate]:
-    """Return the Pareto set of the candidates within all limits, in the order of the first objective.
-
-    Parameters
-    ----------
-    candidates : sequence of PlateCandidate
-        All candidates.
-    objectives : sequence of Objective
-        Of the trade-off.
-
-    Returns
-    -------
-    list of PlateCandidate
-        From the best to the worst in the first objective.
-    """
+    """Return the Pareto set of the candidates within all limits, in the order of the first objective."""
     allowed = [each for each in candidates if each.is_allowed]
     if not allowed:
         return []

@@ -49,25 +49,7 @@ def find_plate(
     refine: int = ROUNDS,
     progress: Callable[[int, int], None] | None = None,
 ) -> PlateDesign:
-    """Compare every combination of materials and parameters with all limits, and find the Pareto set.
-
-    Parameters
-    ----------
-    scenario, over, materials, layer, maximise, minimise, limits, set, refine, progress
-        As for `electrovib.design_plate`.
-
-    Returns
-    -------
-    PlateDesign
-        All candidates, the best one and what binds there.
-
-    Raises
-    ------
-    InputError
-        Every mistake at once.
-    BudgetError
-        Before the first candidate, if all would take more time than `electrovib.budget` allows.
-    """
+    """Compare every combination of materials and parameters with all limits, and find the Pareto set."""
     given = read_scenario(scenario, changes=set)
     problems: list[str | Problem] = []
     axes: dict[str, Any] = {}

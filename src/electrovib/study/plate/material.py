@@ -15,25 +15,7 @@ if TYPE_CHECKING:
 
 
 def layer_of(scenario: Scenario, layer: str) -> str:
-    """Find the layer whose material is varied.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the stack.
-    layer : str
-        Name of the layer; the only one of the plate if empty.
-
-    Returns
-    -------
-    str
-        Its name.
-
-    Raises
-    ------
-    InputError
-        If there is no such layer, or the plate has none or several.
-    """
+    """Find the layer whose material is varied."""
     known = scenario.stack.layers
     plate = [name for name, role in scenario.stack.roles.items() if role == "plate"]
     if layer and layer not in known:
@@ -46,27 +28,7 @@ def layer_of(scenario: Scenario, layer: str) -> str:
 
 
 def members_of(scenario: Scenario, layer: str, materials: Sequence[str]) -> dict[str, Scenario]:
-    """Return the scenario with each material in a layer.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the stack.
-    layer : str
-        Layer whose material is replaced. A breakdown field that it declares belongs to its own material and is omitted.
-    materials : sequence of str
-        Names of the library, or ``author_year/name`` of papers.
-
-    Returns
-    -------
-    dict of str to Scenario
-        By the name of the material.
-
-    Raises
-    ------
-    InputError
-        For every name that is unknown or given twice.
-    """
+    """Return the scenario with each material in a layer."""
     problems: list[str | Problem] = []
     found: dict[str, Scenario] = {}
     for text in materials:

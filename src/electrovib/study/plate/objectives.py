@@ -53,27 +53,7 @@ LIMITED: Final = {limited_quantity(name): name for name in WORDS}
 def read_objectives(
     scenario: Scenario, paths: Sequence[str], maximise: Sequence[str], minimise: Sequence[str]
 ) -> tuple[Objective, ...]:
-    """Read the names of objectives.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario whose layers and parameters may be named.
-    paths : sequence of str
-        Swept parameters.
-    maximise, minimise : sequence of str
-        Names: quantities as for `electrovib.sweep`, those of `LIMITED`, or swept paths.
-
-    Returns
-    -------
-    objectives : tuple of Objective
-        Those to be maximised first.
-
-    Raises
-    ------
-    InputError
-        For every name that is unknown or given twice, and if there is none.
-    """
+    """Read the names of objectives."""
     found: dict[str, Objective] = {}
     problems: list[str | Problem] = []
     for option, sign, names in (("maximise", -1, maximise), ("minimise", 1, minimise)):

@@ -13,19 +13,8 @@ if TYPE_CHECKING:
 def pareto_set(costs: ArrayLike) -> NDArray[np.bool_]:
     """Find the points that no other point dominates.
 
-    Parameters
-    ----------
-    costs : array_like, shape (n, objectives)
-        Objectives, each to be minimised, in any units.
+    `costs` (n, objectives); returns `efficient` (n,).
 
-    Returns
-    -------
-    efficient : ndarray of bool, shape (n,)
-        Whether no other point is at most as large in every objective and smaller in one. Equal points are efficient
-        together; a point with NaN is not.
-
-    Notes
-    -----
     In lexicographic order a point can be dominated by an earlier one only, and domination is transitive, so each point
     is compared with the efficient points before it.
     """

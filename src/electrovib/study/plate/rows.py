@@ -32,21 +32,7 @@ _FELT_STATES: Final = {"detectable": PASS, "not detectable": FAIL}
 
 
 def judged_limits(declared: Mapping[str, DeclaredLimit], objectives: Sequence[Objective]) -> Limits:
-    """Return limits with which a run judges every quantity that a row shows.
-
-    Parameters
-    ----------
-    declared : mapping of str to DeclaredLimit
-        Declared limits.
-    objectives : sequence of Objective
-        Objectives; a value with which a limit is compared may be one.
-
-    Returns
-    -------
-    Limits
-        The declared ones; for each other quantity that is shown the largest value that a limit may have. Root mean squares
-        and the rate of change take a run of their own, and are shown where they are declared or an objective.
-    """
+    """Return limits with which a run judges every quantity that a row shows."""
     asked = {LIMITED[each.name] for each in objectives if each.kind == LARGEST}
     values = {}
     for name in WORDS:
@@ -67,27 +53,7 @@ def rows_of(
     *,
     level: float | None = None,
 ) -> tuple[CheckRow, ...]:
-    """Compare a candidate with declared limits, breakdown and perception.
-
-    Parameters
-    ----------
-    scenario : callable
-        Returns the scenario of the candidate, which is needed for limits that a run does not judge.
-    person : Perception or None
-        Of the scenario.
-    diagnostics : sequence of Diagnostic
-        Of its run with the limits of `judged_limits`.
-    declared : mapping of str to DeclaredLimit
-        Declared limits.
-    level : float, optional
-        Level above the detection threshold [dB]; absent without a calibrated threshold.
-
-    Returns
-    -------
-    rows : tuple of CheckRow
-        Every limit of `Limits`, breakdown of each layer and of air, perception. A row in the state ``"fail"`` forbids the
-        candidate.
-    """
+    """Compare a candidate with declared limits, breakdown and perception."""
     largest = _largest(diagnostics)
     names = [name for name in WORDS if name in largest or name in declared or name not in ONLY_DECLARED]
     rest = {name for name in declared if name not in largest}

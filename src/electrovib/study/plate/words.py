@@ -26,20 +26,7 @@ MOST_SHOWN: Final = 12
 
 
 def shown(value: float, unit: str) -> str:
-    """Write a value with its unit.
-
-    Parameters
-    ----------
-    value : float
-        In `unit`; NaN where it is not known, infinite without a bound.
-    unit : str
-        SI unit, or dB.
-
-    Returns
-    -------
-    text : str
-        At most four digits.
-    """
+    """Write a value with its unit."""
     if math.isnan(value):
         return "not known"
     if math.isinf(value):
@@ -60,18 +47,7 @@ def place_of(design: PlateDesign, candidate: PlateCandidate) -> str:
 
 
 def answer(design: PlateDesign) -> str:
-    """Return the sentences with which a result begins.
-
-    Parameters
-    ----------
-    design : PlateDesign
-        The result.
-
-    Returns
-    -------
-    str
-        Best candidate, binding limit, what relaxing it gains, counts, and the doubts on which the result rests.
-    """
+    """Return the sentences with which a result begins."""
     best, first = design.best, design.objectives[0]
     if best is None:
         return _none(design)
@@ -204,18 +180,7 @@ def _doubts(best: PlateCandidate) -> list[str]:
 
 
 def tables(design: PlateDesign) -> tuple[Table, ...]:
-    """Lay a result out as tables.
-
-    Parameters
-    ----------
-    design : PlateDesign
-        The result.
-
-    Returns
-    -------
-    tables : tuple of Table
-        Limits at the best candidate, the Pareto set, and how many candidates each limit forbids.
-    """
+    """Lay a result out as tables."""
     found = []
     if design.best is not None:
         found.append(_limits_table(design, design.best))

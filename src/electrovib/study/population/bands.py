@@ -23,40 +23,14 @@ if TYPE_CHECKING:
 
 
 def check_bands(path: Path, *, force: bool = False) -> None:
-    """Check, before the study, that its bands can be written.
-
-    Raises
-    ------
-    InputError
-        If the suffix is not ``.csv``, or the file cannot be written or is not ours.
-    """
+    """Check, before the study, that its bands can be written."""
     if path.suffix.lower() != ".csv":
         raise InputError(f"the bands of a study are a .csv file, not '{path.suffix}'", path=path)
     check_writable({path: Form.TABLE}, force=force)
 
 
 def save_bands(found: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
-    """Write the bands of a study as CSV.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        Result of a study.
-    path : Path
-        File, ``.csv``; one row for each sample, in SI, with the digits that restore each float.
-    force : bool
-        Whether a file that was not written by electrovib may be replaced.
-
-    Returns
-    -------
-    paths : list of Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        As `check_bands`.
-    """
+    """Write the bands of a study as CSV."""
     check_bands(path, force=force)
     columns = _columns(found)
     text = io.StringIO()

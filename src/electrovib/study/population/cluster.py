@@ -41,33 +41,8 @@ def tiles_of_cluster(
 ) -> Iterator[TileResult]:
     """Yield the tiles from a finger on, in order, evaluated by a Dask cluster.
 
-    Parameters
-    ----------
-    evaluator : Evaluator
-        The study.
-    start : int
-        Index of the first finger.
-    workers : int or None
-        Number of processes of a cluster on this machine, one thread each.
-    scheduler : str or None
-        Address of a scheduler that runs already.
-    waiting : callable
-        Called again and again while a task is awaited; an error that it raises ends the study.
-
-    Yields
-    ------
-    tile : TileResult
-        The next fingers.
-
-    Raises
-    ------
-    InputError
-        If there is no such scheduler, a worker has other versions or another kernel, or tasks kill their workers.
-
-    Notes
-    -----
-    A task receives the study as text and the indices of its fingers. The task of a worker that is lost is given to
-    another one by the scheduler.
+    A task receives the study as text and the indices of its fingers. The task of a worker that is lost is
+    given to another one by the scheduler.
     """
     with _client(workers, scheduler) as client:
         declared, text, versions = evaluator.declared, evaluator.declared.to_text(), computing_versions()

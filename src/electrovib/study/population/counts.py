@@ -40,19 +40,7 @@ class FingerCounts:
     ) -> FingerCounts:
         """Count fingers.
 
-        Parameters
-        ----------
-        values : ndarray, shape (fingers, n)
-            Their signal; float32 only without thresholds.
-        thresholds : tuple of float
-            In the unit of the signal.
-        blocks : sequence of Moments
-            Moments of the same fingers: a mean that is known has no unknown value in it.
-
-        Returns
-        -------
-        counts : FingerCounts
-            Of these fingers.
+        `values` (fingers, n).
         """
         found = cls.empty(len(thresholds), values.shape[1])
         for place, threshold in enumerate(thresholds):

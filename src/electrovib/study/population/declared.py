@@ -132,23 +132,7 @@ def read_study(
     draws: bool,
     budget_memory: float | str,
 ) -> DeclaredStudy:
-    """Read the arguments of `electrovib.study`, and report all mistakes at once.
-
-    Parameters
-    ----------
-    scenario, space, n, seed, signal, percentiles, exceed, draws, budget_memory
-        As for `electrovib.study`.
-
-    Returns
-    -------
-    declared : DeclaredStudy
-        The study, in SI.
-
-    Raises
-    ------
-    InputError
-        With one sentence for each mistake.
-    """
+    """Read the arguments of `electrovib.study`, and report all mistakes at once."""
     problems: list[str] = []
     names = tuple(dict.fromkeys([signal] if isinstance(signal, str) else signal))
     problems += _signal_problems(names)

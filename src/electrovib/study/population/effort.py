@@ -23,20 +23,7 @@ _WORKER_MEMORY: Final = 2.5e8
 
 
 def refuse_large(evaluator: Evaluator, workers: int) -> None:
-    """Refuse a study that would exceed the budget, before anything is written or started.
-
-    Parameters
-    ----------
-    evaluator : Evaluator
-        The study.
-    workers : int
-        Number of worker processes to be started on this machine.
-
-    Raises
-    ------
-    BudgetError
-        With the estimate and the limit.
-    """
+    """Refuse a study that would exceed the budget, before anything is written or started."""
     fingers = evaluator.declared.fingers
     each = (_STREAMED if evaluator.streamed else _IN_ARRAYS) * evaluator.numbers
     if not evaluator.in_arrays:

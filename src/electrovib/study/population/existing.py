@@ -29,25 +29,7 @@ _SAME: Final = "an unfinished study continues only with the same, because its nu
 
 
 def state_of(path: Path, declared: DeclaredStudy) -> str:
-    """Return the state of a store: ``absent``, ``begun`` or ``complete``.
-
-    Parameters
-    ----------
-    path : Path
-        Folder of the store, which may not exist.
-    declared : DeclaredStudy
-        Study that is to be run.
-
-    Returns
-    -------
-    state : str
-        Of the store.
-
-    Raises
-    ------
-    InputError
-        If the name is not that of a store, something else is there, or the study of another definition.
-    """
+    """Return the state of a store: ``absent``, ``begun`` or ``complete``."""
     if path.suffix.lower() != SUFFIX:
         raise InputError(
             f"a study is stored in a folder whose name ends in {SUFFIX}, not in '{path.suffix}'", path=path
@@ -85,13 +67,7 @@ def _difference(name: str, theirs: Any, ours: Any) -> str:
 
 
 def refuse_other_kernel(path: Path, evaluator: Evaluator) -> None:
-    """Refuse to continue a study that was begun with another kernel, version or method.
-
-    Raises
-    ------
-    InputError
-        With what differs.
-    """
+    """Refuse to continue a study that was begun with another kernel, version or method."""
     theirs, ours = read_group(path), attributes(evaluator)
     pairs = [
         (name, theirs.get(name), ours[name])
@@ -108,13 +84,7 @@ def refuse_other_kernel(path: Path, evaluator: Evaluator) -> None:
 
 
 def refuse_full_disk(path: Path, evaluator: Evaluator) -> None:
-    """Refuse a study whose kept signals exceed the free space of the disk.
-
-    Raises
-    ------
-    InputError
-        With both amounts.
-    """
+    """Refuse a study whose kept signals exceed the free space of the disk."""
     declared = evaluator.declared
     needed = 4.0 * declared.fingers * evaluator.numbers if declared.draws else 0.0
     folder = next((each for each in (path, *path.resolve().parents) if each.exists()), Path())

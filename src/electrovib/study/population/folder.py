@@ -49,25 +49,7 @@ def remove_partial(path: Path) -> None:
 
 @contextmanager
 def written(path: Path, how: str = "written") -> Iterator[None]:
-    """Report an error of the file system as one sentence.
-
-    Parameters
-    ----------
-    path : Path
-        Folder of the store.
-    how : str
-        ``written`` or ``read``.
-
-    Yields
-    ------
-    None
-        Within the block.
-
-    Raises
-    ------
-    InputError
-        Instead of an OSError.
-    """
+    """Report an error of the file system as one sentence."""
     try:
         yield
     except OSError as error:
@@ -79,13 +61,7 @@ def written(path: Path, how: str = "written") -> Iterator[None]:
 
 
 def require_zarr() -> None:
-    """Refuse to go on without zarr.
-
-    Raises
-    ------
-    InputError
-        With the line that installs it.
-    """
+    """Refuse to go on without zarr."""
     if importlib.util.find_spec("zarr") is None:
         raise InputError(
             "a study is stored with zarr, which is not installed: pip install 'electrovib[study]'"

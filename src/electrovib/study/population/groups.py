@@ -28,15 +28,7 @@ _ADVICE: Final = (
 
 
 def write_group(folder: Path, attributes: Mapping[str, Any]) -> None:
-    """Write the description of a group with the checksum of itself, as a whole.
-
-    Parameters
-    ----------
-    folder : Path
-        Existing folder of the group.
-    attributes : mapping
-        JSON content.
-    """
+    """Write the description of a group with the checksum of itself, as a whole."""
     marked = {WRITTEN_BY: unsigned(Form.STUDY), **attributes}
     table = {"zarr_format": 3, "node_type": "group", "attributes": marked}
     try:
@@ -46,13 +38,7 @@ def write_group(folder: Path, attributes: Mapping[str, Any]) -> None:
 
 
 def read_group(folder: Path) -> dict[str, Any]:
-    """Read the attributes of a group that `write_group` wrote.
-
-    Raises
-    ------
-    InputError
-        If its description is missing, or not as it was written.
-    """
+    """Read the attributes of a group that `write_group` wrote."""
     path = folder / METADATA
     with written(path, "read"):
         size = path.lstat().st_size
@@ -70,22 +56,7 @@ def read_group(folder: Path) -> dict[str, Any]:
 
 
 def stated(store: Path, places: Iterable[str], rows: Iterable[str] = ()) -> dict[str, dict[str, list[Any]]]:
-    """State sizes and checksums of files.
-
-    Parameters
-    ----------
-    store : Path
-        Folder of the store.
-    places : iterable of str
-        Files and folders in it.
-    rows : iterable of str
-        Folders of arrays whose chunks end with their checksum, which is taken from there.
-
-    Returns
-    -------
-    files, chunks : dict of str to (int, str)
-        For `refuse_damaged`: name of a file to its bytes and the SHA-256 of its content, or its last bytes.
-    """
+    """State sizes and checksums of files."""
     rows = tuple(rows)
     files = [each for place in [*places, *rows] for each in _files(store / place)]
     names = {each: each.relative_to(store).as_posix() for each in files}
@@ -125,13 +96,7 @@ def _end(path: Path) -> list[Any]:
 
 
 def refuse_irregular(store: Path) -> None:
-    """Refuse a store with anything but ordinary files and folders in it; nothing is opened.
-
-    Raises
-    ------
-    InputError
-        With the name and what it is.
-    """
+    """Refuse a store with anything but ordinary files and folders in it; nothing is opened."""
     folders: list[str | Path] = [store]
     with written(store, "read"):
         while folders:
@@ -149,20 +114,7 @@ def refuse_irregular(store: Path) -> None:
 
 
 def refuse_damaged(store: Path, attributes: Mapping[str, Any]) -> None:
-    """Refuse a store whose files are not as a group states.
-
-    Parameters
-    ----------
-    store : Path
-        Folder of the store, of ordinary files.
-    attributes : mapping
-        Of the group, with what `stated` returned.
-
-    Raises
-    ------
-    InputError
-        With the first file that differs.
-    """
+    """Refuse a store whose files are not as a group states."""
     with written(store, "read"):
         for kind, checksum in (("files", _whole), ("chunks", _end)):
             for name, (size, expected) in attributes[kind].items():
@@ -191,18 +143,7 @@ def open_array(place: Path, mode: Literal["r", "r+"] = "r") -> Any:
 
 @contextmanager
 def rows_read(place: Path) -> Iterator[None]:
-    """Report chunks whose values are not those of their checksum as one sentence.
-
-    Parameters
-    ----------
-    place : Path
-        Folder of the array.
-
-    Yields
-    ------
-    None
-        Within the block.
-    """
+    """Report chunks whose values are not those of their checksum as one sentence."""
     try:
         with written(place, "read"):
             yield

@@ -31,24 +31,8 @@ def tiles_of_process(
 ) -> Iterator[TileResult]:
     """Yield the tiles from a finger on, in order.
 
-    Parameters
-    ----------
-    evaluator : Evaluator
-        The study.
-    start : int
-        Index of the first finger.
-    into : mapping of str to ndarray of float32, shape (fingers of the study, n)
-        Signal to the array that receives the signals of whole blocks, where they are held.
-
-    Yields
-    ------
-    tile : TileResult
-        The next fingers.
-
-    Notes
-    -----
-    Each thread has an evaluator of its own, whose kernels use one thread. Fingers that are solved one by one are
-    evaluated by one thread, because Python runs one at a time.
+    Each thread has an evaluator of its own, whose kernels use one thread. Fingers that are solved one by one
+    are evaluated by one thread, because Python runs one at a time.
     """
     declared = evaluator.declared
     most = largest_tile(evaluator.numbers)

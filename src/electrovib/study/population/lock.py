@@ -30,28 +30,9 @@ _UNSUPPORTED: Final = {
 def locked(store: Path) -> Iterator[None]:
     """Hold the lock of a store within the block.
 
-    Parameters
-    ----------
-    store : Path
-        Existing folder. The lock is the file ``.lock`` in it, removed at the end.
-
-    Yields
-    ------
-    None
-        While no other process holds it.
-
-    Raises
-    ------
-    InputError
-        If another process holds it.
-    OSError
-        If the file cannot be written.
-
-    Notes
-    -----
-    The operating system releases the lock of a process that ends, killed ones included: ``flock``, or ``locking`` on
-    Windows. Where neither exists, or the file system has no locks, the file names the process, and is taken over if that
-    process has ended on this computer.
+    The operating system releases the lock of a process that ends, killed ones included: ``flock``, or
+    ``locking`` on Windows. Where neither exists, or the file system has no locks, the file names the process,
+    and is taken over if that process has ended on this computer.
     """
     path = store / NAME
     file = _taken(path)

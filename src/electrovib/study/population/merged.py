@@ -91,18 +91,7 @@ class MergedFingers:
         return self.fingers if self.fingers == self.declared.fingers else self.fingers - self.fingers % BLOCK
 
     def add(self, tile: TileResult) -> dict[str, tuple[int, NDArray[np.float32]]]:
-        """Merge the tile that follows the fingers merged so far.
-
-        Parameters
-        ----------
-        tile : TileResult
-            Its first finger is the next one.
-
-        Returns
-        -------
-        rows : dict of str to (int, ndarray of float32, shape (fingers, n))
-            Signal to the first finger and the signals of the blocks that the tile completes, where they are kept.
-        """
+        """Merge the tile that follows the fingers merged so far."""
         assert tile.start == self.fingers
         whole, start = tile.reduced, tile.start
         self.fingers = tile.stop
@@ -167,15 +156,7 @@ class MergedFingers:
         return found
 
     def restore(self, fingers: int, state: Mapping[str, NDArray[Any]]) -> None:
-        """Continue from the arrays of `state`; the kept signals are restored by the caller.
-
-        Parameters
-        ----------
-        fingers : int
-            Number of fingers that were merged.
-        state : mapping of str to ndarray
-            As `state` returned it; an array without elements may be absent.
-        """
+        """Continue from the arrays of `state`; the kept signals are restored by the caller."""
         from electrovib.solve.population.kernels import Moments
 
         self.fingers = fingers

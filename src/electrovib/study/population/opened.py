@@ -75,13 +75,7 @@ def _stored(place: Path, *, lazy: bool) -> StoredArray:
 
 
 def study_attributes(path: Path) -> dict[str, Any]:
-    """Read what a store states of its study.
-
-    Raises
-    ------
-    InputError
-        If it is not as it was written, or no study of this version.
-    """
+    """Read what a store states of its study."""
     found = read_group(path)
     if found.get("format") != FORMAT:
         raise DataFileError("is no study of electrovib, or one of another version.", path=path)

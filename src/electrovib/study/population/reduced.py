@@ -94,20 +94,7 @@ class TileResult:
 
 
 def of_blocks(forms: Sequence[Form]) -> tuple[SquareForm | None, dict[int, NDArray[np.float32]]]:
-    """Return the form of the fingers of all blocks, and the signals of those that have none.
-
-    Parameters
-    ----------
-    forms : sequence of SquareForm or ndarray of float32, shape (fingers, n)
-        Of each block.
-
-    Returns
-    -------
-    form : SquareForm or None
-        Of all fingers, with zeros for those that have none; None where no finger has one.
-    known : dict of int to ndarray of float32, shape (fingers, n)
-        First finger to the signals of blocks without a form.
-    """
+    """Return the form of the fingers of all blocks, and the signals of those that have none."""
     first = next((each for each in forms if isinstance(each, SquareForm)), None)
     known: dict[int, NDArray[np.float32]] = {}
     count, blocks = 0, list[SquareForm]()
@@ -126,17 +113,7 @@ def of_blocks(forms: Sequence[Form]) -> tuple[SquareForm | None, dict[int, NDArr
 
 
 def count_in(histogram: Histogram, part: ReducedSignal, threads: int | None) -> None:
-    """Count signals in a histogram; a value that is not known is counted as 0, because no quantile is given at its sample.
-
-    Parameters
-    ----------
-    histogram : Histogram
-        Receives the values.
-    part : ReducedSignal
-        Signals, with the number of those that are not known.
-    threads : int or None
-        Of the kernel.
-    """
+    """Count signals in a histogram; a value that is not known is counted as 0, because no quantile is given at its sample."""
     values = part.values
     if values is not None:
         if part.counts.unknown.any():

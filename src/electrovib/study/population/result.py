@@ -35,21 +35,7 @@ class StoredArray(NamedTuple):
 
 
 def arrays(evaluator: Evaluator, merged: MergedFingers) -> dict[str, StoredArray]:
-    """Compute the arrays of a result, except the signals of every finger.
-
-    Parameters
-    ----------
-    evaluator : Evaluator
-        The study.
-    merged : MergedFingers
-        All its fingers.
-
-    Returns
-    -------
-    arrays : dict of str to StoredArray
-        Name to array: for each signal its percentiles, mean, variance and exceedance probabilities; the coordinates;
-        the drawn parameters where draws are kept.
-    """
+    """Compute the arrays of a result, except the signals of every finger."""
     declared = evaluator.declared
     axis = SIGNALS[declared.axis]
     found = {
@@ -161,20 +147,7 @@ def draws_of(name: str, axis: str) -> tuple[tuple[str, str], dict[str, str]]:
 
 
 def dataset(found: Mapping[str, StoredArray], attributes: Mapping[str, Any]) -> xarray.Dataset:
-    """Make a Dataset of the arrays of a result.
-
-    Parameters
-    ----------
-    found : mapping of str to StoredArray
-        As from `arrays`.
-    attributes : mapping of str to object
-        Of the Dataset.
-
-    Returns
-    -------
-    result : xarray.Dataset
-        Coordinates are the arrays named as their dimension.
-    """
+    """Make a Dataset of the arrays of a result."""
     import xarray
 
     variables = {name: tuple(each) for name, each in found.items()}

@@ -11,18 +11,7 @@ if TYPE_CHECKING:
 
 
 def rows_of(place: Path) -> Any:
-    """Return the signal of every finger, unread, for xarray; a damaged chunk is reported as one sentence when it is read.
-
-    Parameters
-    ----------
-    place : Path
-        Folder of the array.
-
-    Returns
-    -------
-    values : xarray.core.indexing.LazilyIndexedArray
-        As a variable of a Dataset takes it.
-    """
+    """Return the signal of every finger, unread, for xarray; a damaged chunk is reported as one sentence when it is read."""
     from xarray.backends import BackendArray
     from xarray.core import indexing
 

@@ -56,58 +56,11 @@ def study(
 ) -> xarray.Dataset:
     """Compute bands of a signal over a population of fingers.
 
-    Parameters
-    ----------
-    scenario : str, Path, mapping, Scenario or xarray.Dataset
-        Experiment, as for `electrovib.load`.
-    space : str, Path, mapping or Space
-        Parameters that differ between fingers: a TOML file, its table, a name such as ``"fingers"``, or a Space.
-    n : int
-        Number of fingers.
-    seed : int
-        Seed of the draws. Finger i depends on the seed and on i alone.
-    output : str or Path, optional
-        Folder of a zarr store, ``study.zarr``. A study that was interrupted continues there; a complete one is returned.
-    signal : str or sequence of str
-        Signals over time, or over frequency (``mean_force``).
-    percentiles : sequence of float
-        Percentiles over the fingers at every sample [%].
-    exceed : sequence of str or float
-        Thresholds, ``"5 mN"`` or in SI: the probability that a finger exceeds them at every sample, and at any.
-    draws : bool
-        Keep the parameters and signals of every finger too.
-    budget_memory : float or str
-        Memory for the values from which the percentiles are taken [bytes], or a text such as ``"1 GB"``; program, packages
-        and the fingers being evaluated take about 0.5 GB besides.
-    workers : int, optional
-        Number of worker processes of a Dask cluster on this machine, one thread each.
-    scheduler : str, optional
-        Address of a Dask scheduler, ``tcp://host:port``, instead of `workers`.
-    progress : callable, optional
-        Called with the number of fingers done and of all fingers; the study ends when it returns True.
-
-    Returns
-    -------
-    result : xarray.Dataset
-        For each signal its ``_percentile``, ``_mean``, ``_variance`` and ``_exceedance`` over the axis, in the unit of the
-        signal (variance: squared; exceedance: dimensionless, 0 to 1); with `draws` the signals along ``finger``, as
-        float32. The attributes state scenario, space, seed, versions, kernel and methods.
-
-    Raises
-    ------
-    InputError
-        For mistakes, all at once as far as possible; for a store that cannot be written or holds another study.
-    BudgetError
-        If fingers or workers would take more time or memory than `electrovib.budget` allows.
-    StudyCancelledError
-        If `progress` ends the study.
-
-    Notes
-    -----
-    The variance is that of the population, estimated over n - 1. Sums are formed in blocks of 1024 fingers and merged in
-    the order of their index. Percentiles are exact order statistics of float32 values while fingers x samples x 4 bytes
-    fit the memory, and otherwise come from histograms with a relative error below 0.3 %. All numbers are the same to the
-    last bit for any number of threads and workers, and after any interruption.
+    The variance is that of the population, estimated over n - 1. Sums are formed in blocks of 1024 fingers
+    and merged in the order of their index. Percentiles are exact order statistics of float32 values while
+    fingers x samples x 4 bytes fit the memory, and otherwise come from histograms with a relative error below
+    0.3 %. All numbers are the same to the last bit for any number of threads and workers, and after any
+    interruption.
     """
     declared = read_study(
         scenario,

@@ -95,12 +95,7 @@ class StudyStore:
     def restore_rows(self, name: str, values: NDArray[np.float32]) -> None:
         """Read the signals of the fingers in complete blocks.
 
-        Parameters
-        ----------
-        name : str
-            Signal.
-        values : ndarray of float32, shape (fingers of the study, n)
-            Receives them.
+        `values` (fingers of the study, n).
         """
         with rows_read(self.path / self.kept_in / name):
             for begin in range(0, self.stored, BLOCK):
@@ -110,14 +105,7 @@ class StudyStore:
     def write_rows(self, name: str, start: int, values: NDArray[np.float32]) -> None:
         """Write the signals of consecutive fingers.
 
-        Parameters
-        ----------
-        name : str
-            Signal.
-        start : int
-            Index of the first finger, which begins a block.
-        values : ndarray of float32, shape (fingers, n)
-            Signals.
+        `values` (fingers, n).
         """
         with written(self.path):
             for begin in range(0, len(values), BLOCK):
@@ -125,15 +113,7 @@ class StudyStore:
                 self.rows[name][start + begin : start + begin + len(part)] = part
 
     def commit(self, fingers: int, state: Mapping[str, NDArray[Any]]) -> None:
-        """Record that the first fingers are complete, with their sums.
-
-        Parameters
-        ----------
-        fingers : int
-            Number of fingers; the signals of all complete blocks have been written where they are kept.
-        state : mapping of str to ndarray
-            Their sums.
-        """
+        """Record that the first fingers are complete, with their sums."""
         other = 1 - self.slot
         slot = f"{CHECKPOINT}/slot{other}"
         with written(self.path):

@@ -17,18 +17,7 @@ if TYPE_CHECKING:
 
 
 def scenario_text(scenario: Scenario) -> str:
-    """Write a scenario as TOML, with the samples of measured series in the text.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Any scenario.
-
-    Returns
-    -------
-    text : str
-        TOML that `electrovib.load` reads as an equal scenario on another machine.
-    """
+    """Write a scenario as TOML, with the samples of measured series in the text."""
     import tomlkit
 
     content = {"schema": SCHEMA} | scenario.to_dict()

@@ -94,20 +94,7 @@ class Evaluator:
     def tile(
         self, start: int, stop: int, into: Mapping[str, NDArray[np.float32]] | None = None
     ) -> TileResult:
-        """Evaluate consecutive fingers.
-
-        Parameters
-        ----------
-        start, stop : int
-            Indices of the first finger and of the one after the last.
-        into : mapping of str to ndarray of float32, shape (fingers of the study, n), optional
-            Signal to the array that receives the signals of whole blocks in the rows of the fingers.
-
-        Returns
-        -------
-        result : TileResult
-            Reduced if `start` begins a block and the fingers fill whole blocks, or end the study; raw otherwise.
-        """
+        """Evaluate consecutive fingers."""
         begun = time.perf_counter()
         found = TileResult(start, stop, kernel=self.kernel)
         if start % BLOCK == 0 and (stop % BLOCK == 0 or stop == self.declared.fingers):
@@ -147,20 +134,7 @@ class Evaluator:
         return found
 
     def histogram_of(self, forms: Sequence[Form], into: Histogram | None = None) -> Histogram:
-        """Count signals that are computed again; a value that is not known counts as 0.
-
-        Parameters
-        ----------
-        forms : sequence of SquareForm or ndarray of float32, shape (fingers, n)
-            Signals of blocks.
-        into : Histogram, optional
-            Receives the values.
-
-        Returns
-        -------
-        histogram : Histogram
-            With the values.
-        """
+        """Count signals that are computed again; a value that is not known counts as 0."""
         from electrovib.solve.population.kernels import Histogram
 
         found = Histogram(self.samples) if into is None else into
@@ -197,24 +171,8 @@ class Evaluator:
     ) -> dict[str, ReducedSignal]:
         """Reduce the signals of consecutive fingers, the first of which begins a block.
 
-        Parameters
-        ----------
-        start, stop : int
-            Indices of the first finger and of the one after the last.
-        rows : mapping of str to ndarray of float32, shape (fingers, n), optional
-            Arrays that receive the signals; new ones by default.
-        signals : mapping of str to ndarray, shape (fingers, n), optional
-            The signals, where they are known.
-
-        Returns
-        -------
-        reduced : dict of str to ReducedSignal
-            By name, with the signals where they are kept or counted in a histogram.
-
-        Notes
-        -----
-        Moments are streamed where the population has that form, whether the signals are known or not: which sums are
-        formed depends on the fingers of the block alone.
+        Moments are streamed where the population has that form, whether the signals are known or not: which
+        sums are formed depends on the fingers of the block alone.
         """
         draws, fingers = self._draws(start, stop), stop - start
         found = {name: self._nothing(name, fingers, (rows or {}).get(name)) for name in self.declared.signals}
@@ -228,18 +186,7 @@ class Evaluator:
         return found
 
     def forms(self, start: int, stop: int) -> list[Form]:
-        """Return the signals of consecutive fingers as `reduced` does, of each block, where they are computed again.
-
-        Parameters
-        ----------
-        start, stop : int
-            Indices of the first finger, which begins a block, and of the one after the last.
-
-        Returns
-        -------
-        forms : list of SquareForm or ndarray of float32, shape (fingers, n)
-            Of each block.
-        """
+        """Return the signals of consecutive fingers as `reduced` does, of each block, where they are computed again."""
         (name,) = self.declared.signals
         found: list[Form] = []
         for begin in range(start, stop, BLOCK):

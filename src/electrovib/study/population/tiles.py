@@ -13,18 +13,7 @@ _BYTES: Final = 64e6
 
 
 def largest_tile(numbers: int) -> int:
-    """Return the largest number of fingers whose signals are computed together, a power of 2.
-
-    Parameters
-    ----------
-    numbers : int
-        Numbers for each finger: samples times signals.
-
-    Returns
-    -------
-    fingers : int
-        1 at least.
-    """
+    """Return the largest number of fingers whose signals are computed together, a power of 2."""
     return _power_below(min(_LARGEST, max(1.0, _BYTES / (8 * numbers))))
 
 
@@ -59,15 +48,7 @@ class TileSizes:
         return min(self.fingers, start + min(self.wanted, aligned))
 
     def measured(self, fingers: int, seconds: float) -> None:
-        """Adapt the size to the measured computing time of a tile.
-
-        Parameters
-        ----------
-        fingers : int
-            Number of its fingers.
-        seconds : float
-            Computing time [s].
-        """
+        """Adapt the size to the measured computing time of a tile."""
         each = max(seconds, 1e-6) / fingers
         self.wanted = _power_below(min(float(self.most), max(float(self.least), self.seconds / each)))
 

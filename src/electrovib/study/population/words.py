@@ -26,20 +26,7 @@ _FAR: Final = 0.8
 
 
 def signal_words(found: xarray.Dataset, name: str) -> list[str]:
-    """Report the bands of a signal where its median, or else its mean, is largest in magnitude.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        Result of a study.
-    name : str
-        Signal.
-
-    Returns
-    -------
-    lines : list of str
-        Percentiles, mean and standard deviation at that sample; the exceedance probabilities.
-    """
+    """Report the bands of a signal where its median, or else its mean, is largest in magnitude."""
     mean = found[f"{name}_mean"]
     axis, unit = str(mean.dims[0]), str(mean.attrs["units"])
     middle, kind = _middle(found, name)
@@ -86,18 +73,7 @@ def _percentiles_at(bands: xarray.DataArray, at: int, unit: str) -> str:
 
 
 def percentile_words(share: float) -> str:
-    """Name a percentile: ``median``, ``5th percentile``.
-
-    Parameters
-    ----------
-    share : float
-        Above 0 and below 100 [%].
-
-    Returns
-    -------
-    words : str
-        For people.
-    """
+    """Name a percentile: ``median``, ``5th percentile``."""
     if share == 50:
         return "median"
     endings = {1: "st", 2: "nd", 3: "rd"}
@@ -117,18 +93,7 @@ def method_words(found: xarray.Dataset) -> list[str]:
 
 
 def nominal_words(found: xarray.Dataset) -> list[str]:
-    """State which values of the scenario of a study are far from the middle of its population.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        Result of a study.
-
-    Returns
-    -------
-    lines : list of str
-        One sentence with each parameter beyond the middle 60 % of the fingers, the most extreme first; empty if there is none.
-    """
+    """State which values of the scenario of a study are far from the middle of its population."""
     scenario = read_scenario(tomllib.loads(str(found.attrs["scenario_toml"])))
     space = read_space(scenario, tomllib.loads(str(found.attrs["space_toml"])))
     far = []

@@ -21,22 +21,7 @@ def _evaluator(text: str, threads: int | None) -> Evaluator:
 
 
 def tile_on_worker(text: str, start: int, stop: int, expected: Mapping[str, str]) -> TileResult:
-    """Evaluate a tile of a study that is given as text; a mistake is part of the result.
-
-    Parameters
-    ----------
-    text : str
-        Text of `DeclaredStudy.to_text`.
-    start, stop : int
-        Indices of the first finger and of the one after the last.
-    expected : mapping of str to str
-        Versions with which the other fingers are computed.
-
-    Returns
-    -------
-    result : TileResult
-        As from `Evaluator.tile`, or with the problems of the worker.
-    """
+    """Evaluate a tile of a study that is given as text; a mistake is part of the result."""
     here = computing_versions()
     differing = [
         f"{name} {here.get(name)} instead of {each}"
@@ -76,12 +61,6 @@ def computing_versions() -> dict[str, str]:
 
 
 def refuse_problems(result: TileResult) -> None:
-    """Raise the problems of a tile as an error.
-
-    Raises
-    ------
-    InputError
-        If it has any.
-    """
+    """Raise the problems of a tile as an error."""
     if result.problems:
         raise InputError(result.problems)

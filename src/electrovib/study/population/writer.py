@@ -51,18 +51,7 @@ class CheckpointWriter:
         self._thread.start()
 
     def after(self, rows: Mapping[str, tuple[int, NDArray[Any]]]) -> None:
-        """Write the signals of completed blocks where every finger is kept, and a checkpoint where one is due.
-
-        Parameters
-        ----------
-        rows : mapping of str to (int, ndarray)
-            As from `MergedFingers.add`.
-
-        Raises
-        ------
-        InputError
-            If the store could not be written.
-        """
+        """Write the signals of completed blocks where every finger is kept, and a checkpoint where one is due."""
         self._raise()
         if self.merged.declared.draws:
             for name, (start, values) in rows.items():
@@ -71,26 +60,14 @@ class CheckpointWriter:
             self._checkpoint()
 
     def finish(self) -> None:
-        """Write a last checkpoint if there is anything new, and wait until everything is written.
-
-        Raises
-        ------
-        InputError
-            If the store could not be written.
-        """
+        """Write a last checkpoint if there is anything new, and wait until everything is written."""
         self._drain()
         if self.merged.fingers > self.store.fingers:
             self._checkpoint()
             self._drain()
 
     def complete(self) -> None:
-        """Wait until the signals that are part of the result are written; a checkpoint is no longer needed.
-
-        Raises
-        ------
-        InputError
-            If the store could not be written.
-        """
+        """Wait until the signals that are part of the result are written; a checkpoint is no longer needed."""
         self._all_evaluated = True
         self._drain()
 

@@ -44,35 +44,7 @@ def analyse(
     seed: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sensitivity:
-    """Compute Sobol indices and local elasticities of a quantity.
-
-    Parameters
-    ----------
-    scenario : str, Path, mapping, Scenario or xarray.Dataset
-        Scenario with the values that stay fixed, as for `electrovib.load`.
-    space : str, Path, mapping or Space
-        Distributions of the others, as for `electrovib.read_space`.
-    quantity : str
-        Name as for `electrovib.sweep`: ``"mean electrostatic_force"``.
-    n : int
-        Number of base draws, a power of 2; the scenario is evaluated n (inputs + 2) times.
-    seed : int
-        Seed of the draws, from 0 to 2**64 - 1.
-    progress : callable, optional
-        Function of the number of evaluations done and of all evaluations.
-
-    Returns
-    -------
-    sensitivity : Sensitivity
-        Indices with 95 % intervals, elasticities, and the sample of the quantity.
-
-    Raises
-    ------
-    InputError
-        For every mistake in scenario, space and quantity; if the quantity is not finite for some draws, or does not vary.
-    BudgetError
-        Before the first evaluation, if all would take more time than `electrovib.budget` allows.
-    """
+    """Compute Sobol indices and local elasticities of a quantity."""
     base = read_scenario(scenario)
     found = read_space(base, space)
     named = read_name(" ".join(quantity.split()), tuple(base.stack.layers))

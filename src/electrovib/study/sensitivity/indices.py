@@ -47,32 +47,9 @@ class Indices:
 def sobol(space: Space, function: Callable[[Mapping[str, Real]], Real], *, n: int, seed: int) -> Indices:
     """Compute the Sobol indices of a function of the parameters of a space.
 
-    Parameters
-    ----------
-    space : Space
-        Distributions. Parameters that depend on each other, by a correlation, a relation or groups, are one input.
-    function : callable
-        Takes arrays of shape (m,) by path and returns values of shape (m,).
-    n : int
-        Number of base draws, a power of 2; the function is evaluated n (inputs + 2) times.
-    seed : int
-        Seed of the draws and of the bootstrap.
-
-    Returns
-    -------
-    indices : Indices
-        In the order of ``space.inputs``.
-
-    Raises
-    ------
-    InputError
-        If n is no power of 2, or the values of the function are not finite or all equal.
-
-    Notes
-    -----
-    The estimators are those of Saltelli et al. 2010, as in `scipy.stats.sobol_indices` (which fails for a single input), on
-    scrambled Sobol points; inputs with relations are random draws, because a draw that breaks a relation is repeated. The
-    intervals are percentiles of a bootstrap over the draws.
+    The estimators are those of Saltelli et al. 2010, as in `scipy.stats.sobol_indices` (which fails for a
+    single input), on scrambled Sobol points; inputs with relations are random draws, because a draw that
+    breaks a relation is repeated. The intervals are percentiles of a bootstrap over the draws.
     """
     check_power(n)
     first, second = _draws(space, n, seed)

@@ -35,25 +35,7 @@ class Asked:
 
 
 def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
-    """Read the names of quantities.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario whose layers may be named.
-    names : sequence of str
-        Names, as for `sweep`.
-
-    Returns
-    -------
-    quantities : Asked
-        Each quantity once.
-
-    Raises
-    ------
-    InputError
-        For every unknown name, with the nearest one.
-    """
+    """Read the names of quantities."""
     solved: list[Named] = []
     units: dict[str, tuple[str, str]] = {}
     problems: list[str] = []

@@ -17,22 +17,7 @@ Judged: TypeAlias = "tuple[Mapping[str, float], Sequence[Diagnostic]]"
 
 
 def over_all(cases: Sequence[Judged], *, words: Callable[[Mapping[str, float]], str]) -> list[dict[str, Any]]:
-    """Keep of each diagnostic the case with the largest value relative to the limit.
-
-    Parameters
-    ----------
-    cases : sequence of (mapping, sequence of Diagnostic)
-        Values of the parameters and diagnostics of every case. Diagnostics of one name, as one for each layer, are
-        identified by their order.
-    words : callable
-        Function that formats the values of the parameters.
-
-    Returns
-    -------
-    diagnostics : list of dict
-        Diagnostics as of a run, with ``at``, the values of the parameters where it occurs, and ``cases``, the number of
-        cases in this state. A diagnostic that was judged in some cases only has two entries.
-    """
+    """Keep of each diagnostic the case with the largest value relative to the limit."""
     found: dict[tuple[str, int], list[tuple[Mapping[str, float], Diagnostic]]] = {}
     for at, diagnostics in cases:
         seen: dict[str, int] = {}

@@ -19,22 +19,7 @@ FELT: Final = {
 
 
 def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
-    """Compute a quantity of perception.
-
-    Parameters
-    ----------
-    name : str
-        One of `FELT`.
-    scenario : Scenario
-        Scenario with its perception.
-
-    Returns
-    -------
-    value : float
-        Level [dB]; minus infinity where nothing moves, NaN where no threshold is known.
-    diagnostics : list of Diagnostic
-        One where the level rests on published values instead of measured ones.
-    """
+    """Compute a quantity of perception."""
     found = perceive(scenario)
     if name == "relative level":
         return found.relative, []

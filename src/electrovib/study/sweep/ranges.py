@@ -23,25 +23,7 @@ _FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1
 
 
 def parse_over(scenario: Scenario, texts: Sequence[str]) -> dict[str, Real]:
-    """Read the option ``--over``.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario that has the parameters.
-    texts : sequence of str
-        ``path=from:to:n`` for evenly spaced values, ``path=from:to:nlog`` for even spacing in the logarithm; with units.
-
-    Returns
-    -------
-    axes : dict of str to ndarray
-        Dotted path to values in SI.
-
-    Raises
-    ------
-    InputError
-        Every mistake at once.
-    """
+    """Read the option ``--over``."""
     found: dict[str, Real] = {}
     problems: list[str] = []
     for text in texts:

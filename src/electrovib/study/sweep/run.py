@@ -118,23 +118,7 @@ def sweep_cases(
     records: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Cases:
-    """Solve a scenario at every combination of the values of some parameters, and return each case with its diagnostics.
-
-    Parameters
-    ----------
-    scenario, over, quantities, records, progress
-        As for `sweep`.
-
-    Returns
-    -------
-    Cases
-        In the order of `sweep`.
-
-    Raises
-    ------
-    InputError, BudgetError
-        As from `sweep`.
-    """
+    """Solve a scenario at every combination of the values of some parameters, and return each case with its diagnostics."""
     scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
     named, _ = with_current_names(scenario, over)

@@ -74,28 +74,7 @@ def dataset(
     records: bool,
     words: Callable[[Mapping[str, Any]], str],
 ) -> xarray.Dataset:
-    """Assemble the cases of a sweep.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Swept scenario.
-    axes : mapping of str to ndarray
-        Dotted path to values in SI.
-    cases : sequence of Case
-        Every combination, the last path running fastest.
-    units : mapping of str to (str, str)
-        Unit and meaning of each quantity.
-    records : bool
-        Whether the cases have records.
-    words : callable
-        Function that formats the values of a case.
-
-    Returns
-    -------
-    table : xarray.Dataset
-        As returned by `electrovib.sweep`.
-    """
+    """Assemble the cases of a sweep."""
     import xarray
 
     shape = tuple(len(values) for values in axes.values())

@@ -20,24 +20,7 @@ if TYPE_CHECKING:
 def added_friction(texture: Texture, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
     """Return the added friction of a texture.
 
-    Parameters
-    ----------
-    texture : Texture
-        Of electrovib or of the user.
-    position, velocity : ndarray, shape (n, 2)
-        Finger [m] and [m/s]. The model is given copies.
-    plate : RenderingPlate
-        Load and largest added friction.
-
-    Returns
-    -------
-    force : ndarray, shape (n,)
-        Added friction force [N]; NaN where the model returned NaN or infinity.
-
-    Raises
-    ------
-    InputError
-        If the model raises an exception, which is the cause of the error, or returns anything but n real numbers.
+    `position`, `velocity` (n, 2) [m]; returns `force` (n,) [N].
     """
     try:
         found: Any = texture.added_friction(position.copy(), velocity.copy(), plate)
@@ -67,20 +50,7 @@ def _unsuitable(texture: Texture, what: str) -> InputError:
 
 
 def failure(texture: Texture, error: Exception) -> InputError:
-    """Return the error of a texture that raised an exception, with the line of its file.
-
-    Parameters
-    ----------
-    texture : Texture
-        Model that raised it.
-    error : Exception
-        What it raised.
-
-    Returns
-    -------
-    InputError
-        Names the model, the exception and the last line of the model's file that led to it.
-    """
+    """Return the error of a texture that raised an exception, with the line of its file."""
     kind = type(texture)
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
@@ -92,13 +62,7 @@ def failure(texture: Texture, error: Exception) -> InputError:
 
 
 def place_across(texture: Texture) -> float:
-    """Return the place y of a stroke along x where no other is given [m].
-
-    Raises
-    ------
-    InputError
-        If the model of the texture raises an exception or returns no number.
-    """
+    """Return the place y of a stroke along x where no other is given [m]."""
     try:
         found = float(texture.across)
     except Exception as error:

@@ -235,19 +235,7 @@ def _synthesis(
 def mean_over_period(times: Real, values: Real, period: float) -> Real:
     """Return the moving mean over one period, of straight lines between samples.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        Increasing [s].
-    values : ndarray, shape (n,)
-        Any unit.
-    period : float
-        Width of the mean, centred [s]; shorter at either end.
-
-    Returns
-    -------
-    mean : ndarray, shape (n,)
-        In the unit of the values.
+    `times` (n,) [s], `values` (n,); returns `mean` (n,).
     """
     steps = np.diff(times) * (values[1:] + values[:-1]) / 2
     total = np.concatenate([[0.0], np.cumsum(steps)])

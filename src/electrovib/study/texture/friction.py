@@ -67,15 +67,7 @@ class AttractionOfFriction:
     def force(self, added: Real) -> Real:
         """Return the attraction of an added friction.
 
-        Parameters
-        ----------
-        added : ndarray, shape (n,)
-            Added friction force [N].
-
-        Returns
-        -------
-        force : ndarray, shape (n,)
-            Attraction [N]; below 0 or above the largest one where no attraction of the hardware causes it.
+        `added` (n,) [N]; returns `force` (n,) [N].
         """
         if self._slope is not None:
             return np.asarray(added / self._slope)

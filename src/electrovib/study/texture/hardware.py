@@ -87,57 +87,19 @@ class CurrentBound:
         return CurrentBound(self.charges + capacitance, self.rates)
 
     def current(self, slope: float, voltage: float) -> float:
-        """Return the largest current.
-
-        Parameters
-        ----------
-        slope : float
-            Largest rate of change of the plate voltage [V/s].
-        voltage : float
-            Largest plate voltage [V].
-
-        Returns
-        -------
-        current : float
-            Upper bound [A].
-        """
+        """Return the largest current."""
         return float(np.min(slope * self.charges + 2 * voltage * self.rates))
 
     def slope(self, current: float, voltage: float) -> float:
-        """Return the largest slope for which the current stays within a limit.
-
-        Parameters
-        ----------
-        current : float
-            Limit [A].
-        voltage : float
-            Largest plate voltage [V].
-
-        Returns
-        -------
-        slope : float
-            V/s; 0 or less if the voltage alone can exceed the limit.
-        """
+        """Return the largest slope for which the current stays within a limit."""
         return float(np.max((current - 2 * voltage * self.rates) / self.charges))
 
 
 def current_bound(scenario: Scenario) -> CurrentBound:
     """Return the bound of the current into the contact, from the response to a voltage that rises linearly.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with linear layers; its amplifier and drive have no influence.
-
-    Returns
-    -------
-    CurrentBound
-        Without stray capacitance, for a drive of any duration.
-
-    Notes
-    -----
-    The current under v = s t is s q(t) with the charge q(t) that a step of 1 V has moved. Because i falls, i(t) is at most
-    (q(t) - q(t'))/(t - t') for every earlier t'.
+    The current under v = s t is s q(t) with the charge q(t) that a step of 1 V has moved. Because i falls,
+    i(t) is at most (q(t) - q(t'))/(t - t') for every earlier t'.
     """
     times = np.concatenate([[0.0], np.geomspace(_SHORTEST, _LONGEST, _TIMES)])
     ramp = sampled(np.array([0.0, _LONGEST]), np.array([0.0, 1.0]))
@@ -157,31 +119,7 @@ def hardware(
     frequency: float,
     ramp: float,
 ) -> RenderingHardware:
-    """Return the largest amplitude and slope that the limits allow, and the gain of the force.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with linear layers.
-    declared : mapping of str to DeclaredLimit
-        With the largest voltage and the largest current.
-    carrier : float
-        Frequency of the carrier [Hz]; 0 without one.
-    frequency : float
-        Frequency at which the force of a drive without carrier is taken [Hz].
-    ramp : float
-        Duration of a ramp between the largest amplitude and 0 V [s].
-
-    Returns
-    -------
-    RenderingHardware
-        The largest amplitude leaves the current of one ramp to 0 V.
-
-    Raises
-    ------
-    InputError
-        If the stack does not respond linearly, the drive prescribes a current, or no amplitude is allowed.
-    """
+    """Return the largest amplitude and slope that the limits allow, and the gain of the force."""
     if scenario.drive.quantity != "voltage":
         raise InputError("prescribes a current, and a texture is rendered by a voltage", path="drive")
     found = carrier_gain(scenario, [carrier or frequency])

@@ -56,13 +56,7 @@ class Stopping:
 
 @contextmanager
 def stopping_signals() -> Iterator[Stopping]:
-    """Note signals that ask the process to end, in place of what they did before.
-
-    Yields
-    ------
-    Stopping
-        The request; only the main thread receives signals, and in another one nothing is changed.
-    """
+    """Note signals that ask the process to end, in place of what they did before."""
     found = Stopping()
     if threading.current_thread() is not threading.main_thread():
         yield found
@@ -79,23 +73,7 @@ def stopping_signals() -> Iterator[Stopping]:
 def play(
     stream: TextureStream, moves: Iterable[tuple[ArrayLike, float]], write: Callable[[Real], object]
 ) -> None:
-    """Render and write a stream until the positions end, and write its ramp to 0 V.
-
-    Parameters
-    ----------
-    stream : TextureStream
-        Stream that runs.
-    moves : iterable of (position, time)
-        Arguments of `TextureStream.render`.
-    write : callable
-        Takes the samples of a block [V].
-
-    Raises
-    ------
-    BaseException
-        What ended the stream before the positions did, after the ramp was written: `StreamClosedError`, the exception of
-        positions or output, KeyboardInterrupt or SystemExit.
-    """
+    """Render and write a stream until the positions end, and write its ramp to 0 V."""
     with stopping_signals() as stopping:
         ended: BaseException | None = None
         try:

@@ -33,24 +33,7 @@ _HEADINGS = (("time", "x", "y"), ("time", "x"), ("time", "position"))
 
 
 def read_texture(source: TextureSource) -> Texture:
-    """Read a texture.
-
-    Parameters
-    ----------
-    source : str, Path, mapping or Texture
-        A TOML file with the table of a texture, alone or as ``[texture]``; such a table as TOML text that begins with a
-        brace; a mapping; or a Texture. Names of files in a TOML file are relative to its folder.
-
-    Returns
-    -------
-    Texture
-        Validated, with the numbers of its files.
-
-    Raises
-    ------
-    InputError
-        Every mistake at once.
-    """
+    """Read a texture."""
     if isinstance(source, Texture):
         return source
     table, folder = _table(source, "texture", _TEXTURE)
@@ -61,27 +44,7 @@ def read_texture(source: TextureSource) -> Texture:
 
 
 def read_path(source: PathSource, texture: Texture) -> FingerPath:
-    """Read the path of the finger.
-
-    Parameters
-    ----------
-    source : str, Path, mapping or FingerPath
-        A speed such as ``"30 mm/s"`` for one stroke over the length of the texture, along x from x = 0 (for a picture along
-        its middle); a file with the columns ``time`` and ``x`` (or ``position``), and ``y`` if there is one; TOML or a
-        table; or a FingerPath.
-    texture : Texture
-        Texture that is stroked.
-
-    Returns
-    -------
-    FingerPath
-        Validated.
-
-    Raises
-    ------
-    InputError
-        Every mistake at once.
-    """
+    """Read the path of the finger."""
     if isinstance(source, FingerPath):
         return source
     if isinstance(source, str) and (speed := _speed(source)) is not None:

@@ -60,54 +60,14 @@ class RenderingSetUp:
         limits: AllLimits,
         what: str,
     ) -> RenderingSetUp:
-        """Read the inputs, and refuse them unless the largest voltage and the largest current are declared.
-
-        Parameters
-        ----------
-        scenario, texture, changes, limits
-            As for `electrovib.texture_drive`.
-        what : str
-            What is about to be made.
-
-        Returns
-        -------
-        RenderingSetUp
-            Validated.
-
-        Raises
-        ------
-        InputError
-            Every mistake of an input.
-        """
+        """Read the inputs, and refuse them unless the largest voltage and the largest current are declared."""
         found, read = read_scenario(scenario, changes=changes), read_texture(texture)
         declared = declared_limits(found, limits)
         refuse_unlimited(declared, what=what)
         return cls(scenario=found, texture=read, declared=declared)
 
     def synthesis(self, *, carrier: float, frequency: float, ramp: float, rate: float) -> Synthesis:
-        """Return what determines the samples.
-
-        Parameters
-        ----------
-        carrier : float
-            Frequency of the carrier [Hz]; 0 without one.
-        frequency : float
-            Frequency at which the force of a drive without carrier is taken [Hz].
-        ramp : float
-            Duration of a ramp [s].
-        rate : float
-            Samples per second [Hz].
-
-        Returns
-        -------
-        Synthesis
-            Of every sample from position and velocity.
-
-        Raises
-        ------
-        InputError
-            If the rate is too low for carrier or ramp, or nothing can be rendered.
-        """
+        """Return what determines the samples."""
         if carrier > FINEST * rate:
             raise InputError(
                 f"a carrier may have {FINEST:g} of the rate of {rate:g} Hz; take a rate of {carrier / FINEST:g} Hz or more",
@@ -121,29 +81,7 @@ class RenderingSetUp:
 
 
 def amount(value: Amount, unit: str, name: str, *, low: float, high: float) -> float:
-    """Read a number with a unit within a range.
-
-    Parameters
-    ----------
-    value : float or str
-        In SI, or text with a unit.
-    unit : str
-        SI unit.
-    name : str
-        Of the argument.
-    low, high : float
-        Inclusive range, in that unit.
-
-    Returns
-    -------
-    number : float
-        In SI.
-
-    Raises
-    ------
-    InputError
-        If it is no such number.
-    """
+    """Read a number with a unit within a range."""
     try:
         number = parse_quantity(value, unit) if isinstance(value, str) else float(value)
     except (TypeError, ValueError) as error:

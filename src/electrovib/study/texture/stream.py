@@ -118,27 +118,8 @@ class TextureStream:
     def render(self, position: ArrayLike, time: float) -> Real:
         """Render the samples since the call before, up to the time of a position.
 
-        Parameters
-        ----------
-        position : float or array_like
-            Finger at this time [m]: a number, or (x, y) in two dimensions, interpolated from that of the call before; or several
-            positions, shape (m,) or (m, 2), evenly spaced between the two calls, the last one at this time.
-        time : float
-            In the clock of the samples [s], at most one block after that of the call before. The first call renders one
-            block that ends at this time, with the finger at rest at its position.
+        Returns `voltage` (n,) [V].
 
-        Returns
-        -------
-        voltage : ndarray, shape (n,)
-            Samples [V] after the time of the call before, up to this time. After a violation they fall to 0 V by the ramp.
-
-        Raises
-        ------
-        StreamClosedError
-            If the stream has ended at 0 V, with the reason.
-
-        Notes
-        -----
         A violation of a limit, of the longest block or of the longest duration, or a position or time that is no number, sets
         `error`; the samples that are returned from there on fall to 0 V within the limits, and once 0 V is reached every further
         call raises. A texture that raises an exception, or returns NaN, infinity or an array of another shape, ends the stream
@@ -159,31 +140,11 @@ class TextureStream:
     def play(self, moves: Iterable[tuple[ArrayLike, float]], write: Callable[[Real], object]) -> Real:
         """Render and write blocks until the positions end, and the ramp to 0 V whatever ends the stream.
 
-        Parameters
-        ----------
-        moves : iterable of (position, time)
-            Arguments of `render`, one pair for each block; the iterable waits for the clock of the output.
-        write : callable
-            Takes the samples of a block [V] and passes them on to the output.
+        Returns `voltage` (n,) [V].
 
-        Returns
-        -------
-        voltage : ndarray, shape (n,)
-            All samples that were written [V], the ramp included.
-
-        Raises
-        ------
-        StreamClosedError
-            If the stream ended before the positions, with the reason.
-        BaseException
-            After the ramp: what `moves` or `write` raised, KeyboardInterrupt after SIGINT, SystemExit after another signal that
-            asks the process to end. A note of the exception states if the ramp could not be written.
-
-        Notes
-        -----
-        `played` has the samples also after an exception. A block that `write` did not accept does not count as played. Signals
-        are handled in the main thread only. A process that is killed (SIGKILL) writes nothing further: the output itself has
-        to return to 0 V when no samples arrive.
+        `played` has the samples also after an exception. A block that `write` did not accept does not count
+        as played. Signals are handled in the main thread only. A process that is killed (SIGKILL) writes
+        nothing further: the output itself has to return to 0 V when no samples arrive.
         """
         play(self, moves, write)
         return self.played
@@ -217,10 +178,7 @@ class TextureStream:
     def close(self) -> Real:
         """End the stream by its ramp.
 
-        Returns
-        -------
-        voltage : ndarray, shape (n,)
-            Samples [V] down to 0 V; none if 0 V is reached already.
+        Returns `voltage` (n,) [V].
         """
         self.end(InputError("the stream was closed"))
         left = self._synthesis.ramp_samples - self._fallen

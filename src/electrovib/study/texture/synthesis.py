@@ -57,23 +57,7 @@ class Synthesis:
     def forces(self, position: Real, velocity: Real) -> Real:
         """Return the wanted attraction.
 
-        Parameters
-        ----------
-        position : ndarray, shape (n, 2)
-            Finger [m].
-        velocity : ndarray, shape (n, 2)
-            Finger [m/s].
-
-        Returns
-        -------
-        force : ndarray, shape (n,)
-            Attraction [N]; below 0 or above the largest one where it cannot be rendered, NaN where the texture returned NaN
-            or infinity.
-
-        Raises
-        ------
-        InputError
-            If the model of the texture raises an exception or returns anything but n real numbers.
+        `position` (n, 2) [m], `velocity` (n, 2) [m/s]; returns `force` (n,) [N].
         """
         added = added_friction(self.texture, position, velocity, self.friction.plate)
         with np.errstate(over="ignore"):
@@ -82,16 +66,7 @@ class Synthesis:
     def amplitudes(self, forces: Real) -> Real:
         """Return the amplitude of the carrier, or the voltage without one.
 
-        Parameters
-        ----------
-        forces : ndarray, shape (n,)
-            Attraction [N].
-
-        Returns
-        -------
-        amplitude : ndarray, shape (n,)
-            V, of the drive; a force that exceeds the largest one by rounding gives the largest amplitude. 0 for forces
-            below 0, which `first_fault` finds.
+        `forces` (n,) [N]; returns `amplitude` (n,).
         """
         hardware = self.hardware
         found = hardware.largest_amplitude * np.sqrt(np.maximum(forces / hardware.largest_force, 0.0))
@@ -103,17 +78,7 @@ class Synthesis:
     def rising(self, first: int, amplitudes: Real) -> Real:
         """Return amplitudes times the ramp at the beginning.
 
-        Parameters
-        ----------
-        first : int
-            Number of the first sample, from 0.
-        amplitudes : ndarray, shape (n,)
-            V.
-
-        Returns
-        -------
-        amplitude : ndarray, shape (n,)
-            V; 0 at sample 0.
+        `amplitudes` (n,); returns `amplitude` (n,).
         """
         if first >= self.ramp_samples:
             return amplitudes
@@ -123,19 +88,7 @@ class Synthesis:
     def falling(self, since: int, count: int, amplitude: float) -> Real:
         """Return amplitudes of the ramp at the end.
 
-        Parameters
-        ----------
-        since : int
-            Samples of the ramp that precede.
-        count : int
-            Samples that are returned.
-        amplitude : float
-            From which the ramp falls [V].
-
-        Returns
-        -------
-        amplitude : ndarray, shape (count,)
-            V; 0 from the end of the ramp on.
+        Returns `amplitude` (count,).
         """
         steps = np.arange(since + 1, since + count + 1)
         return amplitude * np.maximum(0.0, 1 - steps / self.ramp_samples)
@@ -143,17 +96,7 @@ class Synthesis:
     def voltages(self, first: int, amplitudes: Real) -> Real:
         """Return samples of the drive.
 
-        Parameters
-        ----------
-        first : int
-            Number of the first sample, from 0.
-        amplitudes : ndarray, shape (n,)
-            V.
-
-        Returns
-        -------
-        voltage : ndarray, shape (n,)
-            V.
+        `amplitudes` (n,); returns `voltage` (n,).
         """
         carrier = self.hardware.carrier
         if not carrier:
@@ -167,24 +110,8 @@ class Synthesis:
     def first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
         """Find the first sample at which the texture or a limit is not held.
 
-        Parameters
-        ----------
-        forces : ndarray, shape (n,)
-            Attraction [N].
-        ramped : ndarray, shape (n,)
-            Amplitudes with the ramp [V].
-        before : float
-            Amplitude of the sample before [V].
+        `forces` (n,) [N], `ramped` (n,) [V].
 
-        Returns
-        -------
-        index : int
-            Of that sample; -1 if all are held.
-        reason : str
-            What is not held.
-
-        Notes
-        -----
         With a carrier of angular frequency w the slope between two samples is at most the root of a'^2 + (w a)^2, with the
         slope a' and the larger amplitude a of both.
         """

@@ -34,13 +34,7 @@ _AXES: Final = ("matplotlib.axes._axes", "Axes")
 
 
 def register() -> bool:
-    """Register the display of this package with the IPython that runs.
-
-    Returns
-    -------
-    bool
-        False where no IPython runs; nothing has changed then.
-    """
+    """Register the display of this package with the IPython that runs."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None and hasattr(ipython, "get_ipython") else None
     formatter = getattr(shell, "display_formatter", None)

@@ -14,19 +14,7 @@ _RESOLUTION: Final = 192.0
 
 
 def picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:
-    """Draw the figure that holds these Axes.
-
-    Parameters
-    ----------
-    axes : Axes
-        Of any figure.
-
-    Returns
-    -------
-    picture : tuple of bytes and dict of str to int, or None
-        PNG file, and its width and height on the page in pixels; None for a figure of pyplot, which a notebook shows by
-        itself at the end of the cell.
-    """
+    """Draw the figure that holds these Axes."""
     figure = axes.get_figure(root=True)
     if figure is None or figure.canvas.manager is not None:
         return None

@@ -68,18 +68,7 @@ class ShownParameter:
 
 
 def scenario_html(scenario: Scenario) -> str:
-    """Write a scenario as HTML for a notebook.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Any.
-
-    Returns
-    -------
-    str
-        A part of a page, which needs neither style sheets nor scripts; every text is escaped.
-    """
+    """Write a scenario as HTML for a notebook."""
     parameters = parameters_of(scenario)
     models = tables.model_rows(scenario)
     back = scenario.circuit.return_path
@@ -102,18 +91,7 @@ def scenario_html(scenario: Scenario) -> str:
 
 
 def layers_of(scenario: Scenario) -> list[ShownLayer]:
-    """List the layers from the finger, which is drawn on top, down to the plate.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Any.
-
-    Returns
-    -------
-    list of ShownLayer
-        At least one.
-    """
+    """List the layers from the finger, which is drawn on top, down to the plate."""
     stack = scenario.stack
     colours, roles = layer_colours([*stack.layers]), stack.roles
     found = [
@@ -138,18 +116,7 @@ def _material(layer: Layer, scenario: Scenario) -> str:
 
 
 def parameters_of(scenario: Scenario) -> list[ShownParameter]:
-    """List the physical parameters that have a value, in the order of the file.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Any.
-
-    Returns
-    -------
-    list of ShownParameter
-        Without the optional ones that are absent.
-    """
+    """List the physical parameters that have a value, in the order of the file."""
     found = []
     for path, value, quantity in scenario.parameters():
         if value is None:

@@ -36,18 +36,7 @@ def is_own(dataset: xarray.Dataset) -> bool:
 
 
 def trace_html(trace: xarray.Dataset) -> str:
-    """Write a Trace or a sweep as HTML for a notebook.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        Computed, measured or swept; signals may have been taken out of it.
-
-    Returns
-    -------
-    str
-        A part of a page, which needs neither style sheets nor scripts; every text is escaped.
-    """
+    """Write a Trace or a sweep as HTML for a notebook."""
     return filled(
         "notebook_trace.html.jinja",
         title=_title(trace),
@@ -63,18 +52,7 @@ def trace_html(trace: xarray.Dataset) -> str:
 
 
 def trace_text(trace: xarray.Dataset) -> str:
-    """Write a Trace or a sweep in a few lines.
-
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        As for `trace_html`.
-
-    Returns
-    -------
-    str
-        Title, warnings, number of diagnostics in each state, key numbers, dimensions.
-    """
+    """Write a Trace or a sweep in a few lines."""
     found = _by_state(trace)
     lines = [_title(trace)]
     lines += [f"warning: {diagnostic['text']}" for diagnostic in found["warning"]]
@@ -132,13 +110,7 @@ def _signals(trace: xarray.Dataset) -> list[tuple[str, str, str, str]]:
 
 
 def _figure(trace: xarray.Dataset) -> str:
-    """Draw the first force or voltage over time, or the first quantity of a sweep; nothing where there is none.
-
-    Returns
-    -------
-    str
-        PNG in base 64; empty without a figure.
-    """
+    """Draw the first force or voltage over time, or the first quantity of a sweep; nothing where there is none."""
     axes = _drawn(trace)
     if axes is None:
         return ""

@@ -29,15 +29,7 @@ _WIDE = 30.0
 
 
 def draw(ax: Axes, drawn: Sequence[Line]) -> None:
-    """Draw lines, long ones as the envelope of their points, and recordings as points under them.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    drawn : sequence of Line
-        Real values; NaN leaves a gap.
-    """
+    """Draw lines, long ones as the envelope of their points, and recordings as points under them."""
     alone = all(line.measured for line in drawn)
     for line in drawn:
         label = plain(", ".join(part for part in (line.label, line.kind) if part)) or "_nolegend_"
@@ -58,21 +50,7 @@ def finish(
     drawn: Sequence[Line] = (),
     note: str = "",
 ) -> None:
-    """Label the axes in words and units, and explain the lines.
-
-    Parameters
-    ----------
-    ax : Axes
-        With everything drawn.
-    x, y : tuple of str
-        Words and SI unit.
-    base : float
-        Value from which the vertical axis counts [SI].
-    drawn : sequence of Line
-        Where colours and dashes both have a meaning, each is explained apart.
-    note : str
-        Remark in the legend.
-    """
+    """Label the axes in words and units, and explain the lines."""
     label_axis(ax.xaxis, *x)
     label_axis(ax.yaxis, *y, base=base)
     if not np.all(np.isfinite(ax.dataLim.intervaly)):

@@ -69,19 +69,7 @@ def stack(source: Source, *, ax: Axes | None = None) -> Axes:
 
 
 def drawn_heights(thicknesses: Mapping[str, float]) -> dict[str, float]:
-    """Compute the height of each layer in the drawing.
-
-    Parameters
-    ----------
-    thicknesses : mapping of str to float
-        Layer to thickness [m], above 0.
-
-    Returns
-    -------
-    heights : dict of str to float
-        Layer to height, 1 for the thinnest and 2.5 for the thickest of a stack that covers three decades or more; between
-        them it grows with the logarithm of the thickness.
-    """
+    """Compute the height of each layer in the drawing."""
     least, most = min(thicknesses.values()), max(thicknesses.values())
     decades = max(_DECADES, math.log10(most / least))
     return {name: 1 + _RANGE * math.log10(each / least) / decades for name, each in thicknesses.items()}
@@ -140,20 +128,7 @@ def _slabs(ax: Axes, scenario: Scenario, heights: Mapping[str, float]) -> None:
 
 
 def values(layer: Layer, scenario: Scenario) -> str:
-    """Write what a layer is made of: permittivity, conductivity, and what else is declared.
-
-    Parameters
-    ----------
-    layer : Layer
-        One of the scenario's.
-    scenario : Scenario
-        Its band decides where the permittivity of a dispersive layer is quoted.
-
-    Returns
-    -------
-    str
-        One line.
-    """
+    """Write what a layer is made of: permittivity, conductivity, and what else is declared."""
     material = layer.material
     kind = type(material).__name__
     grid = scenario.frequency

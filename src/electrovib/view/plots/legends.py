@@ -43,21 +43,9 @@ def legends_collected() -> Iterator[None]:
 def legend_beside_no_curve(ax: Axes, handles: Sequence[Any], labels: Sequence[str], title: str) -> None:
     """Add a legend inside the plot that covers no curve.
 
-    Parameters
-    ----------
-    ax : Axes
-        With everything drawn and labelled.
-    handles : sequence of Artist
-        Lines and patches to explain.
-    labels : sequence of str
-        Their words, in the same order.
-    title : str
-        Heading of the legend; may be empty.
-
-    Notes
-    -----
-    The first free corner, side or end of the plot is taken. Where none is free, the vertical axis is extended and the
-    legend stands above the curves, in as many columns as fit; one too high for that stands at the right of the plot.
+    The first free corner, side or end of the plot is taken. Where none is free, the vertical axis is extended
+    and the legend stands above the curves, in as many columns as fit; one too high for that stands at the
+    right of the plot.
     """
     words = {"title": title or None, "alignment": "left", "labelspacing": 0.3}
     legend = ax.legend(handles, labels, loc="upper right", **words)

@@ -38,23 +38,9 @@ def friction_of_the_load(trace: xarray.Dataset) -> float | None:
 def against_the_whole(ax: Axes, loads: Sequence[float | None]) -> float:
     """Set the vertical axis of a friction force.
 
-    Parameters
-    ----------
-    ax : Axes
-        With the forces drawn [N].
-    loads : sequence of float or None
-        Friction of the load alone of each Trace [N], where it is known.
-
-    Returns
-    -------
-    base : float
-        Value from which the axis counts [N]: 0, or the smallest force where all changes are small against it.
-
-    Notes
-    -----
-    A force that changes by a fifth of itself or more is drawn from 0, with the friction of the load as a dashed line. A
-    smaller change is drawn above its smallest value, and a second axis states it in percent of that value. A force of
-    both signs is drawn as it is.
+    A force that changes by a fifth of itself or more is drawn from 0, with the friction of the load as a
+    dashed line. A smaller change is drawn above its smallest value, and a second axis states it in percent of
+    that value. A force of both signs is drawn as it is.
     """
     low, high = (float(bound) for bound in ax.yaxis.get_data_interval())
     if not (np.isfinite(low) and np.isfinite(high)) or low < 0 or high <= 0:

@@ -37,15 +37,7 @@ PATIENT_WORKERS: Final = 4
 
 
 def build(own: Mapping[str, Scenario], first: str) -> None:
-    """Declare the page.
-
-    Parameters
-    ----------
-    own : mapping of str to Scenario
-        Scenarios that the page was started with, by name.
-    first : str
-        Name of the scenario that is shown where the address names none.
-    """
+    """Declare the page."""
     workers = Workers(
         ThreadPoolExecutor(WORKERS, thread_name_prefix="explorer"),
         ThreadPoolExecutor(PATIENT_WORKERS, thread_name_prefix="explorer-patient"),
@@ -126,15 +118,7 @@ class VisitorPage:
         self._ask(PageState(DROPPED))
 
     def _ask(self, state: PageState, is_step: bool = True) -> None:
-        """Compute another state, and write it into the address.
-
-        Parameters
-        ----------
-        state : PageState
-            What is shown next.
-        is_step : bool
-            Whether the button `back` of the browser leads to the present state; not while a slider moves.
-        """
+        """Compute another state, and write it into the address."""
         history = ui.navigate.history
         with self.client:
             (history.push if is_step else history.replace)(f"/?{state.to_query()}")

@@ -56,26 +56,7 @@ def content(
     pinned: Sequence[Pinned] = (),
     measured: xarray.Dataset | None = None,
 ) -> Content:
-    """Return what a tab shows.
-
-    Parameters
-    ----------
-    tab : str
-        One of `electrovib.apps.explorer.further.TABS`.
-    found : Computed
-        Scenario of the page with its Trace.
-    further : Further
-        What is known beside it.
-    pinned : sequence of Pinned
-        Results that are kept for comparison.
-    measured : xarray.Dataset, optional
-        Recording.
-
-    Returns
-    -------
-    Content
-        A sentence above takes the place of a plot or table that cannot be shown.
-    """
+    """Return what a tab shows."""
     above = "".join(f"<p>{escape(each)}</p>" for each in further.problems)
     kept = [each.computed for each in pinned]
     shown = Content([], above)

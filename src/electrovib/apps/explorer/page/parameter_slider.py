@@ -33,15 +33,7 @@ class ParameterSlider(ui.slider, component="parameter_slider.js"):
         self._props |= {"dense": True, "aria-label": words, "text": text, "placed": 0}
 
     def show(self, position: float, text: str) -> None:
-        """Place the slider at a value, without a call of `on_move`.
-
-        Parameters
-        ----------
-        position : float
-            From 0 to `STEPS`.
-        text : str
-            Value, with its unit; the position is the nearest one to it.
-        """
+        """Place the slider at a value, without a call of `on_move`."""
         self._state(text)
         if position == self.value:
             return

@@ -41,22 +41,7 @@ class Axis:
 
 
 def unit_of(axis: Axis, data: Sequence[ArrayLike]) -> tuple[str, float]:
-    """Return the unit of a label and its size: one prefix for the whole axis, none where it has powers of ten.
-
-    Parameters
-    ----------
-    axis : Axis
-        SI unit and scale.
-    data : sequence of array_like
-        What is drawn [SI].
-
-    Returns
-    -------
-    unit : str
-        With its prefix; empty for a pure number.
-    size : float
-        The unit in SI: data are divided by it.
-    """
+    """Return the unit of a label and its size: one prefix for the whole axis, none where it has powers of ten."""
     largest = max((high for low, high in map(_ends, data)), default=0.0)
     has_powers = axis.is_logarithmic and (axis.unit == "Hz" or span(axis, data) > _FEW_DECADES)
     prefix, scale = ("", 1.0) if has_powers else prefix_for(largest, axis.unit)
@@ -71,18 +56,7 @@ def _ends(values: ArrayLike) -> tuple[float, float]:
 
 
 def span(axis: Axis, data: Sequence[ArrayLike]) -> float:
-    """Return the decades that a logarithmic axis covers.
-
-    Parameters
-    ----------
-    axis, data : Axis, sequence of array_like
-        As for `unit_of`.
-
-    Returns
-    -------
-    decades : float
-        Common logarithm of the largest over the smallest magnitude, dimensionless; 0 for a linear axis.
-    """
+    """Return the decades that a logarithmic axis covers."""
     if not axis.is_logarithmic:
         return 0.0
     ends = [_ends(each) for each in data]
@@ -91,22 +65,7 @@ def span(axis: Axis, data: Sequence[ArrayLike]) -> float:
 
 
 def axis_table(axis: Axis, unit: str, decades: float) -> dict[str, Any]:
-    """Make the table of an axis.
-
-    Parameters
-    ----------
-    axis : Axis
-        Words and scale.
-    unit : str
-        For the label, from `unit_of`.
-    decades : float
-        Decades that a logarithmic axis covers, from `span`.
-
-    Returns
-    -------
-    dict
-        Table for Plotly, without colours and without the range.
-    """
+    """Make the table of an axis."""
     shown: dict[str, Any] = {
         "title": {"text": f"{axis.words} [{unit}]" if unit else axis.words, "standoff": 6},
         "zeroline": False,

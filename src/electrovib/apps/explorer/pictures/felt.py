@@ -27,21 +27,7 @@ _FREQUENCIES: Final = np.geomspace(LOWEST, HIGHEST, 120)
 
 
 def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
-    """Plot the lines of the spectrum that perception evaluates, from 1 Hz to 2 kHz, and the level at which a sine is felt.
-
-    Parameters
-    ----------
-    percept : Percept
-        From `electrovib.perceive`.
-    scenario : Scenario
-        Scenario that was perceived: its channels and the compliance of the skin.
-
-    Returns
-    -------
-    figures : list of dict
-        One plot with a bar for each line, and the amplitude over frequency of a single sine at the detection threshold; empty
-        where nothing varies.
-    """
+    """Plot the lines of the spectrum that perception evaluates, from 1 Hz to 2 kHz, and the level at which a sine is felt."""
     lines = percept.spectrum
     kept = (lines.frequency >= LOWEST) & (lines.frequency <= HIGHEST) & (lines.amplitude > 0)
     if not np.any(kept):
@@ -81,20 +67,8 @@ def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
 def detection(percept: Percept, scenario: Scenario) -> tuple[NDArray[Any], str]:
     """Return the amplitude of a single sine of a certain level over frequency, and its name.
 
-    Parameters
-    ----------
-    percept, scenario : Percept, Scenario
-        As for `felt`.
+    Returns `amplitude` (n,) [N or m].
 
-    Returns
-    -------
-    amplitude : ndarray, shape (n,)
-        Amplitude [N or m], in the unit of the spectrum, from `LOWEST` to `HIGHEST`; NaN where no channel is sensitive.
-    name : str
-        The detection threshold, measured or published; without any, the sine that is felt as strongly as the drive.
-
-    Notes
-    -----
     A = 10^(L/20) / (max_c w_c(f) |C(f)|) with level L, weights w_c of the channels and compliance C of the skin: the inverse
     of the level that `electrovib.perceive` computes for one line.
     """

@@ -63,22 +63,7 @@ class PlottedCurve:
 
 
 def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict[str, Any]:
-    """Make the table of a plot.
-
-    Parameters
-    ----------
-    title : str
-        Heading, also the accessible name of the plot.
-    x, y : Axis
-        Axes.
-    curves : sequence of PlottedCurve
-        Lines and bands, in SI.
-
-    Returns
-    -------
-    dict
-        Tables ``data``, ``layout`` and ``config`` for Plotly, without colours of the page.
-    """
+    """Make the table of a plot."""
     x_unit, x_scale = unit_of(x, [each.x for each in curves])
     y_unit, y_scale = unit_of(y, _heights(curves))
     data: list[dict[str, Any]] = []

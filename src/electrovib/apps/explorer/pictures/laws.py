@@ -18,20 +18,7 @@ _COLOURS: Final = (*COLOURS, *FURTHER_COLOURS)
 
 
 def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]]:
-    """Plot the force of each law over time and over frequency.
-
-    Parameters
-    ----------
-    shown : Computed
-        Scenario of the page, with its own law.
-    others : mapping of str to Computed
-        Other laws by name.
-
-    Returns
-    -------
-    figures : list of dict
-        Two plots; the law of the page has a solid line.
-    """
+    """Plot the force of each law over time and over frequency."""
     cases = {type(shown.scenario.force).__name__: shown, **others}
     plots = []
     for title, signal, coordinate, x in (

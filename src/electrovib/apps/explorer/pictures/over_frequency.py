@@ -22,22 +22,7 @@ FREQUENCY: Final = Axis("frequency", "Hz", is_logarithmic=True)
 def over_frequency(
     shown: Computed, pinned: Sequence[Computed] = (), *, band: Mapping[str, NDArray[Any]] | None = None
 ) -> list[dict[str, Any]]:
-    """Plot the mean force, the time constant of each layer, its share of the voltage, and the impedance.
-
-    Parameters
-    ----------
-    shown : Computed
-        Scenario of the page.
-    pinned : sequence of Computed
-        Kept for comparison, with dashed curves.
-    band : dict of str to ndarray, optional
-        ``frequency`` [Hz], ``low`` and ``high`` [N] of a population of fingers, each of shape (n,).
-
-    Returns
-    -------
-    figures : list of dict
-        Four plots.
-    """
+    """Plot the mean force, the time constant of each layer, its share of the voltage, and the impedance."""
     plots = [_force(shown, pinned, band), _time_constant(shown), _shares(shown), _impedance(shown, pinned)]
     return [plot for plot in plots if plot is not None]
 

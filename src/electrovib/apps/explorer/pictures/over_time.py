@@ -32,20 +32,7 @@ _FORCES: Final = {
 
 
 def over_time(shown: Computed, pinned: Sequence[Computed] = ()) -> list[dict[str, Any]]:
-    """Plot voltages, attraction, friction and fields over time.
-
-    Parameters
-    ----------
-    shown : Computed
-        Scenario of the page.
-    pinned : sequence of Computed
-        Kept for comparison, with dashed curves.
-
-    Returns
-    -------
-    figures : list of dict
-        Four plots at most.
-    """
+    """Plot voltages, attraction, friction and fields over time."""
     plots = [
         _signals("Voltage", Axis("voltage", "V"), _VOLTAGES, shown, pinned),
         _signals("Drive current", Axis("current", "A"), _CURRENTS, shown, pinned),

@@ -20,20 +20,7 @@ if TYPE_CHECKING:
 
 
 def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
-    """Plot each signal of a recording with the same signal of the page.
-
-    Parameters
-    ----------
-    shown : Computed
-        Scenario of the page.
-    measured : xarray.Dataset
-        Recording.
-
-    Returns
-    -------
-    figures : list of dict
-        One plot for each signal over time or over frequency; the modulus of complex ones.
-    """
+    """Plot each signal of a recording with the same signal of the page."""
     plots = []
     for name in map(str, measured.data_vars):
         dims = measured[name].dims

@@ -35,20 +35,7 @@ class Outcome:
 
 
 def outcome(candidate: Candidate, *, ramp: float = RAMP, hold: float = HOLD) -> Outcome:
-    """Simulate a candidate.
-
-    Parameters
-    ----------
-    candidate : Candidate
-        The cause.
-    ramp, hold : float
-        Of the trapezoidal pulse [s].
-
-    Returns
-    -------
-    Outcome
-        Ratio of the pulses and decay in the hold.
-    """
+    """Simulate a candidate."""
     scenario = candidate.scenario(ramp=ramp, hold=hold)
     end = 2 * ramp + hold + 0.1
     time = np.unique(np.concatenate([np.linspace(0, end, 3001), [ramp, ramp + hold, 2 * ramp + hold]]))
@@ -89,10 +76,8 @@ def outcomes() -> dict[str, Outcome]:
 def periodic_asymmetry() -> float:
     """Compute the largest difference of both pulses of a periodic trapezoidal pulse of equal halves, over linear causes [1].
 
-    Notes
-    -----
-    In the periodic state f(t + T/2) = f(t) exactly for any linear law that holds no constant voltage: v(t + T/2)
-    and -v(t) differ by a constant, and the force is even.
+    In the periodic state f(t + T/2) = f(t) exactly for any linear law that holds no constant voltage: v(t +
+    T/2) and -v(t) differ by a constant, and the force is even.
     """
     half = 50e-3
     ramp = 10e-3

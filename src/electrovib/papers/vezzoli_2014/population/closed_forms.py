@@ -28,17 +28,7 @@ AMPLITUDE: Final = 100.0
 def lateral_by_law(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real:
     """Compute the lateral force at the end of the rising ramp of figure 6, under law (1) with the causal charge loss.
 
-    Parameters
-    ----------
-    at : mapping of str to ndarray, shape (n,)
-        Thickness, permittivity and conductivity of the stratum corneum, and friction, by path, in SI.
-    ramp : float
-        Duration of the ramp to 1000 V [s].
-
-    Returns
-    -------
-    force : ndarray, shape (n,)
-        Coefficient of friction times attraction [N].
+    Returns `force` (n,) [N].
     """
     skin, film = _skin(at), values.FILM_PERMITTIVITY * eps0 / values.FILM_THICKNESS
     tau = (film + skin) * at[SKIN] / at[CONDUCTIVITY]
@@ -53,20 +43,8 @@ def lateral_by_law(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real
 def lateral_in_gap(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real:
     """Compute the lateral force at the end of the rising ramp of figure 6, with the Maxwell stress in a leaky gap.
 
-    Parameters
-    ----------
-    at : mapping of str to ndarray, shape (n,)
-        As for `lateral_by_law`, with thickness and conductivity of the gap.
-    ramp : float
-        Duration of the ramp to 1000 V [s].
+    Returns `force` (n,) [N].
 
-    Returns
-    -------
-    force : ndarray, shape (n,)
-        Coefficient of friction times attraction [N].
-
-    Notes
-    -----
     The step response of the gap voltage is a sum of two exponentials, whose rates are the zeros of
     C_g C_s + C_i (C_g + C_s) times s^2, and so on: film, gap and skin in series, without the resistance of the body.
     """
@@ -88,17 +66,7 @@ def lateral_in_gap(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real
 def mean_by_law(at: Mapping[str, Real], frequency: Real) -> Real:
     """Compute the mean attraction of figure 7 over frequency, by the law as printed.
 
-    Parameters
-    ----------
-    at : mapping of str to ndarray, shape (n,)
-        Thickness, permittivity at 100 Hz, exponent and conductivity of a constant-phase skin, by path, in SI.
-    frequency : ndarray, shape (m,)
-        Hz.
-
-    Returns
-    -------
-    force : ndarray, shape (n, m)
-        Mean attraction on 1 cm2 of the thin coating under 100 V [N].
+    `frequency` (m,); returns `force` (n, m) [N].
     """
     bound, whole = _dispersive(at, frequency)
     skin = at[SKIN][:, None]
@@ -112,17 +80,7 @@ def mean_by_law(at: Mapping[str, Real], frequency: Real) -> Real:
 def mean_in_gap(at: Mapping[str, Real], frequency: Real) -> Real:
     """Compute the mean attraction of figure 7 over frequency, with the Maxwell stress in a gap of air that does not conduct.
 
-    Parameters
-    ----------
-    at : mapping of str to ndarray, shape (n,)
-        As for `mean_by_law`, with the thickness of the gap.
-    frequency : ndarray, shape (m,)
-        Hz.
-
-    Returns
-    -------
-    force : ndarray, shape (n, m)
-        Mean attraction on 1 cm2 of the thin coating under 100 V [N].
+    `frequency` (m,); returns `force` (n, m) [N].
     """
     _, whole = _dispersive(at, frequency)
     electrical = values.COATING_THICKNESS / values.COATING_PERMITTIVITY + at[SKIN][:, None] / whole

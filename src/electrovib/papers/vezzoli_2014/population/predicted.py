@@ -76,18 +76,7 @@ class Predicted:
 
 @functools.cache
 def predicted(group: str = "") -> tuple[Predicted, Predicted]:
-    """Compute the distributions under law (1) and with the Maxwell stress in the gap.
-
-    Parameters
-    ----------
-    group : str
-        ``dry`` or ``moist`` for these fingers alone; all if empty.
-
-    Returns
-    -------
-    by_law, in_gap : Predicted
-        From the same population; in the gap with the thickness and the leak of the gap besides.
-    """
+    """Compute the distributions under law (1) and with the Maxwell stress in the gap."""
     return (
         _predicted("law (1)", population("fig6", group), forms.lateral_by_law),
         _predicted("Maxwell stress in the gap", population("fig6_gap", group), forms.lateral_in_gap),
@@ -105,22 +94,7 @@ def _predicted(law: str, space: Space, function: Callable[[Mapping[str, Real]], 
 
 
 def population(figure: str, group: str = "") -> Space:
-    """Return the population `fingers` for a scenario of the paper, at the printed contact area.
-
-    Parameters
-    ----------
-    figure : str
-        Scenario of the paper: ``fig6``, ``fig6_gap`` or ``fig7``.
-    group : str
-        ``dry`` or ``moist`` for these fingers alone; all if empty.
-
-    Returns
-    -------
-    space : Space
-        Distributions of the stratum corneum, the friction and the gap. A leaky gap has in each group of moisture the
-        distribution of time constants that the stratum corneum has, at a permittivity of 1560: a choice, because no
-        source gives its resistivity.
-    """
+    """Return the population `fingers` for a scenario of the paper, at the printed contact area."""
     shipped = read_shipped("fingers")
     groups = {
         label: {"share": group["share"], "space": _conductivities(group["space"], leaks=figure == "fig6_gap")}

@@ -44,17 +44,7 @@ _CASES: Final = (
 def readings(figure: str) -> tuple[Real, Real]:
     """Simulate eight drawn fingers through the whole set-up.
 
-    Parameters
-    ----------
-    figure : str
-        Scenario of the paper, ``fig6`` or ``fig6_gap``.
-
-    Returns
-    -------
-    time : ndarray, shape (n,)
-        Times of the readings [s].
-    attraction : ndarray, shape (8, n)
-        Reading of the lateral force, above that before the pulse, over the coefficient of friction [N].
+    Returns `time` (n,) [s], `attraction` (8, n) [N].
     """
     base, space = scenarios()[figure].replace(SET_UP), population(figure)
     time = np.arange(0.0, 2 * values.RAMP + 0.14, 1 / RATE)

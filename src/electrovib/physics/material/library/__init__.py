@@ -28,13 +28,7 @@ __all__ = [
 
 @functools.cache
 def materials() -> tuple[Substance, ...]:
-    """List the materials of the library.
-
-    Returns
-    -------
-    substances : tuple of Substance
-        In the order of their names.
-    """
+    """List the materials of the library."""
     return tuple(sorted((*inorganic.SUBSTANCES, *polymers.SUBSTANCES), key=lambda each: each.name))
 
 
@@ -44,20 +38,7 @@ def find_substance(name: str) -> Substance | None:
 
 
 def nearest_substances(name: str, *, most: int = 3) -> list[str]:
-    """Find the names of the materials that a word is most like.
-
-    Parameters
-    ----------
-    name : str
-        What was written.
-    most : int
-        How many names at most.
-
-    Returns
-    -------
-    list of str
-        Most alike first; empty if none is alike.
-    """
+    """Find the names of the materials that a word is most like."""
     close = difflib.get_close_matches(_plain(name[:60]), _by_name(), n=3 * most, cutoff=0.5)
     return list(dict.fromkeys(_by_name()[word].name for word in close))[:most]
 

@@ -76,19 +76,7 @@ class BreakdownStrength(SourcedValue):
         return f"measured at {low}" if low == high else f"measured at {low} to {high}"
 
     def compared_with(self, thickness: float) -> str:
-        """Compare a layer with the layers on which the strength was measured.
-
-        Parameters
-        ----------
-        thickness : float
-            Of the layer [m].
-
-        Returns
-        -------
-        str
-            ``"same"``, ``"thinner"`` or ``"thicker"``: the layer, within a factor of `SAME_THICKNESS`;
-            ``"unknown"`` without a thickness.
-        """
+        """Compare a layer with the layers on which the strength was measured."""
         if self.thickness is None:
             return "unknown"
         if thickness > SAME_THICKNESS * self.thickness[1]:
@@ -166,20 +154,7 @@ class Substance:
         return {"model": "Constant", **name, "permittivity": self.permittivity[0].value, **conductivity}
 
     def origin(self, parameter: str) -> tuple[str, str]:
-        """Find where a parameter of its material model is from.
-
-        Parameters
-        ----------
-        parameter : str
-            Name in the table of `material`; of a list, the path in it.
-
-        Returns
-        -------
-        source : str
-            Source, status and conditions.
-        status : str
-            The status alone; ``"unknown"`` for a conductivity that was not found.
-        """
+        """Find where a parameter of its material model is from."""
         if parameter == "conductivity":
             return self._origin_of_conductivity
         if self.dispersion is not None:
@@ -187,18 +162,7 @@ class Substance:
         return self.permittivity[0].origin, self.permittivity[0].status
 
     def taken_by(self, table: Mapping[str, Any]) -> dict[str, str]:
-        """Find which values a material takes from the library.
-
-        Parameters
-        ----------
-        table : mapping of str to value
-            Of the material in a layer; a value that differs from that of the library is its own.
-
-        Returns
-        -------
-        dict of str to str
-            Parameter to the status of its source.
-        """
+        """Find which values a material takes from the library."""
         return {
             name: self.origin(name)[1]
             for name, value in self.material.items()
@@ -217,20 +181,7 @@ class Substance:
         return "not found; taken as 0", "unknown"
 
     def strength_of(self, thickness: float) -> BreakdownStrength | None:
-        """Choose the strength that a layer is compared with.
-
-        Parameters
-        ----------
-        thickness : float
-            Of the layer [m].
-
-        Returns
-        -------
-        BreakdownStrength or None
-            That of the thinnest measured layer which is at least as thick, because strength usually falls with
-            thickness; if none is, the lowest of all, of equal ones that of the thickest layer; None if no strength is
-            declared.
-        """
+        """Choose the strength that a layer is compared with."""
         thick = [each for each in self.strengths if each.thickest >= thickness]
         if thick:
             return min(thick, key=lambda each: each.thickest)

@@ -15,38 +15,12 @@ OHM_CENTIMETRE: Final = 1e-2
 
 
 def permittivity(value: float, conditions: str, source: str, status: str) -> SourcedValue:
-    """Declare a relative permittivity.
-
-    Parameters
-    ----------
-    value : float
-        Dimensionless.
-    conditions, source, status : str
-        As in `SourcedValue`.
-
-    Returns
-    -------
-    SourcedValue
-        Dimensionless.
-    """
+    """Declare a relative permittivity."""
     return SourcedValue(value=value, unit="1", conditions=conditions, source=source, status=status)
 
 
 def from_resistivity(resistivity: float, conditions: str, source: str, status: str) -> SourcedValue:
-    """Declare a conductivity by the resistivity that a source prints.
-
-    Parameters
-    ----------
-    resistivity : float
-        Ohm m.
-    conditions, source, status : str
-        As in `SourcedValue`.
-
-    Returns
-    -------
-    SourcedValue
-        Conductivity [S/m].
-    """
+    """Declare a conductivity by the resistivity that a source prints."""
     return SourcedValue(
         value=1 / resistivity, unit="S/m", conditions=conditions, source=source, status=status
     )
@@ -55,22 +29,7 @@ def from_resistivity(resistivity: float, conditions: str, source: str, status: s
 def strength(
     value: float, thickness: float | tuple[float, float] | None, conditions: str, source: str, status: str
 ) -> BreakdownStrength:
-    """Declare a breakdown strength with the thickness at which it was measured.
-
-    Parameters
-    ----------
-    value : float
-        V/m.
-    thickness : float, tuple of float or None
-        One, or thinnest and thickest [m]; None if the source does not state it.
-    conditions, source, status : str
-        As in `SourcedValue`.
-
-    Returns
-    -------
-    BreakdownStrength
-        Strength [V/m].
-    """
+    """Declare a breakdown strength with the thickness at which it was measured."""
     edges = (thickness, thickness) if isinstance(thickness, float) else thickness
     return BreakdownStrength(
         value=value, unit="V/m", thickness=edges, conditions=conditions, source=source, status=status

@@ -36,29 +36,7 @@ def amplified_response(
 ) -> Solution:
     """Compute the response behind an amplifier of quantities that are linear in the plate's voltage.
 
-    Parameters
-    ----------
-    transfers : mapping of Key to Transfer
-        Quantities per volt of the plate; `current` [A per volt] among them.
-    drive : Drive
-        A voltage, off before time 0 when starting from rest.
-    time : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    amplifier : Amplifier
-        Gain, pole, limits and stray capacitance.
-    settled : bool
-        Start from the periodic state, which only an amplifier without limits has.
-
-    Returns
-    -------
-    Solution
-        With `drive_voltage`, `plate_voltage` and `amplifier_current`; its events are the times at which the amplifier
-        changed between its voltage and one of its largest currents. At a discontinuity of the drive, the value after it.
-
-    Raises
-    ------
-    InputError
-        If the periodic state is asked for behind limits, or the drive prescribes the current.
+    `time` (n,) [s].
     """
     refuse_amplified(drive, amplifier, settled=settled)
     if not amplifier.is_limited:
@@ -86,40 +64,14 @@ def amplified_response(
 
 
 def answer_behind_limits(question: Question) -> Solution:
-    """Compute the response of linear layers behind an amplifier with limits.
-
-    Parameters
-    ----------
-    question : Question
-        Of a scenario with fixed gap and without leaks.
-
-    Returns
-    -------
-    Solution
-        The exact response, with the located changes as its events.
-    """
+    """Compute the response of linear layers behind an amplifier with limits."""
     amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
     assert amplifier is not None
     return amplified_response(question.wanted(question.section), drive, question.times, amplifier=amplifier)
 
 
 def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> None:
-    """Refuse a drive or an initial state that cannot be combined with an amplifier before linear layers.
-
-    Parameters
-    ----------
-    drive : Drive
-        Any.
-    amplifier : Amplifier
-        With or without limits.
-    settled : bool
-        Whether the periodic state is asked for.
-
-    Raises
-    ------
-    InputError
-        If the periodic state is asked for behind limits, or the drive prescribes the current.
-    """
+    """Refuse a drive or an initial state that cannot be combined with an amplifier before linear layers."""
     if drive.quantity == "current":
         raise InputError(
             f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; omit the amplifier"

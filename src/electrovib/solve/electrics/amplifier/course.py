@@ -20,17 +20,7 @@ _SAME_RATE = 1e-8
 def risen(rates: Real, time: Real) -> Real:
     """Compute the integral of exp(-rate t) from 0 to each time.
 
-    Parameters
-    ----------
-    rates : ndarray, shape (m,)
-        Rates, >= 0 [1/s].
-    time : ndarray, shape (times,)
-        Ends of the integrals [s].
-
-    Returns
-    -------
-    integral : ndarray, shape (m, times)
-        Integral for each rate and time [s].
+    `rates` (m,), `time` (times,) [s]; returns `integral` (m, times) [s].
     """
     return overlap(rates, np.zeros(1), time)[:, 0]
 
@@ -46,17 +36,7 @@ def _apart_from(rates: Real, fading: Real) -> Real:
 def overlap(first: Real, second: Real, time: Real) -> Real:
     """Compute the integral over s from 0 to t of exp(-first (t - s)) exp(-second s), without cancellation.
 
-    Parameters
-    ----------
-    first, second : ndarray, shapes (m,) and (n,)
-        Rates, >= 0 [1/s].
-    time : ndarray, shape (times,)
-        Ends t of the integrals [s].
-
-    Returns
-    -------
-    integral : ndarray, shape (m, n, times)
-        Integral for each pair of rates and each time [s].
+    `first`, `second` (m,), `time` (times,) [s]; returns `integral` (m, n, times) [s].
     """
     slower = np.minimum(first[:, None], second)[..., None]
     apart = np.abs(first[:, None] - second)[..., None] * time
@@ -91,17 +71,7 @@ class Course:
     def answer(self, rates: Real, state: Real, time: Real) -> Real:
         """Compute the states x of x' = rate (v - x) under this voltage v.
 
-        Parameters
-        ----------
-        rates, state : ndarray, shape (m,)
-            Rates [1/s], and states at the beginning [V].
-        time : ndarray, shape (times,)
-            Times since the beginning [s].
-
-        Returns
-        -------
-        states : ndarray, shape (m, times)
-            States [V].
+        `rates`, `state` (m,) [V], `time` (times,) [s]; returns `states` (m, times) [V].
         """
         found = state[:, None] * np.exp(-np.outer(rates, time))
         for piece in chunks(len(time), len(rates) * len(self.rates) + 1):

@@ -39,18 +39,7 @@ class LimitLooks:
         self.corners = np.unique(np.concatenate([[0.0], corners[corners <= end], [end]]))
 
     def after(self, start: float) -> Iterator[Real]:
-        """Yield windows of times at which the amplifier is checked.
-
-        Parameters
-        ----------
-        start : float
-            Time after which the checks begin [s].
-
-        Yields
-        ------
-        times : ndarray
-            Increasing, after the start or the last time of the window before, up to the end [s].
-        """
+        """Yield windows of times at which the amplifier is checked."""
         if start >= self.end:
             return
         count, last = _FIRST, start

@@ -75,22 +75,7 @@ class LimitedMarch:
     def run(self, time: Real) -> tuple[dict[str, Real], list[float]]:
         """Compute the wanted quantities from rest.
 
-        Parameters
-        ----------
-        time : ndarray, shape (n,)
-            Output times, increasing, from 0 on [s].
-
-        Returns
-        -------
-        found : dict of str to ndarray
-            The wanted quantities, `plate_voltage` and `amplifier_current`.
-        changes : list of float
-            Times at which the amplifier changed between its voltage and one of its largest currents [s].
-
-        Raises
-        ------
-        ElectrovibError
-            If it changes more than `MOST_CHANGES` times, or more than `MOST_AT_ONCE` times without time passing.
+        `time` (n,) [s].
         """
         found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
         self.meter = self._fresh_meter()

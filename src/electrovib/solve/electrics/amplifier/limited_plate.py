@@ -81,21 +81,7 @@ class LimitedPlate:
     def margins(self, span: Span, time: Real, *, hysteresis: float) -> Real:
         """Compute the margins of an amplifier to the changes that are possible.
 
-        Parameters
-        ----------
-        span : Span
-            The regime.
-        time : ndarray, shape (n,)
-            Increasing, not before the regime begins [s].
-        hysteresis : float
-            Share of a limit by which it may be exceeded; 0 to find when it is reached.
-
-        Returns
-        -------
-        margins : ndarray, shape (1, n) or (3, n)
-            Below 0 where the regime changes. At a largest current: margin to the target voltage [V]. At the target
-            voltage: margins to the highest and to the lowest current [A], and to another target [V]; the last is below 0
-            also at a voltage step against a capacitance.
+        `time` (n,) [s]; returns `margins` (1, n) [V].
         """
         if span.mode:
             return self.behind(span, time)[None] + hysteresis * self.scale
@@ -104,22 +90,7 @@ class LimitedPlate:
         return np.concatenate([current, np.minimum(self._of_aim(span, time, hysteresis), jumps)[None]])
 
     def margin(self, span: Span, *, when: float, kind: int) -> float:
-        """Compute the margin of an amplifier to one change.
-
-        Parameters
-        ----------
-        span : Span
-            The regime.
-        when : float
-            Time [s].
-        kind : int
-            Row of `margins`.
-
-        Returns
-        -------
-        margin : float
-            As in `margins` [V or A], without hysteresis and discontinuities.
-        """
+        """Compute the margin of an amplifier to one change."""
         at = np.array([when])
         if span.mode:
             return float(self.behind(span, at)[0])
@@ -151,37 +122,14 @@ class LimitedPlate:
         return np.isin(time, self.jumps)
 
     def held(self, when: float) -> int:
-        """Return whether the target is held at a largest voltage.
-
-        Parameters
-        ----------
-        when : float
-            Time from which this holds [s].
-
-        Returns
-        -------
-        side : int
-            Sign of the largest voltage, or 0 where the target is not held; at the largest voltage itself the margins tell.
-        """
+        """Return whether the target is held at a largest voltage."""
         wanted = self.amplifier.gain * float(self.drive.voltage(when))
         return int(np.sign(wanted)) if abs(wanted) - self.largest > _NOISE * self.scale else 0
 
     def state(self, span: Span, *, when: float) -> tuple[float, Real]:
         """Return the voltage of the plate and the states of the modes at a time.
 
-        Parameters
-        ----------
-        span : Span
-            The regime.
-        when : float
-            Time [s].
-
-        Returns
-        -------
-        voltage : float
-            Voltage of the plate just before that time [V].
-        modes : ndarray, shape (modes,)
-            States of the modes [V].
+        Returns `modes` (modes,) [V].
         """
         since = np.array([when - span.start])
         voltage, states = 0.0, np.zeros(len(self.rates))
@@ -195,21 +143,7 @@ class LimitedPlate:
     def span(self, *, start: float, mode: int, held: int, voltage: float, states: Real) -> Span:
         """Return the regime that begins in a given state.
 
-        Parameters
-        ----------
-        start : float
-            Beginning [s].
-        mode, held : int
-            As in `Span`.
-        voltage : float
-            Voltage of the plate just before [V].
-        states : ndarray, shape (modes,)
-            States of the modes [V].
-
-        Returns
-        -------
-        Span
-            The regime from `start` on.
+        `states` (modes,) [V].
         """
         if mode:
             current = self.limits[mode > 0]
@@ -235,17 +169,7 @@ class LimitedPlate:
     def current(self, span: Span, time: Real) -> Real:
         """Compute the current of an amplifier at its target voltage.
 
-        Parameters
-        ----------
-        span : Span
-            The regime.
-        time : ndarray, shape (n,)
-            Increasing, not before the regime begins [s].
-
-        Returns
-        -------
-        current : ndarray, shape (n,)
-            Current of the amplifier [A].
+        `time` (n,) [s]; returns `current` (n,) [A].
         """
         found = self.unlimited.current(time) if span.follows else self.network.fading(time)
         if span.course is None:
@@ -253,18 +177,7 @@ class LimitedPlate:
         return found + self.network.current(span.course, span.states[self.branches], time - span.start)
 
     def left(self, span: Span) -> Span:
-        """Allow a current that has just left its limit to stay near it.
-
-        Parameters
-        ----------
-        span : Span
-            A regime that begins where a largest current ended.
-
-        Returns
-        -------
-        Span
-            The same, with slack for the rounding at that time.
-        """
+        """Allow a current that has just left its limit to stay near it."""
         if span.mode or not np.isfinite(self.limits[1]):
             return span
         beyond = -float(np.min(self._of_current(span, np.array([span.start]), 0.0)))
@@ -273,32 +186,14 @@ class LimitedPlate:
     def aim(self, time: Real) -> Real:
         """Compute the target voltage of the amplifier.
 
-        Parameters
-        ----------
-        time : ndarray, shape (n,)
-            Times [s].
-
-        Returns
-        -------
-        target : ndarray, shape (n,)
-            Voltage that the amplifier would supply without pole and current limit [V].
+        `time` (n,) [s]; returns `target` (n,) [V].
         """
         return np.asarray(self.amplifier.aim(self.drive.voltage(time)))
 
     def behind(self, span: Span, time: Real) -> Real:
         """Compute by how much an amplifier at a largest current lags behind its target voltage.
 
-        Parameters
-        ----------
-        span : Span
-            The regime.
-        time : ndarray, shape (n,)
-            Increasing, not before the regime begins [s].
-
-        Returns
-        -------
-        lag : ndarray, shape (n,)
-            Lag [V]; above 0 as long as the target is not reached.
+        `time` (n,) [s]; returns `lag` (n,) [V].
         """
         assert span.course is not None
         lag = self.aim(time) - span.course.voltage(time - span.start)

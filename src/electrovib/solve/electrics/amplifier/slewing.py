@@ -49,20 +49,7 @@ class Network:
 
     @classmethod
     def of(cls, current: Transfer, *, stray: float) -> Network:
-        """Return the network of a stack from its current per volt.
-
-        Parameters
-        ----------
-        current : Transfer
-            Current per volt of the plate [A/V].
-        stray : float
-            Stray capacitance [F].
-
-        Returns
-        -------
-        Network
-            Branches of the stack, and the stray capacitance.
-        """
+        """Return the network of a stack from its current per volt."""
         on, left = current.gains < 0, current.free != 0
         return cls(
             rates=current.rates[on],
@@ -82,19 +69,7 @@ class Network:
     def current(self, course: Course, states: Real, time: Real) -> Real:
         """Compute the current of the amplifier, without the part that initial charge drives.
 
-        Parameters
-        ----------
-        course : Course
-            Voltage of the plate.
-        states : ndarray, shape (n,)
-            Voltages of the branches' capacitors at the beginning [V].
-        time : ndarray, shape (times,)
-            Times since the beginning [s].
-
-        Returns
-        -------
-        current : ndarray, shape (times,)
-            Current [A].
+        `states` (n,) [V], `time` (times,) [s]; returns `current` (times,) [A].
         """
         voltage = course.voltage(time)
         lag = self.conductances @ (voltage - course.answer(self.rates, states, time))
@@ -109,23 +84,7 @@ class Network:
     ) -> Course:
         """Compute the plate's voltage under a constant current.
 
-        Parameters
-        ----------
-        current : float
-            Current of the amplifier [A].
-        voltage : float
-            Voltage of the plate at the beginning [V]; without effect where it may be discontinuous.
-        states : ndarray, shape (n,)
-            Voltages of the branches' capacitors at the beginning [V].
-        time : float
-            Beginning [s].
-        modes : SlewingModes
-            Modes of the network, as from `modes`.
-
-        Returns
-        -------
-        Course
-            Voltage of the plate from `time` on.
+        `states` (n,) [V].
         """
         loads = self.conductances / self.rates
         charge = modes.shapes @ (loads * states) + self.capacitance * voltage
@@ -159,16 +118,9 @@ class Network:
     def modes(self) -> SlewingModes:
         """Compute the modes of the plate under a given current.
 
-        Returns
-        -------
-        SlewingModes
-            One mode for each branch and one for the capacitance.
-
-        Notes
-        -----
-        C + sum a/(q - m) - static/m = 0 for a mode exp(-m t) and branches of conductance a and rate q; the voltage of
-        a branch is then q/(q - m) of the plate's voltage. Modes are orthogonal with respect to energy; the norm is
-        C + sum a q/(q - m)^2.
+        C + sum a/(q - m) - static/m = 0 for a mode exp(-m t) and branches of conductance a and rate q; the
+        voltage of a branch is then q/(q - m) of the plate's voltage. Modes are orthogonal with respect to
+        energy; the norm is C + sum a q/(q - m)^2.
         """
         leaks = self.static > 0
         if not leaks and not len(self.rates):

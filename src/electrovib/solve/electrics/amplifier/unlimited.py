@@ -26,17 +26,7 @@ _SAME_RATE = 1e-8
 def corner_apart(amplifier: Amplifier, rates: Real) -> float | None:
     """Return the angular corner frequency of an amplifier, moved away from rates that almost equal it.
 
-    Parameters
-    ----------
-    amplifier : Amplifier
-        The amplifier, of which the bandwidth is used.
-    rates : ndarray, shape (n,)
-        Rates of the stack [1/s].
-
-    Returns
-    -------
-    corner : float or None
-        Angular corner frequency [rad/s]; None without a pole.
+    `rates` (n,).
     """
     if amplifier.bandwidth is None:
         return None
@@ -47,20 +37,7 @@ def corner_apart(amplifier: Amplifier, rates: Real) -> float | None:
 
 
 def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
-    """Multiply a linear quantity of the plate's voltage by gain and pole of an amplifier.
-
-    Parameters
-    ----------
-    transfer : Transfer
-        Quantity per volt of the plate.
-    amplifier : Amplifier
-        The amplifier; its limits are ignored.
-
-    Returns
-    -------
-    Transfer
-        Quantity per volt of the drive; the response to initial charge is unchanged.
-    """
+    """Multiply a linear quantity of the plate's voltage by gain and pole of an amplifier."""
     gain, corner = amplifier.gain, corner_apart(amplifier, transfer.rates)
     if corner is None:
         static = None if transfer.static is None else transfer.static * gain
@@ -107,23 +84,7 @@ def without_limits(
 ) -> dict[str, Real]:
     """Compute the response behind gain and pole of quantities that are linear in the plate's voltage.
 
-    Parameters
-    ----------
-    transfers : mapping of str to Transfer
-        Quantities per volt of the plate; `current` [A per volt] among them.
-    drive : Drive
-        A voltage, off before time 0 when starting from rest.
-    time : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    amplifier : Amplifier
-        Gain, pole and stray capacitance.
-    settled : bool
-        Start from the periodic state.
-
-    Returns
-    -------
-    found : dict of str to ndarray
-        The wanted quantities, `plate_voltage` and `amplifier_current`.
+    `time` (n,) [s].
     """
     found = transient(amplified(transfers, amplifier), drive, time, settled=settled)
     found["amplifier_current"] = found.pop("stray current") + found["current"]
@@ -150,17 +111,7 @@ class Lags:
     def of(self, gains: Real, time: Real) -> Real:
         """Compute the sum of gain (x - u) over modes.
 
-        Parameters
-        ----------
-        gains : ndarray, shape (outputs, modes)
-            Weight of each mode in each output.
-        time : ndarray, shape (n,)
-            Increasing, 0 to the end [s].
-
-        Returns
-        -------
-        lags : ndarray, shape (outputs, n)
-            Weighted lags [V].
+        `gains` (outputs, modes), `time` (n,) [s]; returns `lags` (outputs, n) [V].
         """
         found = np.zeros((len(gains), len(time)))
         if not len(self.rates):
@@ -203,15 +154,7 @@ class Unlimited:
     def current(self, time: Real) -> Real:
         """Compute the current of the amplifier.
 
-        Parameters
-        ----------
-        time : ndarray, shape (n,)
-            Increasing [s].
-
-        Returns
-        -------
-        current : ndarray, shape (n,)
-            Current [A]; at a discontinuity of the drive, the value just after it.
+        `time` (n,) [s]; returns `current` (n,) [A].
         """
         per_volt = self.current_per_volt
         found = per_volt.at_rest() * self.drive.voltage(time) + self.flows.of(self.weights, time)[0]
@@ -225,17 +168,7 @@ class Unlimited:
     def state(self, time: float) -> tuple[float, Real]:
         """Return the voltage of the plate just before a time, and the states of the modes.
 
-        Parameters
-        ----------
-        time : float
-            Time [s].
-
-        Returns
-        -------
-        voltage : float
-            Voltage of the plate [V].
-        modes : ndarray, shape (modes,)
-            States of the modes [V].
+        Returns `modes` (modes,) [V].
         """
         at = np.array([time])
         lags = self.modes.of(np.eye(len(self.modes.rates)), at)[:, 0]

@@ -26,25 +26,7 @@ if TYPE_CHECKING:
 
 
 def leaking_slab(layers: Mapping[str, Layer], *, second: float) -> tuple[str, ...]:
-    """Return the names of the layers with a leak, which are pieces of one slab.
-
-    Parameters
-    ----------
-    layers : mapping of str to Layer
-        From the plate to the finger.
-    second : float
-        First contact area over that of a second contact; 0 for none.
-
-    Returns
-    -------
-    names : tuple of str
-        The layers with a leak, which have one field; empty if all layers are linear.
-
-    Raises
-    ------
-    InputError
-        If several slabs leak, or if there is a second contact, whose layers would leak as well.
-    """
+    """Return the names of the layers with a leak, which are pieces of one slab."""
     slabs = leaking_slabs(layers)
     if len(slabs) > 1:
         listed = " and ".join(f"stack.{slab[0]}.leak" for slab in slabs)
@@ -69,18 +51,7 @@ def leaks(scenario: Scenario) -> bool:
 
 
 def refuse_leak(scenario: Scenario) -> None:
-    """Refuse parts of a scenario that cannot be combined with a leaking layer.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With a leaking layer.
-
-    Raises
-    ------
-    InputError
-        If there are several leaks or contacts, the law has gaps of its own, or the periodic state is asked for.
-    """
+    """Refuse parts of a scenario that cannot be combined with a leaking layer."""
     layers = scenario.stack.layers
     name = next(iter(leaking_slab(layers, second=Surroundings.of(scenario).second)), None)
     refuse_gaps_of_a_law(scenario, name)
@@ -96,18 +67,7 @@ def refuse_leak(scenario: Scenario) -> None:
 
 
 def answer_with_leak(question: Question) -> Solution:
-    """Compute the response of a stack with one leaking layer to a voltage or a current.
-
-    Parameters
-    ----------
-    question : Question
-        Of a scenario that `refuse_leak` accepts.
-
-    Returns
-    -------
-    Solution
-        With the error of its time integration.
-    """
+    """Compute the response of a stack with one leaking layer to a voltage or a current."""
     scenario, section = question.scenario, question.section
     layers, around = scenario.stack.layers, Surroundings.of(scenario)
     slab = leaking_slab(layers, second=around.second)

@@ -52,27 +52,8 @@ def leaky_response(
 ) -> Solution:
     """Compute the response from rest of quantities that are linear in a drive and in one leak.
 
-    Parameters
-    ----------
-    driven, leaking : mapping of Key to Transfer
-        Quantities per unit of the drive and per A/m2 of leak, under the same names.
-    drive : Drive
-        Off before time 0.
-    time : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    leak : Conduction
-        Current density from field.
-    control : FieldOf
-        Field on which the leak depends.
+    `time` (n,) [s].
 
-    Returns
-    -------
-    Solution
-        ``step_error`` is the error of the layer's field over its largest value, before extrapolation: a bound. At a
-        discontinuity of the drive, the value after it.
-
-    Notes
-    -----
     Steps are halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
     """
     grid = step_grid(drive, time, driven[control], leaking[control], leak=leak)
@@ -138,21 +119,7 @@ class LeakMarch:
 def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, leak: Conduction) -> LeakMarch:
     """Integrate the field of a leaking layer over given steps.
 
-    Parameters
-    ----------
-    driven, leaking : Transfer
-        Field of the layer per unit of the drive and per A/m2 of leak; the latter without direct part.
-    drive : Drive
-        Off before time 0.
-    grid : ndarray, shape (n,)
-        Ends of the steps, the first 0, with every discontinuity of the drive among them [s].
-    leak : Conduction
-        Current density from field.
-
-    Returns
-    -------
-    LeakMarch
-        Field and leak at the ends of all steps, of second order in the steps.
+    `grid` (n,) [s].
     """
     free = transient({"field": driven}, drive, grid)["field"]
     jumps = driven.direct * jump_heights(drive, grid)
@@ -185,24 +152,6 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
 def field_under_leak(leak: Conduction, *, known: float, weight: float, guess: float | None = None) -> float:
     """Solve E + weight J(E) = known for the field E.
 
-    Parameters
-    ----------
-    leak : Conduction
-        J(E), which never decreases.
-    known : float
-        Field without the leak of this step [V/m].
-    weight : float
-        Decrease of the field by a unit of leak within the step [ohm m], >= 0.
-    guess : float, optional
-        Where to begin [V/m]; by default at `known`.
-
-    Returns
-    -------
-    field : float
-        Field E [V/m], between 0 and `known`, exact to rounding.
-
-    Notes
-    -----
     Newton's method within a shrinking bracket.
     """
     low, high = sorted((0.0, known))

@@ -23,29 +23,10 @@ def leak_section(
 ) -> ModalSection:
     """Expand the response of a stack under voltage drive to a leak in parallel with one of its layers in modes.
 
-    Parameters
-    ----------
-    section : ModalSection
-        The same stack per volt, without the leak.
-    layers : dict of str to Layer
-        From the plate to the finger.
-    name : str
-        Layer with the leak.
-    area : float
-        Contact area [m2].
-    element : SeriesElement
-        Source and return path.
-
-    Returns
-    -------
-    ModalSection
-        Per A/m2 of leak, at a drive of 0 V.
-
-    Notes
-    -----
-    E_j T_j = z_j z_k/Z - [j = k] z_k for a leak in parallel with layer k. The poles are the zeros of Z and the nodes that
-    several parts share; a pole at 0 is an interface that the leak charges. The response of layer k itself has residues of
-    one sign: it is minus the impedance of layer k in parallel with all the others.
+    E_j T_j = z_j z_k/Z - [j = k] z_k for a leak in parallel with layer k. The poles are the zeros of Z and
+    the nodes that several parts share; a pole at 0 is an interface that the leak charges. The response of
+    layer k itself has residues of one sign: it is minus the impedance of layer k in parallel with all the
+    others.
     """
     modes, place = section.modes, list(layers).index(name)
     driven, shared = modes.rates[: modes.driven], modes.rates[modes.driven :]
@@ -82,24 +63,7 @@ def _at(nodes: Real, rates: Real, residues: Real) -> Real:
 
 
 def leak_alone(section: ModalSection, layers: dict[str, Layer], name: str, *, area: float) -> ModalSection:
-    """Expand the response of a stack under current drive to a leak in parallel with one of its layers in modes.
-
-    Parameters
-    ----------
-    section : ModalSection
-        The same stack per ampere, without the leak.
-    layers : dict of str to Layer
-        From the plate to the finger.
-    name : str
-        Layer with the leak.
-    area : float
-        Contact area [m2].
-
-    Returns
-    -------
-    ModalSection
-        Per A/m2 of leak, at a drive of 0 A: the leak takes its current from this layer alone.
-    """
+    """Expand the response of a stack under current drive to a leak in parallel with one of its layers in modes."""
     modes, rates = section.modes, section.modes.rates
     nothing = Transfer(rates=rates, gains=np.zeros(len(rates)))
     fields, displacements = [], []

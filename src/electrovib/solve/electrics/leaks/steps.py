@@ -34,22 +34,7 @@ _SLACK = 512 * float(np.finfo(float).eps)
 def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, leak: Conduction) -> Real:
     """Return the first steps of the integration.
 
-    Parameters
-    ----------
-    drive : Drive
-        Off before time 0.
-    time : ndarray, shape (n,)
-        Output times, all of which become ends of steps [s].
-    driven, leaking : Transfer
-        The leaking layer's field per unit of the drive and per A/m2 of leak.
-    leak : Conduction
-        Current density from field.
-
-    Returns
-    -------
-    grid : ndarray
-        Ends of the steps, increasing from 0 to the last output time [s]: output times, breaks of the drive, shares of
-        its fastest oscillation, and after each discontinuity steps that grow from a share of the fastest time constant.
+    `time` (n,) [s].
     """
     end = float(time[-1])
     if end <= 0:
@@ -95,17 +80,7 @@ def _with_marks(points: Real, marks: Real, end: float) -> Real:
 def jump_heights(drive: Drive, grid: Real) -> Real:
     """Return the height of the drive's discontinuity at each of some times.
 
-    Parameters
-    ----------
-    drive : Drive
-        Off before time 0.
-    grid : ndarray, shape (n,)
-        Increasing, with every discontinuity of the drive among them [s].
-
-    Returns
-    -------
-    heights : ndarray, shape (n,)
-        In the unit of the drive; 0 where the drive is continuous, and at time 0.
+    `grid` (n,) [s]; returns `heights` (n,).
     """
     marks, heights = drive.corners(float(grid[-1]))
     found = np.zeros(len(grid))
@@ -116,26 +91,7 @@ def jump_heights(drive: Drive, grid: Real) -> Real:
 def smooth_grid(
     drive: Drive, *, end: float, speed: float, spans: Sequence[tuple[float, float]], fastest: float
 ) -> Real:
-    """Return the steps of an integration of high order under a moving layer.
-
-    Parameters
-    ----------
-    drive : Drive
-        Off before time 0.
-    end : float
-        Last time [s].
-    speed : float
-        Fastest rate of the integrated states [1/s].
-    spans : sequence of (float, float)
-        Beginnings and ends of smooth motion [s].
-    fastest : float
-        Highest frequency of the motion [Hz].
-
-    Returns
-    -------
-    grid : ndarray
-        Ends of the steps, increasing from 0 to the end [s]; `with_outputs` adds the output times.
-    """
+    """Return the steps of an integration of high order under a moving layer."""
     if end <= 0:
         return np.zeros(1)
     marks, heights = drive.corners(end)
@@ -155,16 +111,6 @@ def smooth_grid(
 def with_outputs(grid: Real, time: Real) -> Real:
     """Insert output times between the ends of steps, except those that almost coincide with one.
 
-    Parameters
-    ----------
-    grid : ndarray, shape (n,)
-        Ends of steps, from 0 on [s].
-    time : ndarray, shape (m,)
-        Output times [s].
-
-    Returns
-    -------
-    grid : ndarray
-        Ends of steps and output times, increasing [s].
+    `grid` (n,) [s], `time` (m,) [s].
     """
     return _with_marks(time, grid, float(grid[-1]))

@@ -19,18 +19,7 @@ if TYPE_CHECKING:
 
 
 def answer_to_voltage(question: Question) -> Solution:
-    """Compute the response of linear layers to a voltage, behind an amplifier without limits if there is one.
-
-    Parameters
-    ----------
-    question : Question
-        Of a scenario with fixed gap and without leaks.
-
-    Returns
-    -------
-    Solution
-        The exact response.
-    """
+    """Compute the response of linear layers to a voltage, behind an amplifier without limits if there is one."""
     amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
     transfers = question.wanted(question.section)
     if amplifier is not None:
@@ -45,18 +34,7 @@ def answer_to_voltage(question: Question) -> Solution:
 
 
 def answer_to_current(question: Question) -> Solution:
-    """Compute the response of linear layers to a prescribed current.
-
-    Parameters
-    ----------
-    question : Question
-        Of a scenario with fixed gap and without leaks or amplifier.
-
-    Returns
-    -------
-    Solution
-        The exact response.
-    """
+    """Compute the response of linear layers to a prescribed current."""
     drive, transfers = question.scenario.drive, question.wanted(question.section)
     found = transient(transfers, drive, question.times, settled=question.settled)
     why = "linear layers, fixed gap and a current drive: modes of each layer, blocking layers integrate the current"
@@ -66,20 +44,7 @@ def answer_to_current(question: Question) -> Solution:
 
 
 def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:
-    """Return the voltage of the drive, and under a prescribed current the current as well.
-
-    Parameters
-    ----------
-    question : Question
-        Any.
-    found : dict of Key to ndarray
-        With ``stack_voltage`` [V].
-
-    Returns
-    -------
-    signals : dict of Key to ndarray, shape (n,)
-        ``drive_voltage`` [V], and ``drive_current`` [A] under current drive.
-    """
+    """Return the voltage of the drive, and under a prescribed current the current as well."""
     scenario, times = question.scenario, question.times
     drive = scenario.drive
     if drive.quantity == "voltage":
@@ -99,20 +64,7 @@ def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:
 
 
 def refuse_gaps_of_a_law(scenario: Scenario, leak: str | None = None) -> None:
-    """Refuse a law with gaps of its own where the voltage over linear layers is not prescribed.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Law and drive.
-    leak : str, optional
-        Layer that leaks.
-
-    Raises
-    ------
-    InputError
-        Under a prescribed current, or beside a leak.
-    """
+    """Refuse a law with gaps of its own where the voltage over linear layers is not prescribed."""
     law, current = type(scenario.force), scenario.drive.quantity == "current"
     if getattr(law, "replaces", ()) and (current or leak):
         why = f"their response to the leak of '{leak}' is not modelled"
@@ -125,18 +77,7 @@ def refuse_gaps_of_a_law(scenario: Scenario, leak: str | None = None) -> None:
 
 
 def refuse_current(scenario: Scenario) -> None:
-    """Refuse parts of a scenario that cannot be combined with a prescribed current.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Driven by a current.
-
-    Raises
-    ------
-    InputError
-        If the law has gaps of its own, or there is an amplifier.
-    """
+    """Refuse parts of a scenario that cannot be combined with a prescribed current."""
     refuse_gaps_of_a_law(scenario)
     if scenario.circuit.amplifier is not None:
         raise InputError(

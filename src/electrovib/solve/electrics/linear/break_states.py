@@ -22,20 +22,8 @@ _FEW_BREAKS: Final = 1000
 def periodic_state(part: Linear, rates: Real) -> Real:
     """Compute the state of each mode at the beginning of a period, in the periodic state of a repeated drive.
 
-    Parameters
-    ----------
-    part : Linear
-        Straight pieces with a period.
-    rates : ndarray, shape (modes,)
-        Rates of the modes [1/s], > 0.
+    `rates` (modes,); returns `state` (modes,) [V].
 
-    Returns
-    -------
-    state : ndarray, shape (modes,)
-        State of each mode [V].
-
-    Notes
-    -----
     x0 = (state after one period from rest)/(1 - exp(-rate period)).
     """
     assert part.period is not None
@@ -68,16 +56,7 @@ def _states_at(part: Linear, rates: Real, state: Real, places: Indices) -> Real:
 def remember(part: Linear, rates: Real, state: Real, passed: list[tuple[int, Real]]) -> None:
     """Store states at breaks that were computed, so that a second evaluation begins at them.
 
-    Parameters
-    ----------
-    part : Linear
-        The pieces; states stored before are discarded.
-    rates : ndarray, shape (modes,)
-        Rates of the modes [1/s], > 0.
-    state : ndarray, shape (modes,)
-        States at time 0 [V].
-    passed : list of (int, ndarray)
-        Breaks, increasing from the first on, and the states there [V]; empty if none were kept.
+    `rates` (modes,), `state` (modes,) [V].
     """
     if passed:
         places, states = zip(*passed, strict=True)
@@ -136,18 +115,8 @@ class BreakStates:
     def at(self, index: Indices, periods: Indices) -> Real:
         """Return the states at breaks of a period, some periods after the first.
 
-        Parameters
-        ----------
-        index, periods : ndarray of int, shape (n,)
-            Index of the break, and number of whole periods before it.
+        `index`, `periods` (n,); returns `states` (modes, n) [V].
 
-        Returns
-        -------
-        states : ndarray, shape (modes, n)
-            States of the modes [V].
-
-        Notes
-        -----
         After k periods T a mode is at x_0 + (x_settled - x_0)(1 - exp(-rate k T)); this state decays until the break.
         """
         if self.places is not None:

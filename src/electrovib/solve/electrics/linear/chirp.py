@@ -35,26 +35,8 @@ FEW = 4 * DEGREE
 def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: bool = False) -> Real:
     """Compute the response of modes x' = rate (v - x) to a chirp, from rest.
 
-    Parameters
-    ----------
-    part : Chirped
-        The drive v.
-    rates : ndarray, shape (modes,)
-        Rates of the modes [1/s], > 0.
-    gains : ndarray, shape (outputs, modes)
-        Weight of each mode in each output.
-    time : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    lag : bool
-        Use x - v in the place of x.
+    `rates` (modes,), `gains` (outputs, modes), `time` (n,) [s]; returns `response` (outputs, n) [V].
 
-    Returns
-    -------
-    response : ndarray, shape (outputs, n)
-        Sum of the weighted modes [V].
-
-    Notes
-    -----
     With p = rate + j w(0) and a = pi sweep, exp(E(u)), E = p u + j a u^2, has the integral exp(E) W,
     W = sqrt(pi)/(2 j alpha) w(E'/(2 alpha)), alpha^2 = j a, E' = rate + j w(u), where w(z) is Faddeeva's function
     and w(u) the angular frequency. Fast modes use the root alpha whose argument lies in the upper complex half plane,

@@ -29,27 +29,7 @@ def drive_voltage(
 ) -> Real:
     """Compute the voltage that the amplifier has to supply for its current.
 
-    Parameters
-    ----------
-    stack_voltage : ndarray, shape (n,)
-        Voltage across the layers [V].
-    drive : Drive
-        A current [A].
-    time : ndarray, shape (n,)
-        Times [s].
-    element : SeriesElement
-        Source and return path.
-    second : float
-        First contact area over that of a second, equal stack; 0 for none.
-    settled : bool
-        As for `transient`.
-    charge : float
-        Charge of the body's capacitor at time 0 [C].
-
-    Returns
-    -------
-    voltage : ndarray, shape (n,)
-        Voltage across stack, source and return path [V].
+    `stack_voltage` (n,) [V], `time` (n,) [s]; returns `voltage` (n,) [V].
     """
     rates, gains, free = np.zeros(0), np.zeros(0), np.zeros(0)
     if element.elastance > 0:

@@ -32,20 +32,7 @@ _FORGOTTEN: Final = 745.0
 def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:
     """Compute sums of relaxations at many times by interpolation between a few.
 
-    Parameters
-    ----------
-    evaluate : callable
-        Outputs of shape (outputs, n) at times since a corner, shape (n,) [s]: sums of exp(-rate t) and of
-        polynomials of low degree.
-    since : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-    fastest : float
-        Largest of the rates [1/s], > 0.
-
-    Returns
-    -------
-    outputs : list of ndarray, shape (n,)
-        One for each output, in the unit of `evaluate`; exact to some roundings of the largest value in each interval.
+    `since` (n,) [s]; returns `outputs` (n,).
     """
     if len(since) <= STRETCHES * FEW:
         return list(evaluate(since))
@@ -86,19 +73,7 @@ def _rule() -> tuple[Real, Real]:
 def fading(weights: Real, rates: Real, since: Real) -> list[Real]:
     """Compute the sum of weight exp(-rate t) over modes.
 
-    Parameters
-    ----------
-    weights : ndarray, shape (outputs, modes)
-        Weights at time 0, in any unit.
-    rates : ndarray, shape (modes,)
-        Rates of the modes [1/s], >= 0.
-    since : ndarray, shape (n,)
-        Increasing, >= 0 [s].
-
-    Returns
-    -------
-    outputs : list of ndarray, shape (n,)
-        One for each output, in the unit of the weights.
+    `weights` (outputs, modes), `rates` (modes,), `since` (n,) [s]; returns `outputs` (n,).
     """
 
     def evaluate(moments: Real) -> Real:

@@ -21,31 +21,7 @@ def periodic(
 ) -> Real:
     """Compute the steady response of one linear quantity.
 
-    Parameters
-    ----------
-    transfer : callable
-        Complex response per volt at frequencies in Hz, shape (n,) to (n,); materials may be as declared,
-        without reduction to Debye terms.
-    drive : Drive
-        With a period.
-    time : ndarray, shape (n,)
-        Times [s].
-    static : float
-        Response at zero frequency, at which a formula in 1/(j w) is not defined.
-    harmonics : int
-        Number of harmonics of a drive with edges; a sum of sines is complete.
-
-    Returns
-    -------
-    response : ndarray, shape (n,)
-        Real response, in the unit of `transfer` times that of the drive. The harmonics of a piecewise linear drive
-        fall as 1/n^2 (as 1/n with discontinuities), so the truncation error is of the order of 1/harmonics^2 of the peak
-        (of 1/harmonics near a discontinuity).
-
-    Raises
-    ------
-    InputError
-        If the drive has no period.
+    `time` (n,) [s]; returns `response` (n,).
     """
     if drive.period is None:
         raise InputError(f"drive: {type(drive).__name__} has no period and therefore no harmonics")

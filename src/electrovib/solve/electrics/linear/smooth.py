@@ -23,19 +23,7 @@ _STEPS_AT_ONCE = 4096
 def smooth_states(part: Smooth, rates: Real, times: Real) -> Real:
     """Compute the states of the modes x' = rate (v - x) under a smooth drive, from rest.
 
-    Parameters
-    ----------
-    part : Smooth
-        The drive.
-    rates : ndarray, shape (modes,)
-        Rates of the modes [1/s], > 0.
-    times : ndarray, shape (n,)
-        Increasing, from 0 on [s].
-
-    Returns
-    -------
-    states : ndarray, shape (modes, n)
-        States of the modes [V].
+    `rates` (modes,), `times` (n,) [s]; returns `states` (modes, n) [V].
     """
     grid = _grid(part, times)
     wanted = np.searchsorted(grid, times)
@@ -84,8 +72,6 @@ def _grid(part: Smooth, times: Real) -> Real:
 def _weights(z: Real) -> tuple[Real, Real]:
     """Return decay and quadrature weights of one step, z = rate times step.
 
-    Notes
-    -----
     Moments m_k = z integral of exp(-z (1 - s)) s^k over 0..1: m_k = 1 - k m_(k-1)/z is stable for large z;
     Gauss quadrature is exact to rounding for small z.
     """

@@ -39,30 +39,9 @@ def straight_response(
 ) -> Real:
     """Compute the response of modes to straight pieces at any times.
 
-    Parameters
-    ----------
-    part : Linear
-        The pieces.
-    rates : ndarray, shape (modes,)
-        Rates of the modes [1/s], > 0.
-    gains : ndarray, shape (outputs, modes)
-        Weight of each mode in each output.
-    time : ndarray, shape (n,)
-        Increasing, from 0 on [s].
-    state : ndarray, shape (modes,)
-        States at time 0 [V].
-    direct : ndarray, shape (outputs,), optional
-        Weight of the drive itself in each output; by default 0.
-    lag : ndarray of bool, shape (outputs,), optional
-        Which outputs take the lag x - v of each mode in the place of its state x; by default none.
+    `rates` (modes,), `gains` (outputs, modes), `time` (n,) [s], `state` (modes,) [V], `direct` (outputs,),
+    `lag` (outputs,); returns `response` (outputs, n) [V].
 
-    Returns
-    -------
-    response : ndarray, shape (outputs, n)
-        direct v + sum gain x, or direct v + sum gain (x - v) [V].
-
-    Notes
-    -----
     At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
     """
     direct = np.zeros(len(gains)) if direct is None else direct
@@ -82,15 +61,7 @@ def straight_rows(
 ) -> list[Real]:
     """Compute the response of modes to straight pieces at any times, each output in an array of its own.
 
-    Parameters
-    ----------
-    part, rates, gains, time, state, direct, lag
-        As for `straight_response`: rates in 1/s, gains dimensionless, time in s, states in V.
-
-    Returns
-    -------
-    response : list of ndarray, shape (n,)
-        One array for each output [V].
+    Returns `response` (n,) [V].
     """
     marched = _marched(part, time)
     if marched is not None:
@@ -158,17 +129,7 @@ class _Asked:
 def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
     """Compute the response of modes to straight pieces less the drive itself, from the states at the breaks.
 
-    Parameters
-    ----------
-    states : BreakStates
-        States of the modes [V].
-    gains, time
-        As for `straight_response`: gains dimensionless, time in s.
-
-    Returns
-    -------
-    response : ndarray, shape (outputs, n)
-        sum gain (x - v) [V].
+    Returns `response` (outputs, n) [V].
     """
     part, rates = states.part, states.rates
     result = np.zeros((len(gains), len(time)))
@@ -191,18 +152,7 @@ def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
 
 
 def chunks(samples: int, modes: int) -> list[slice]:
-    """Split many times into intervals whose states fit in memory together.
-
-    Parameters
-    ----------
-    samples, modes : int
-        Numbers of times and of modes.
-
-    Returns
-    -------
-    intervals : list of slice
-        Slices of the times.
-    """
+    """Split many times into intervals whose states fit in memory together."""
     length = max(1, CHUNK // modes)
     return [slice(first, first + length) for first in range(0, samples, length)]
 

@@ -45,29 +45,8 @@ def transient(
 ) -> dict[K, Real]:
     """Compute the response of linear quantities to a drive.
 
-    Parameters
-    ----------
-    transfers : mapping of Key to Transfer
-        Quantities to compute.
-    drive : Drive
-        Off before time 0 when starting from rest.
-    time : ndarray, shape (n,)
-        Increasing, >= 0 [s]; need not be even.
-    settled : bool
-        Start from the periodic state instead of rest: the drive has been repeating since long before time 0.
+    `time` (n,) [s].
 
-    Returns
-    -------
-    responses : dict of Key to ndarray, shape (n,)
-        In the unit of each quantity; at a discontinuity of the drive, the value after it.
-
-    Raises
-    ------
-    InputError
-        If the periodic state is asked for and the drive has no period, or has a mean that a quantity integrates.
-
-    Notes
-    -----
     x' = rate (v - x) for each mode; y = direct v + slope v' + sum gain x + sum free exp(-rate t). Where the
     response at zero frequency is known separately, y = static v + slope v' + sum gain (x - v) + ...: a small current
     is then not the difference of two large ones. From rest an integrator is exact as one more slow mode; in the
@@ -214,19 +193,7 @@ class _Output:
 def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
     """Compute the response of modes to a part of a drive, less that part.
 
-    Parameters
-    ----------
-    part : Linear, Tones or Smooth
-        The part.
-    rates, gains, time
-        As for `straight_response`: rates in 1/s, gains dimensionless, time in s.
-    settled : bool
-        In the periodic state instead of from rest.
-
-    Returns
-    -------
-    response : ndarray, shape (outputs, n)
-        sum gain (x - v) [V].
+    Returns `response` (outputs, n) [V].
     """
     lag = np.ones(len(gains), bool)
     return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled))

@@ -51,20 +51,7 @@ class Grid:
     def over(cls, stamps: Real, corners: Real, *, memory: float = math.inf) -> Grid:
         """Return the grid of output times and corners.
 
-        Parameters
-        ----------
-        stamps : ndarray, shape (n,)
-            Output times, increasing [s].
-        corners : ndarray, shape (m,)
-            Corners at any times [s]; those after the first output time and up to the last count.
-        memory : float
-            Time after which the response to a force has decayed [s]: earlier times than that before every output time
-            are one piece.
-
-        Returns
-        -------
-        Grid
-            Not yet divided.
+        `stamps` (n,) [s], `corners` (m,) [s].
         """
         inside = corners[(corners > stamps[0]) & (corners <= stamps[-1])]
         slack = ROUNDING * max(abs(stamps[0]), abs(stamps[-1]))
@@ -93,40 +80,14 @@ class Grid:
     def counts(self, remaining: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return which stretches affect some of the output times.
 
-        Parameters
-        ----------
-        remaining : ndarray of bool, shape (wanted,)
-            Which of the output times count.
-
-        Returns
-        -------
-        affects : ndarray of bool, shape (knots - 1,)
-            True where the force has to be resolved.
+        `remaining` (wanted,); returns `affects` (knots - 1,).
         """
         if not np.any(remaining):
             return np.zeros(len(self.knots) - 1, bool)
         return ~_is_idle(self.knots[1:], self.knots[self.wanted[remaining]], self.memory)
 
     def density(self, *, shortest: float, most: int) -> float:
-        """Return the density of pieces for FEWEST pieces in all and PER_CHANGE in the shortest change.
-
-        Parameters
-        ----------
-        shortest : float
-            Shortest time in which the force changes [s].
-        most : int
-            Half of it is not exceeded, so that every stretch can be halved.
-
-        Returns
-        -------
-        density : float
-            Pieces per second [1/s].
-
-        Raises
-        ------
-        InputError
-            If there are more stretches than half of `most`.
-        """
+        """Return the density of pieces for FEWEST pieces in all and PER_CHANGE in the shortest change."""
         lengths = np.diff(self.knots)
         if 2 * len(lengths) > most:
             raise InputError(
@@ -142,19 +103,7 @@ class Grid:
     def divisions(self, *, density: float, halvings: int, counts: NDArray[np.bool_]) -> Indices:
         """Return the number of pieces of each stretch.
 
-        Parameters
-        ----------
-        density : float
-            Pieces per second before any halving [1/s].
-        halvings : int
-            Number of halvings of each piece.
-        counts : ndarray of bool, shape (knots - 1,)
-            Stretches that are divided; each of the others is one piece.
-
-        Returns
-        -------
-        divisions : ndarray of int, shape (knots - 1,)
-            Number of pieces of each stretch.
+        `counts` (knots - 1,); returns `divisions` (knots - 1,).
         """
         # lengths of an even grid differ in their last digit only
         even = np.maximum(np.ceil(np.diff(self.knots) * density * (1 - 1e-9)), 1)
@@ -164,15 +113,7 @@ class Grid:
     def points(self, divisions: Indices) -> tuple[Real, Real]:
         """Return begin and duration of every piece.
 
-        Parameters
-        ----------
-        divisions : ndarray of int, shape (knots - 1,)
-            Number of pieces of each stretch.
-
-        Returns
-        -------
-        begins, lengths : ndarray, shape (pieces,)
-            Begin and duration of every piece [s].
+        `divisions` (knots - 1,); returns `begins`, `lengths` (pieces,) [s].
         """
         whole, since = np.repeat(np.diff(self.knots), divisions), np.repeat(self.knots[:-1], divisions)
         count, power = np.repeat(divisions, divisions), np.repeat(np.where(self.graded, GROWTH, 1), divisions)
@@ -190,20 +131,7 @@ def _is_idle(times: Real, wanted: Real, memory: float) -> NDArray[np.bool_]:
 def increasing(times: ArrayLike) -> Real:
     """Return times as an array, refusing those that do not increase.
 
-    Parameters
-    ----------
-    times : array_like, shape (n,)
-        Times [s].
-
-    Returns
-    -------
-    stamps : ndarray, shape (n,)
-        The times [s].
-
-    Raises
-    ------
-    InputError
-        If there are none, or they are not finite and increasing.
+    `times` (n,) [s]; returns `stamps` (n,) [s].
     """
     stamps = np.asarray(times, dtype=float)
     if stamps.ndim != 1 or not stamps.size or not np.all(np.isfinite(stamps)) or np.any(np.diff(stamps) <= 0):

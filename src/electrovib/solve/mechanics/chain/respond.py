@@ -48,43 +48,8 @@ def respond_mechanically(
 ) -> tuple[dict[str, Real], float]:
     """Compute the outputs of linear mechanics and sensors under one force, to a stated error.
 
-    Parameters
-    ----------
-    force_at : callable
-        Force [N] at increasing times [s], at a discontinuity the value after it; evaluated only between the first and
-        the last of `times`.
-    filters : mapping of str to Filter
-        Filters of the outputs.
-    times : array_like, shape (n,)
-        Output times, increasing, not necessarily even [s].
-    tolerance : float
-        Largest change of an extrapolated output by the last halving, over its largest value [1].
-    most : int
-        Largest number of pieces of the finest grid; where they do not suffice the error returned is above `tolerance`.
-    corners : array_like, shape (m,)
-        Times [s] at which the force or its slope is discontinuous, in any order; between them it is smooth. A
-        discontinuity that is not named reduces the order of convergence.
-    shortest : float
-        Shortest time in which the force changes, for instance a period of its fastest oscillation [s]: a grid
-        in step with an oscillation would not resolve it.
-    held : float
-        Duration of a constant force of the first value before the first time [s]; 0 for rest, infinite for the steady
-        state.
+    `times` (n,) [s], `corners` (m,) [s].
 
-    Returns
-    -------
-    outputs : dict of str to ndarray, shape (n,)
-        Outputs in the order of `filters`.
-    error : float
-        Largest relative change by the last halving [1]; for a smooth force some fifteen times the error.
-
-    Raises
-    ------
-    InputError
-        If times do not increase, the force is not finite, or one piece for each time is more than `most`.
-
-    Notes
-    -----
     The force is linear between the points of a grid, for which the modes are exact, however stiff. The remaining error
     is that of the curvature of the force in a piece, of second order in its length; extrapolation over grids of halved
     pieces (Romberg) eliminates two orders, which leaves the sixth. Times that no output depends on any more are not

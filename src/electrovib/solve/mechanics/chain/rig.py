@@ -29,18 +29,7 @@ if TYPE_CHECKING:
 
 
 def finger_filters(finger: Finger) -> dict[str, Filter]:
-    """Return the filters from the lateral force to the motion of the skin.
-
-    Parameters
-    ----------
-    finger : Finger
-        Fingertip at one sliding speed.
-
-    Returns
-    -------
-    dict of str to Filter
-        ``skin_displacement`` [m/N] and its rate of change ``skin_speed`` [m/(N s)].
-    """
+    """Return the filters from the lateral force to the motion of the skin."""
     displacement = finger.compliance_at_rest() * of_stages((finger.resonance(),))
     return {"skin_displacement": displacement, "skin_speed": displacement.rate()}
 
@@ -81,34 +70,7 @@ def measured(
 ) -> Measured:
     """Compute the readings of a rig: forces through its sensors, digitised with its noise.
 
-    Parameters
-    ----------
-    rig : Rig
-        Rig with its sensors and, optionally, a digitiser.
-    times : array_like, shape (n,)
-        Output times, increasing [s]. A digitiser reads from the first time on at its own rate, and holds each reading
-        until the next.
-    normal_force, lateral_force : callable or array_like, shape (n,)
-        True forces [N]: at any times between the first and the last, or at `times` and linear between them.
-    tolerance, most, corners, shortest, held
-        As for `respond_mechanically`; `held` also for samples. A piezoelectric sensor reads 0 for a force that has been
-        constant for an infinite time.
-    friction : Filter, optional
-        Filter from `lateral_force`, then a function, to the lateral force on the sensor.
-    before : float
-        Time before the first output time from which `lateral_force` is computed, starting in the steady state [s].
-    unknown : callable, optional
-        Returns at which times [s] the lateral reading depends on an unknown force; the reading is NaN there.
-
-    Returns
-    -------
-    Measured
-        Readings [N], error and diagnostics.
-
-    Raises
-    ------
-    InputError
-        As `respond_mechanically`; or if the numbers of samples and times differ.
+    `times` (n,) [s].
     """
     stamps = increasing(times)
     moments = stamps if rig.digitiser is None else _moments(rig.digitiser, stamps, most)
@@ -146,27 +108,7 @@ def _moments(digitiser: Digitiser, stamps: Real, most: int) -> Real:
 
 
 def refuse_readings(digitiser: Digitiser, *, span: float, most: int) -> int:
-    """Return the number of readings of a digitiser, refusing too many.
-
-    Parameters
-    ----------
-    digitiser : Digitiser
-        With its sampling rate.
-    span : float
-        Time from the first to the last output time [s].
-    most : int
-        Twice the largest number that is allowed.
-
-    Returns
-    -------
-    count : int
-        Number of readings.
-
-    Raises
-    ------
-    InputError
-        If there are more than allowed.
-    """
+    """Return the number of readings of a digitiser, refusing too many."""
     count = math.floor(span * digitiser.sampling_rate + 1e-6) + 1
     if 2 * count > most:
         raise InputError(

@@ -28,28 +28,9 @@ APART = 1e-5
 def second_order(*, natural_frequency: float, damping_ratio: float) -> Filter:
     """Return the resonance of a mass on a spring and a damper: w0^2/(s^2 + 2 zeta w0 s + w0^2).
 
-    Parameters
-    ----------
-    natural_frequency : float
-        w0/(2 pi) [Hz], above 0.
-    damping_ratio : float
-        zeta [1], above 0: underdamped below 1, critical at 1, overdamped above.
-
-    Returns
-    -------
-    Filter
-        With a conjugate pair, or with two real poles.
-
-    Raises
-    ------
-    InputError
-        If one of the two is not positive.
-
-    Notes
-    -----
-    At zeta = 1 both poles coincide at -w0, and the response is no sum of modes. It is smooth in zeta there, so
-    within CRITICAL of 1 it is interpolated between 1 - CRITICAL and 1 + CRITICAL: error below
-    0.6 CRITICAL^2 = 6e-13 of the response, plus rounding times the gains, which reach 350: 1e-13.
+    At zeta = 1 both poles coincide at -w0, and the response is no sum of modes. It is smooth in zeta there,
+    so within CRITICAL of 1 it is interpolated between 1 - CRITICAL and 1 + CRITICAL: error below 0.6
+    CRITICAL^2 = 6e-13 of the response, plus rounding times the gains, which reach 350: 1e-13.
     """
     if not (natural_frequency > 0 and damping_ratio > 0):
         raise InputError(
@@ -87,41 +68,14 @@ def high_pass(time_constant: float) -> Filter:
 def relaxing(shares: ArrayLike, times: ArrayLike) -> Filter:
     """Return the response of an instantaneous part and creep: 1 + sum share/(1 + s T).
 
-    Parameters
-    ----------
-    shares : array_like, shape (n,)
-        Final contribution of each creep [1].
-    times : array_like, shape (n,)
-        Time constants T, above 0 [s].
-
-    Returns
-    -------
-    Filter
-        With a gain of 1 at high and of 1 + sum of shares at zero frequency.
+    `shares` (n,), `times` (n,) [s].
     """
     poles = np.asarray(-1 / np.asarray(times, float), complex)
     return Filter(poles, np.asarray(shares, complex), 1.0)
 
 
 def cascade(*filters: Filter) -> Filter:
-    """Return the cascade of filters, by partial fractions.
-
-    Parameters
-    ----------
-    *filters : Filter
-        In any order; without any, the cascade is the identity.
-
-    Returns
-    -------
-    Filter
-        With the poles of all of them.
-
-    Raises
-    ------
-    InputError
-        If two of them share a pole: the product then has no such form. A relative distance below APART counts as
-        shared; at APART the partial fractions have lost 5 of 16 digits.
-    """
+    """Return the cascade of filters, by partial fractions."""
     return reduce(_product, filters, Filter(np.zeros(0, complex), np.zeros(0, complex), 1.0))
 
 
@@ -140,18 +94,7 @@ def _product(one: Filter, other: Filter) -> Filter:
 
 
 def of_stages(stages: Iterable[Stage]) -> Filter:
-    """Return the filter of a declared chain of stages.
-
-    Parameters
-    ----------
-    stages : iterable of Stage
-        Stages of a finger, a sensor or a rig.
-
-    Returns
-    -------
-    Filter
-        Their cascade.
-    """
+    """Return the filter of a declared chain of stages."""
     return cascade(*(_of_stage(stage) for stage in stages))
 
 

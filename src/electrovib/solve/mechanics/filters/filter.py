@@ -71,13 +71,7 @@ class Filter:
         return float(self.direct + np.sum(self._weights() * self.gains).real)
 
     def rate(self) -> Filter:
-        """Return the filter of the rate of change of the output, in the unit of the gains per second.
-
-        Raises
-        ------
-        InputError
-            If the output is discontinuous where the input is: its rate of change is not defined there.
-        """
+        """Return the filter of the rate of change of the output, in the unit of the gains per second."""
         if self.direct != 0.0:
             raise InputError(
                 f"filter.direct = {self.direct:g}: it must be 0, because the rate of a discontinuous output is not defined."
@@ -99,17 +93,7 @@ class Filter:
     def state(self, level: float, *, held: float = math.inf) -> Complex:
         """Return the state of the modes after a constant input.
 
-        Parameters
-        ----------
-        level : float
-            Input, in its unit; before it the input was 0.
-        held : float
-            Duration of the constant input [s]; infinite for the steady state, 0 for rest.
-
-        Returns
-        -------
-        state : ndarray of complex, shape (n,)
-            State of each mode, in the unit of the input.
+        Returns `state` (n,).
         """
         if math.isinf(held):
             return np.full(len(self.poles), level, complex)

@@ -21,23 +21,7 @@ if TYPE_CHECKING:
 def filtered(filter_: Filter, samples: ArrayLike, *, step: float, settled: bool, keep: int = 1) -> Real:
     """Return the exact output of a filter for an input that is linear from sample to sample.
 
-    Parameters
-    ----------
-    filter_ : Filter
-        Filter.
-    samples : array_like, shape (n,)
-        Input at even times, finite.
-    step : float
-        Time between samples [s].
-    settled : bool
-        Whether the input has always had the value of the first sample before it; otherwise it was 0.
-    keep : int
-        Number of samples for each output; outputs between are not computed.
-
-    Returns
-    -------
-    output : ndarray, shape (ceil(n / keep),)
-        Output at every `keep`-th sample, in the unit of the input times that of the gains.
+    `samples` (n,); returns `output` (ceil(n / keep),).
     """
     values = finite(samples)
     start = filter_.state(values[0], held=math.inf if settled else 0.0)
@@ -51,23 +35,8 @@ def march_through(
 ) -> Real:
     """Return the exact output of a filter for straight pieces with discontinuities between them.
 
-    Parameters
-    ----------
-    filter_ : Filter
-        Filter.
-    starts, ends : ndarray, shape (pieces,)
-        Input just after the beginning and just before the end of each piece.
-    steps : float or ndarray, shape (pieces,)
-        Their durations [s].
-    state : ndarray of complex, shape (poles,)
-        State of the filter at the first point.
-    keep : int
-        Number of points for each output.
-
-    Returns
-    -------
-    output : ndarray, shape (pieces // keep + 1,)
-        Output at every `keep`-th point, as from `recursion.march_pairs`.
+    `starts`, `ends` (pieces,), `steps` (pieces,) [s], `state` (poles,); returns `output` (pieces // keep +
+    1,).
     """
     gains = filter_.gains[np.newaxis]
     outputs, _ = march_pairs(filter_.poles, gains, [filter_.direct], starts, ends, steps, state, keep=keep)
@@ -78,24 +47,7 @@ def march_through(
 def filtered_linear(filter_: Filter, part: Linear, times: ArrayLike) -> Real:
     """Return the exact output of a filter for an input of straight pieces, from rest, at any times.
 
-    Parameters
-    ----------
-    filter_ : Filter
-        Filter.
-    part : Linear
-        Input: 0 before time 0, straight between its breaks, with or without discontinuities.
-    times : array_like, shape (n,)
-        Output times, >= 0, in any order [s].
-
-    Returns
-    -------
-    output : ndarray, shape (n,)
-        Output, at a discontinuity the value after it.
-
-    Raises
-    ------
-    InputError
-        If a time is negative or not finite.
+    `times` (n,) [s]; returns `output` (n,).
     """
     wanted = np.asarray(times, dtype=float)
     if not np.all((wanted >= 0) & np.isfinite(wanted)):
@@ -106,21 +58,7 @@ def filtered_linear(filter_: Filter, part: Linear, times: ArrayLike) -> Real:
 def through_pieces(filter_: Filter, part: Linear, wanted: Real, state: Complex) -> Real:
     """Return the exact output of a filter for straight pieces at any times, from any state.
 
-    Parameters
-    ----------
-    filter_ : Filter
-        Filter.
-    part : Linear
-        Input.
-    wanted : ndarray, shape (n,)
-        Output times, >= 0 [s].
-    state : ndarray of complex, shape (poles,)
-        State of the filter at time 0.
-
-    Returns
-    -------
-    output : ndarray, shape (n,)
-        Output, at a discontinuity the value after it.
+    `wanted` (n,) [s], `state` (poles,); returns `output` (n,).
     """
     pieces = part.until(float(np.max(wanted, initial=0.0)))
     inside = pieces.times <= np.max(wanted, initial=0.0)
@@ -140,20 +78,7 @@ def through_pieces(filter_: Filter, part: Linear, wanted: Real, state: Complex) 
 def finite(samples: ArrayLike) -> Real:
     """Return samples as an array, refusing an empty one and values that are not finite.
 
-    Parameters
-    ----------
-    samples : array_like, shape (n,)
-        Samples in any unit.
-
-    Returns
-    -------
-    values : ndarray, shape (n,)
-        The samples.
-
-    Raises
-    ------
-    InputError
-        With the first such index: one such sample would make all later outputs invalid.
+    `samples` (n,); returns `values` (n,).
     """
     values = np.asarray(samples, dtype=float)
     bad = np.flatnonzero(~np.isfinite(values))

@@ -47,17 +47,7 @@ class Stretches:
     def output(self, filter_: Filter, *, held: float) -> Real:
         """Return the output of a filter at the first begin and at the ends of the stretches.
 
-        Parameters
-        ----------
-        filter_ : Filter
-            Filter.
-        held : float
-            Duration of a constant input of the first value before it [s].
-
-        Returns
-        -------
-        output : ndarray, shape (stretches + 1,)
-            Output, at a discontinuity the value after it.
+        Returns `output` (stretches + 1,).
         """
         marks = np.cumsum(np.append(0, self.divisions))
         state = filter_.state(float(self.force[0]), held=held)

@@ -48,35 +48,7 @@ def slide_quickly(
 ) -> Slide:
     """Compute the stick-slip motion of a skin with bristle friction, as `sliding` does, in compiled steps.
 
-    Parameters
-    ----------
-    law : BristleFriction
-        Friction of the contact; its `bristles` are not None.
-    motion : Motion
-        Speed of the bone over the plate, and contact; its time profile is linear between its corners. A finger that moves
-        at time 0 has always slid with the speed and strength of time 0; else it starts at rest, undeflected.
-    strength : Between
-        Steady friction of the law under load and attraction [N]; its corners include those of speed and contact.
-    times : ndarray, shape (n,)
-        Output times, increasing, from 0 on [s].
-    mass, stiffness, damping : float, optional
-        Mass [kg], stiffness [N/m] and damping [N s/m] of the skin against the bone; all absent for a rigid finger.
-    tolerance : float
-        Local error of a step over the scale of each state [1].
-
-    Returns
-    -------
-    Slide
-        Motion, force, energies and events.
-
-    Raises
-    ------
-    InputError
-        As `sliding`.
-    BudgetError
-        If the steps take longer than is allowed.
-    ElectrovibError
-        If a step does not converge at the smallest length, or events accumulate.
+    `times` (n,) [s].
     """
     from electrovib.solve.mechanics.stick_slip import compiled_records, compiled_step
     from electrovib.solve.mechanics.stick_slip.compiled_march import ASKED, STEPS

@@ -64,38 +64,14 @@ class SlidingSkin(ABC):
     def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
         """Return the rate of change of the states.
 
-        Parameters
-        ----------
-        now : ndarray, shape (states,)
-            States.
-        speed : float
-            Speed of the bone over the plate [m/s].
-        strength : float
-            Strength of the friction, above 0 [N].
-        direction : int
-            Sign of the skin's speed over the plate.
-
-        Returns
-        -------
-        rate : ndarray, shape (states,)
-            Rate of each state, in its unit per second.
+        `now` (states,); returns `rate` (states,).
         """
 
     @abstractmethod
     def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
         """Return the speed of the skin over the plate.
 
-        Parameters
-        ----------
-        now : ndarray, shape (states,) or (states, n)
-            States.
-        speed : float or ndarray, shape (n,)
-            Speed of the bone over the plate [m/s].
-
-        Returns
-        -------
-        over_plate : ndarray, shape () or (n,)
-            Speed of the skin over the plate [m/s].
+        `now` (states,), `speed` (n,) [m/s]; returns `over_plate` () [m/s].
         """
 
     @abstractmethod
@@ -109,20 +85,7 @@ class SlidingSkin(ABC):
     def left(self, now: Real, *, strength: float, direction: int) -> float:
         """Return the remaining share of the strength of the friction.
 
-        Parameters
-        ----------
-        now : ndarray, shape (states,)
-            States.
-        strength : float
-            Strength of the friction, above 0 [N].
-        direction : int
-            Sign of the skin's speed over the plate.
-
-        Returns
-        -------
-        share : float
-            1 minus the force of the bristles along `direction` over the strength [1]: 0 where the force equals the
-            strength, negative beyond.
+        `now` (states,).
         """
         return 1 - direction * self.law.stiffness * float(self.deflection(now)) / strength
 
@@ -134,30 +97,14 @@ class SlidingSkin(ABC):
     def scale(self, *, strength: float, speed: float) -> Real:
         """Return the scale of each state.
 
-        Parameters
-        ----------
-        strength, speed : float
-            Largest strength of the friction [N] and largest speed of the bone [m/s], above 0.
-
-        Returns
-        -------
-        scale : ndarray, shape (states,)
-            Scale of each state, in its unit, above 0.
+        Returns `scale` (states,).
         """
 
     @abstractmethod
     def settled(self, *, speed: float, strength: float) -> Real:
         """Return the states of steady sliding.
 
-        Parameters
-        ----------
-        speed, strength : float
-            Speed of the bone [m/s] and strength of the friction [N].
-
-        Returns
-        -------
-        now : ndarray, shape (states,)
-            States, each in its unit.
+        Returns `now` (states,).
         """
 
     @abstractmethod

@@ -59,25 +59,7 @@ def lifted(skin: SlidingSkin) -> SlidingSkin:
 def skin_of(
     law: BristleFriction, *, mass: float | None, stiffness: float | None, damping: float | None
 ) -> SlidingSkin:
-    """Return the skin of a finger, or a rigid one.
-
-    Parameters
-    ----------
-    law : BristleFriction
-        Friction of the contact.
-    mass, stiffness, damping : float or None
-        Mass [kg], stiffness [N/m] and damping [N s/m] of the skin against the bone; all None for a rigid finger.
-
-    Returns
-    -------
-    SlidingSkin
-        The skin with this friction.
-
-    Raises
-    ------
-    InputError
-        If only some of them are given, or one is outside its range.
-    """
+    """Return the skin of a finger, or a rigid one."""
     if mass is None and stiffness is None and damping is None:
         return RigidSlidingSkin(law)
     if mass is None or stiffness is None or damping is None:

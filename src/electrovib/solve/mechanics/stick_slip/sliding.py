@@ -157,41 +157,8 @@ def sliding(
 ) -> Slide:
     """Compute the stick-slip motion of a skin with bristle friction, with its energy balance.
 
-    Parameters
-    ----------
-    law : BristleFriction
-        Friction of the contact.
-    speed : callable
-        Speed of the finger's bone over the plate [m/s] at times [s].
-    strength : callable
-        Steady friction of the law under load and attraction [N] at times [s], >= 0.
-    times : ndarray, shape (n,)
-        Output times, increasing, from 0 on [s].
-    mass, stiffness, damping : float, optional
-        Mass [kg], stiffness [N/m] and damping [N s/m] of the skin against the bone; all absent for a rigid finger.
-    breaks : sequence of float
-        Times at which speed or strength are not smooth [s].
-    touches : callable
-        Whether the finger touches at times [s]; off the plate there is no friction.
-    settled : bool
-        Whether the finger has always slid with the speed and strength of time 0; else it starts at rest, undeflected.
-    tolerance : float
-        Local error of a step over the scale of each state [1].
-    step : float, optional
-        Fixed time step, to measure the order of convergence [s].
+    `times` (n,) [s].
 
-    Returns
-    -------
-    Slide
-        Motion, force, energies and events.
-
-    Raises
-    ------
-    InputError
-        If the finger is neither rigid nor complete, or the strength is negative or not a number.
-
-    Notes
-    -----
     m w' = k x + c x' - F(z, z', w), x' = u - w, with z' from the law; u and w are the speeds of the bone and of the skin
     over the plate. In the frame of the plate the power of the hand is (k x + c x') u; it changes m w^2/2, k x^2/2 and
     stiffness z^2/2, and is dissipated as c x'^2 and F w - stiffness z z'. Without load the strength is 1e-9 of the
@@ -248,15 +215,7 @@ def _looks(times: Real, breaks: Sequence[float]) -> Real:
 def not_negative(times: Real, strengths: Real) -> None:
     """Refuse a strength that is negative or not a number.
 
-    Parameters
-    ----------
-    times, strengths : ndarray, shape (n,)
-        Times [s] and strength of the friction there [N].
-
-    Raises
-    ------
-    InputError
-        With the first such time.
+    `times`, `strengths` (n,) [s].
     """
     wrong = np.flatnonzero(~(strengths >= 0))
     if len(wrong):

@@ -15,18 +15,7 @@ _CHOICES: Final = ("numba", "numpy")
 
 @functools.cache
 def compiled() -> Any:
-    """Return the module of compiled kernels; None where numba is not installed or numpy is chosen.
-
-    Returns
-    -------
-    kernels : module or None
-        ``electrovib.solve.population.kernels.compiled``.
-
-    Raises
-    ------
-    InputError
-        If the environment asks for a kernel that does not exist or is not installed.
-    """
+    """Return the module of compiled kernels; None where numba is not installed or numpy is chosen."""
     wanted = os.environ.get(CHOICE, "")
     if wanted not in {"", *_CHOICES}:
         raise InputError(f"{CHOICE} = {wanted!r} in the environment: expected {' or '.join(_CHOICES)}.")
@@ -44,13 +33,7 @@ def compiled() -> Any:
 
 
 def kernel_name() -> str:
-    """Return the kernel of this process, with the version and vector width on which its last bits depend.
-
-    Returns
-    -------
-    name : str
-        ``"numpy 2.4.6"``, or ``"numba 0.68.1, width 8"``.
-    """
+    """Return the kernel of this process, with the version and vector width on which its last bits depend."""
     kernel = compiled()
     if kernel is None:
         import numpy as np

@@ -58,17 +58,7 @@ class Histogram:
     def add(self, values: ArrayLike, *, threads: int | None = None) -> None:
         """Count the values of some fingers.
 
-        Parameters
-        ----------
-        values : array_like, shape (fingers, times)
-            Values, float32; others are rounded to float32. No value may be nan.
-        threads : int, optional
-            Threads of the compiled kernel; by default one for each available processor.
-
-        Raises
-        ------
-        InputError
-            If the number of times disagrees, or a value is nan.
+        `values` (fingers, times).
         """
         given = np.ascontiguousarray(values, np.float32)
         if given.ndim != 2 or given.shape[1] != len(self.pages):
@@ -99,23 +89,7 @@ class Histogram:
     ) -> None:
         """Count factor times the squared responses of some fingers, as float32, without storing responses of all times.
 
-        Parameters
-        ----------
-        rates, residues, direct, state, voltage, time : array_like
-            As for `first_order_hold_many`.
-        factor : array_like, shape (fingers,)
-            Force over the square of the response, for instance.
-        outputs : array_like of int, shape (times,)
-            Indices of the times, increasing.
-        known : mapping of int to ndarray of float32, shape (fingers, times), optional
-            First finger to values that take the place of those computed.
-        threads : int, optional
-            Threads of the compiled kernel; by default one for each available processor.
-
-        Raises
-        ------
-        InputError
-            As `first_order_hold_many`, or if a value is nan, which the compiled kernel does not check.
+        `factor` (fingers,), `outputs` (times,).
         """
         fingers = gather(rates, residues, direct, state, voltage, time)
         squared, at = factors(factor, fingers), np.asarray(outputs, np.intp)
@@ -154,20 +128,7 @@ class Histogram:
     def quantiles(self, probabilities: ArrayLike) -> Real:
         """Return quantiles at each time.
 
-        Parameters
-        ----------
-        probabilities : array_like, shape (p,)
-            From 0 to 1.
-
-        Returns
-        -------
-        quantiles : ndarray, shape (p, times)
-            Middle of the bin with the order statistic nearest to index p (count - 1), within 0.2 % of it [unit of the values].
-
-        Raises
-        ------
-        InputError
-            If nothing was counted, or a probability is not between 0 and 1.
+        `probabilities` (p,); returns `quantiles` (p, times) [unit of the values].
         """
         wanted = np.atleast_1d(np.asarray(probabilities, np.float64))
         if not self.count or not ((wanted >= 0.0) & (wanted <= 1.0)).all():
@@ -187,15 +148,7 @@ class Histogram:
     def exceedance(self, level: float) -> Real:
         """Return the share of values above a level at each time, to the nearest limit of a bin.
 
-        Parameters
-        ----------
-        level : float
-            In the unit of the values.
-
-        Returns
-        -------
-        share : ndarray, shape (times,)
-            Share of the values in bins above that of the level, plus half of those in its bin [-].
+        Returns `share` (times,) [-].
         """
         key = int(sorted_keys(np.full((1, 1), level, np.float32))[0, 0] >> np.uint32(_DROPPED))
         octave, within = divmod(key, _BINS)
@@ -212,10 +165,7 @@ class Histogram:
     def allocate(self, wanted: NDArray[np.bool_]) -> None:
         """Give memory to octaves that have none.
 
-        Parameters
-        ----------
-        wanted : ndarray of bool, shape (times, 512)
-            Octaves that have values.
+        `wanted` (times, 512).
         """
         new = wanted & (self.pages < 0)
         more = int(np.count_nonzero(new))
@@ -229,18 +179,7 @@ class Histogram:
 
 
 def sorted_keys(values: NDArray[np.float32]) -> NDArray[np.uint32]:
-    """Return integers in the order of float32 numbers; -0 counts as 0.
-
-    Parameters
-    ----------
-    values : ndarray of float32, any shape
-        Contiguous.
-
-    Returns
-    -------
-    keys : ndarray of uint32, shape of ``values``
-        Bit patterns, with the sign bit flipped for positive and all bits for negative numbers.
-    """
+    """Return integers in the order of float32 numbers; -0 counts as 0."""
     bits = (values + np.float32(0.0)).view(np.int32)
     return np.asarray((bits ^ ((bits >> 31) | np.int32(-(2**31)))).view(np.uint32))
 

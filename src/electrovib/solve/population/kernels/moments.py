@@ -45,17 +45,7 @@ class Moments(NamedTuple):
 def block_moments(values: ArrayLike, *, threads: int | None = None) -> list[Moments]:
     """Return the moments of each block of 1024 fingers.
 
-    Parameters
-    ----------
-    values : array_like, shape (fingers, n)
-        Values of each finger, float64 or float32. The first finger has to be the first of a block.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
-
-    Returns
-    -------
-    moments : list of Moments
-        Those of fingers 0 to 1023, 1024 to 2047, and so on.
+    `values` (fingers, n).
     """
     given = _table(values)
     if (kernel := compiled()) is not None:
@@ -69,28 +59,7 @@ def block_moments(values: ArrayLike, *, threads: int | None = None) -> list[Mome
 
 
 def merged(blocks: Iterable[Moments]) -> Moments:
-    """Return the moments of all blocks together, merged one after the other in the order given.
-
-    Parameters
-    ----------
-    blocks : iterable of Moments
-        In the order of their fingers; at least one.
-
-    Returns
-    -------
-    Moments
-        Of all fingers. The last bits depend on the blocks and their order alone.
-
-    Raises
-    ------
-    InputError
-        If there is no block.
-
-    References
-    ----------
-    .. [1] T. F. Chan, G. H. Golub, R. J. LeVeque, "Algorithms for computing the sample variance: analysis and
-           recommendations", The American Statistician 37, 242-247, 1983.
-    """
+    """Return the moments of all blocks together, merged one after the other in the order given."""
     total: Moments | None = None
     for block in blocks:
         total = block if total is None else _together(total, block)
@@ -111,22 +80,7 @@ def _together(one: Moments, other: Moments) -> Moments:
 def moments(values: ArrayLike, *, threads: int | None = None) -> Moments:
     """Return number of fingers, mean and sum of squared deviations over fingers at each time.
 
-    Parameters
-    ----------
-    values : array_like, shape (fingers, n)
-        Values of each finger, float64 or float32; at least one finger.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
-
-    Returns
-    -------
-    Moments
-        Of all fingers: those of blocks of 1024, merged in the order of their index.
-
-    Raises
-    ------
-    InputError
-        If there is no finger.
+    `values` (fingers, n).
     """
     return merged(block_moments(values, threads=threads))
 
@@ -144,24 +98,7 @@ def square_moments_many(
 ) -> list[Moments]:
     """Return the moments of factor times the squared response of each block of 1024 fingers, without storing responses.
 
-    Parameters
-    ----------
-    rates, residues, direct, state, voltage, time : array_like
-        As for `first_order_hold_many`. The first finger has to be the first of a block.
-    factor : array_like, shape (fingers,)
-        Force over the square of the response, for instance.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
-
-    Returns
-    -------
-    moments : list of Moments
-        Those of fingers 0 to 1023, 1024 to 2047, and so on; `merged` gives those of all.
-
-    Raises
-    ------
-    InputError
-        As `first_order_hold_many`.
+    `factor` (fingers,).
     """
     fingers = gather(rates, residues, direct, state, voltage, time)
     squared = factors(factor, fingers)

@@ -28,26 +28,8 @@ def transfer_over_frequency(
 ) -> Complex:
     """Evaluate sums of relaxing modes of many fingers at frequencies.
 
-    Parameters
-    ----------
-    rates, residues, direct : array_like, shape (fingers, modes) twice, and (fingers,)
-        H(s) = direct + sum residue/(s + rate), rates >= 0 [1/s].
-    frequency : array_like, shape (n,)
-        Frequencies [Hz]; above 0 where a rate is 0.
-    out : ndarray of complex, shape (fingers, n), optional
-        Contiguous memory for the result: new memory costs as much time as the sums.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
-
-    Returns
-    -------
-    transfer : ndarray of complex, shape (fingers, n)
-        H at 2 pi j frequency, in the unit of `direct`.
-
-    Raises
-    ------
-    InputError
-        If shapes disagree.
+    `rates`, `residues`, `direct` (fingers, modes), `frequency` (n,) [Hz], `out` (fingers, n); returns
+    `transfer` (fingers, n).
     """
     rate, residue, level, angular = _gather(rates, residues, direct, frequency)
     result = _memory(out, (len(rate), angular.size), np.complex128)
@@ -72,26 +54,7 @@ def mean_square_over_frequency(
 ) -> Real:
     """Compute factor times the squared magnitude of sums of relaxing modes, over 2, for many fingers at frequencies.
 
-    Parameters
-    ----------
-    rates, residues, direct, frequency : array_like
-        As for `transfer_over_frequency`.
-    factor : array_like, shape (fingers,)
-        Factor of the square, for instance force over squared voltage times the square of the amplitude of the drive.
-    out : ndarray, shape (fingers, n), optional
-        Contiguous memory for the result, float64: new memory costs as much time as the sums.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
-
-    Returns
-    -------
-    mean_square : ndarray, shape (fingers, n)
-        ``factor abs(H)^2/2``: the mean over a period of factor times the squared response to a sine of amplitude 1.
-
-    Raises
-    ------
-    InputError
-        If shapes disagree.
+    `factor` (fingers,), `out` (fingers, n); returns `mean_square` (fingers, n).
     """
     rate, residue, level, angular = _gather(rates, residues, direct, frequency)
     half = np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64) / 2, level.shape))
@@ -118,30 +81,8 @@ def cole_cole_over_frequency(
 ) -> Complex:
     """Evaluate the permittivities of Cole-Cole materials of many fingers at frequencies.
 
-    Parameters
-    ----------
-    high : array_like, shape (fingers,)
-        Relative permittivity at infinite frequency [-].
-    strengths, times, broadening : array_like, shape (fingers, terms)
-        Strength [-], relaxation time [s], > 0, and Cole-Cole alpha [-], 0 to below 1, of each term; alpha 0 is a Debye term.
-    loss : array_like, shape (fingers,)
-        Conductivity over the permittivity of vacuum [1/s].
-    frequency : array_like, shape (n,)
-        Frequencies, > 0 [Hz].
-    out : ndarray of complex, shape (fingers, n), optional
-        Contiguous memory for the result: new memory costs as much time as the sums.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
-
-    Returns
-    -------
-    permittivity : ndarray of complex, shape (fingers, n)
-        ``high + sum strength/(1 + (j w time)^(1 - alpha)) + loss/(j w)`` [-].
-
-    Raises
-    ------
-    InputError
-        If shapes disagree, or a time or frequency is not positive.
+    `high` (fingers,) [-], `strengths`, `times`, `broadening` (fingers, terms) [-], `loss` (fingers,),
+    `frequency` (n,) [Hz], `out` (fingers, n); returns `permittivity` (fingers, n) [-].
     """
     names = high, strengths, times, broadening, loss
     level, strength, time, alpha, leak = (np.ascontiguousarray(each, np.float64) for each in names)

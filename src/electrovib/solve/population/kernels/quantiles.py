@@ -22,34 +22,10 @@ if TYPE_CHECKING:
 def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | None = None) -> Real:
     """Return exact quantiles over fingers at each time.
 
-    Parameters
-    ----------
-    values : array_like, shape (fingers, n)
-        Values of each finger, float32; others are rounded to float32.
-    probabilities : array_like, shape (p,)
-        From 0 to 1.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
+    `values` (fingers, n), `probabilities` (p,); returns `quantiles` (p, n).
 
-    Returns
-    -------
-    quantiles : ndarray, shape (p, n)
-        In the unit of the values; nan at a time at which a value is nan.
-
-    Raises
-    ------
-    InputError
-        If there is no finger, or a probability is not between 0 and 1.
-
-    Notes
-    -----
     The quantile of probability p is interpolated between the order statistics on both sides of index p (fingers - 1),
     definition 7 of Hyndman and Fan, in float64.
-
-    References
-    ----------
-    .. [1] R. J. Hyndman, Y. Fan, "Sample quantiles in statistical packages", The American Statistician 50,
-           361-365, 1996.
     """
     given = np.ascontiguousarray(values, np.float32)
     if given.ndim != 2 or not len(given):
@@ -80,30 +56,7 @@ def square_quantiles(
 ) -> Real:
     """Return exact quantiles over fingers of factor times the squared response, without storing responses of all times.
 
-    Parameters
-    ----------
-    rates, residues, direct, state, voltage, time : array_like
-        As for `first_order_hold_many`.
-    factor : array_like, shape (fingers,)
-        Force over the square of the response, for instance.
-    outputs : array_like of int, shape (n,)
-        Indices of the times at which quantiles are wanted, increasing.
-    probabilities : array_like, shape (p,)
-        From 0 to 1.
-    known : mapping of int to ndarray of float32, shape (fingers, n), optional
-        First finger to values that take the place of those computed.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
-
-    Returns
-    -------
-    quantiles : ndarray, shape (p, n)
-        Those that `quantiles` returns for the values as float32, to the last bit.
-
-    Raises
-    ------
-    InputError
-        As `first_order_hold_many` and `quantiles`.
+    `factor` (fingers,), `outputs` (n,), `probabilities` (p,); returns `quantiles` (p, n).
     """
     fingers = gather(rates, residues, direct, state, voltage, time)
     squared, at = factors(factor, fingers), np.asarray(outputs, np.intp)

@@ -43,29 +43,8 @@ def secular_roots_many(
 ) -> ManyRoots:
     """Find the roots at which sums of poles with positive weights equal a constant, for many fingers.
 
-    Parameters
-    ----------
-    nodes : array_like, shape (fingers, nodes)
-        Poles of each finger, strictly increasing, 0 to 1e20, neighbours at least 1e-30 apart.
-    weights : array_like, shape (fingers, nodes)
-        Weight of each pole, 1e-50 to 1e50.
-    constant : array_like, shape (fingers,)
-        0, or 1e-50 to 1e50.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
+    `nodes` (fingers, nodes), `weights` (fingers, nodes), `constant` (fingers,).
 
-    Returns
-    -------
-    ManyRoots
-        One root between each two neighbouring nodes, and one above the last node; offsets to 1e-12 relative.
-
-    Raises
-    ------
-    InputError
-        If shapes disagree, or the nodes, weights or constant of a finger cannot be resolved in double precision.
-
-    Notes
-    -----
     The equation and its steps are those of `secular_roots`. A finger whose roots are lost by cancellation is solved by
     `secular_roots`, with as many digits as it needs.
     """

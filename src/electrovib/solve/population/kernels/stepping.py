@@ -76,43 +76,10 @@ def first_order_hold_many(
 ) -> NDArray[Any]:
     """Compute the responses of many fingers to one piecewise linear drive, exact at every time.
 
-    Parameters
-    ----------
-    rates : array_like, shape (fingers, modes)
-        Minus the poles, finite, >= 0 [1/s].
-    residues : array_like, shape (fingers, modes)
-        H(s) = direct + sum residue/(s + rate), in the unit of the response per volt and second; 0 for a mode that
-        fills up the row of a finger with fewer modes.
-    direct : array_like, shape (fingers,)
-        Response at infinite frequency, in the unit of the response per volt.
-    state : array_like, shape (fingers, modes)
-        Contribution of each mode to the response at the first time, in the unit of the response: 0 from rest,
-        residue/rate times the voltage in the steady state.
-    voltage : array_like, shape (n,)
-        Drive at the times, straight between them [V].
-    time : array_like, shape (n,)
-        Times, not decreasing, in any steps [s]. At a discontinuity the time is given twice. Or their `TimeSteps`.
-    factor : array_like, shape (fingers,), optional
-        Then factor times the square of the response is returned.
-    dtype : dtype
-        float64, or float32, to which the results are rounded.
-    out : ndarray, shape (fingers, n), optional
-        Contiguous memory of that type for the result: new memory costs more time than the stepping.
-    threads : int, optional
-        Threads of the compiled kernel; by default one for each available processor.
+    `rates` (fingers, modes), `residues` (fingers, modes), `direct` (fingers,), `state` (fingers, modes),
+    `voltage` (n,) [V], `time` (n,) [s], `factor` (fingers,), `out` (fingers, n); returns `response` (fingers,
+    n).
 
-    Returns
-    -------
-    response : ndarray, shape (fingers, n)
-        ``direct v + sum s``, with ``s' = -rate s + residue v``, or factor times its square.
-
-    Raises
-    ------
-    InputError
-        If shapes disagree, a rate is negative or not finite, or the times are not finite or decrease.
-
-    Notes
-    -----
     Each mode is advanced by its exact weights for a straight drive. With the weights ``a`` of the state and ``A``,
     ``C`` of the drive at both ends of a step, ``w = (s - C v)/(a C + A)`` needs one multiplication and addition for each
     step of equal duration, ``w' = a w + v``. Every step of another duration begins with new weights. The result of a
@@ -144,23 +111,7 @@ def gather(
     voltage: ArrayLike,
     time: ArrayLike | TimeSteps,
 ) -> Fingers:
-    """Convert the arguments of `first_order_hold_many` into contiguous arrays, and refuse arguments that disagree.
-
-    Parameters
-    ----------
-    rates, residues, direct, state, voltage, time : array_like
-        As for `first_order_hold_many`.
-
-    Returns
-    -------
-    Fingers
-        Contiguous float64 arrays.
-
-    Raises
-    ------
-    InputError
-        As `first_order_hold_many`.
-    """
+    """Convert the arguments of `first_order_hold_many` into contiguous arrays, and refuse arguments that disagree."""
     rate, residue, level, begin, drive = (
         np.ascontiguousarray(each, np.float64) for each in (rates, residues, direct, state, voltage)
     )
@@ -187,17 +138,7 @@ def gather(
 def factors(factor: ArrayLike, fingers: Fingers) -> Real:
     """Return the factor of each finger.
 
-    Parameters
-    ----------
-    factor : array_like, shape (fingers,) or ()
-        As given.
-    fingers : Fingers
-        To whom it belongs.
-
-    Returns
-    -------
-    factor : ndarray, shape (fingers,)
-        Contiguous.
+    `factor` (fingers,); returns `factor` (fingers,).
     """
     return np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64), fingers.direct.shape))
 
@@ -234,19 +175,7 @@ def _summed(rows: Real) -> Real:
 def blocks_of_times(fingers: Fingers, factor: Real | None) -> Iterator[tuple[int, Real]]:
     """Yield the responses of some fingers for some times after the other.
 
-    Parameters
-    ----------
-    fingers : Fingers
-        At most some thousand.
-    factor : ndarray, shape (fingers,), optional
-        Then factor times the square of the response is yielded.
-
-    Yields
-    ------
-    place : int
-        Index of the first time.
-    rows : ndarray, shape (times, fingers)
-        Responses; overwritten by the next ones.
+    `factor` (fingers,); returns `rows` (times, fingers).
     """
     rows, filled = np.empty((_TIMES, len(fingers.direct))), 0
     for place, values in enumerate(_responses(fingers)):

@@ -11,35 +11,14 @@ if TYPE_CHECKING:
 
 
 def thread_count(threads: int | None) -> int:
-    """Return the number of threads of a kernel.
-
-    Parameters
-    ----------
-    threads : int, optional
-        As asked for; None for one thread for each available processor.
-
-    Returns
-    -------
-    count : int
-        Number of threads, at least 1.
-    """
+    """Return the number of threads of a kernel."""
     if threads is not None:
         return max(1, int(threads))
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def in_threads(work: Callable[[Any], object], parts: Sequence[Any], threads: int | None) -> None:
-    """Do some work for each part, on several threads.
-
-    Parameters
-    ----------
-    work : callable
-        Takes a part, and writes its results to a place of their own; other threads run meanwhile.
-    parts : sequence
-        Begun in this order.
-    threads : int, optional
-        Number of threads; None for one for each available processor.
-    """
+    """Do some work for each part, on several threads."""
     count = min(thread_count(threads), len(parts))
     if count <= 1:
         for part in parts:
@@ -50,18 +29,5 @@ def in_threads(work: Callable[[Any], object], parts: Sequence[Any], threads: int
 
 
 def ranges(count: int, size: int) -> list[tuple[int, int]]:
-    """Return consecutive ranges of at most a size.
-
-    Parameters
-    ----------
-    count : int
-        Number of things.
-    size : int
-        Number of things in a range, but for the last one.
-
-    Returns
-    -------
-    ranges : list of (int, int)
-        Begin and end of each.
-    """
+    """Return consecutive ranges of at most a size."""
     return [(begin, min(begin + size, count)) for begin in range(0, count, size)]

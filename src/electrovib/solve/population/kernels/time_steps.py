@@ -42,23 +42,8 @@ class TimeSteps(NamedTuple):
 def time_steps(time: ArrayLike) -> TimeSteps:
     """Return the distinct steps of a time grid; differences that are equal up to the rounding of the times count as one.
 
-    Parameters
-    ----------
-    time : array_like, shape (n,)
-        Times [s], not decreasing, at least one; a time given twice is a discontinuity of the drive.
+    `time` (n,) [s].
 
-    Returns
-    -------
-    TimeSteps
-        Index of the duration of each step, and the durations [s].
-
-    Raises
-    ------
-    InputError
-        If there is no time, or the times are not finite or decrease.
-
-    Notes
-    -----
     The duration of a group of steps is their mean, so that rounding does not accumulate over the grid.
     """
     times = np.ascontiguousarray(time, np.float64)
@@ -101,27 +86,10 @@ class StepWeights(NamedTuple):
 def step_weights(rates: Real, duration: float) -> StepWeights:
     """Return the weights of one step for relaxing modes.
 
-    Parameters
-    ----------
-    rates : ndarray, any shape
-        Minus the poles, >= 0 [1/s].
-    duration : float
-        Duration of the step, >= 0 [s].
-
-    Returns
-    -------
-    StepWeights
-        ``s(h) = decay s(0) + residue (earlier v(0) + later v(h))``.
-
-    Notes
-    -----
-    With u = rate h and q = 1/2! + u/3! + u^2/4! + ...::
-
-        decay = exp(-u),  mean = (1 - exp(-u))/u,  earlier = h (mean - exp(-u))/u = h exp(-u) q
-
-    and later = h mean - earlier. For u < 1 they follow from the series q, whose terms are all positive, since
-    exp(u) = 1 + u + u^2 q and mean = (1 + u q) exp(-u); no difference cancels. A rate of 0 integrates the drive by the
-    trapezoidal rule.
+    With u = rate h and q = 1/2! + u/3! + u^2/4! + ...::      decay = exp(-u),  mean = (1 - exp(-u))/u,
+    earlier = h (mean - exp(-u))/u = h exp(-u) q  and later = h mean - earlier. For u < 1 they follow from the
+    series q, whose terms are all positive, since exp(u) = 1 + u + u^2 q and mean = (1 + u q) exp(-u); no
+    difference cancels. A rate of 0 integrates the drive by the trapezoidal rule.
     """
     u = np.asarray(rates, np.float64) * duration
     small = np.minimum(u, 1.0)
@@ -140,24 +108,8 @@ def step_weights(rates: Real, duration: float) -> StepWeights:
 def decay_correction(rates: Real, duration: float, decay: Real) -> Real:
     """Return the exact decay over `COMPENSATED` steps divided by that of as many rounded factors.
 
-    Parameters
-    ----------
-    rates : ndarray, any shape
-        Minus the poles, >= 0 [1/s].
-    duration : float
-        Duration of one step, >= 0 [s].
-    decay : ndarray, shape of the rates
-        Factor of one step as rounded [-].
-
-    Returns
-    -------
-    correction : ndarray, shape of the rates
-        Factor near 1 [-]; 1 for modes that forget their state within some hundred steps.
-
-    Notes
-    -----
-    A slow mode would lose digits by the rounding of its decay, of which the state takes the power of the number of
-    steps: after 1e6 steps up to 1e-10.
+    A slow mode would lose digits by the rounding of its decay, of which the state takes the power of the
+    number of steps: after 1e6 steps up to 1e-10.
     """
     u = np.asarray(rates, np.float64) * duration
     slow = u < 0.1

@@ -35,22 +35,7 @@ _COLUMNS: Final = (
 
 
 def refuse_apart(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -> None:
-    """Refuse scenarios whose fingers are computed one by one.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with the values that all fingers share.
-    free : tuple of str
-        Paths that differ between fingers.
-    names : tuple of str
-        Signals over time.
-
-    Raises
-    ------
-    NotTogetherError
-        With the reason.
-    """
+    """Refuse scenarios whose fingers are computed one by one."""
     foreign = [name for name in names if name not in OVER_TIME]
     if foreign:
         raise NotTogetherError(f"the signal {foreign[0]} is computed for one finger at a time")
@@ -69,20 +54,7 @@ def refuse_apart(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ..
 
 
 def refuse_columns(scenario: Scenario, free: tuple[str, ...]) -> None:
-    """Refuse parameters whose values cannot be a column.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with the values that all fingers share.
-    free : tuple of str
-        Paths that differ between fingers.
-
-    Raises
-    ------
-    NotTogetherError
-        With the reason.
-    """
+    """Refuse parameters whose values cannot be a column."""
     if scenario.moisture is not None:
         raise NotTogetherError("moisture sets other parameters of each finger")
     for path in free:

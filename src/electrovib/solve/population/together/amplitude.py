@@ -45,18 +45,7 @@ class SharedDrive:
         return [*([] if self.fixed is None else [self.fixed]), *self.shares.values()]
 
     def terms(self, columns: Mapping[str, Real]) -> list[tuple[Any, Excitation]]:
-        """Return factors and drives whose products add up to the drive of each finger.
-
-        Parameters
-        ----------
-        columns : mapping of str to ndarray, shape (fingers, 1)
-            Values of the free parameters.
-
-        Returns
-        -------
-        terms : list of (float or ndarray, Excitation)
-            Factor, 1 or shape (fingers, 1), and drive [V].
-        """
+        """Return factors and drives whose products add up to the drive of each finger."""
         found: list[tuple[Any, Excitation]] = [] if self.fixed is None else [(1.0, self.fixed)]
         return found + [(columns[path], share) for path, share in self.shares.items()]
 
@@ -64,26 +53,7 @@ class SharedDrive:
 def shared_drive(scenario: Scenario, free: tuple[str, ...], time: Real, *, settled: bool) -> SharedDrive:
     """Find the fixed drives whose sum is the drive of every finger.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with the values that all fingers share.
-    free : tuple of str
-        Dotted paths of the free parameters of the drive.
-    time : ndarray, shape (n,)
-        Output times [s].
-    settled : bool
-        Whether the drive has been on since long before time 0.
-
-    Returns
-    -------
-    SharedDrive
-        The drive as a linear function of its free parameters.
-
-    Raises
-    ------
-    NotTogetherError
-        If a parameter changes more than the amplitude, or the drive is not linear in it.
+    `time` (n,) [s].
     """
     base = excitation(scenario.drive, time, settled=settled)
     if not free:

@@ -27,20 +27,7 @@ Column = Any
 
 
 def with_columns(model: M, columns: Mapping[str, Any]) -> M:
-    """Return a copy of a model with columns in the place of some numbers; nothing is validated.
-
-    Parameters
-    ----------
-    model : Model
-        A scenario, or a part of one.
-    columns : mapping of str to ndarray, shape (fingers, 1)
-        Dotted path of a stored parameter to its values, in SI units.
-
-    Returns
-    -------
-    Model
-        Copy whose formulas give one row for each finger.
-    """
+    """Return a copy of a model with columns in the place of some numbers; nothing is validated."""
     tree: dict[str, Any] = {}
     for path, column in columns.items():
         *parents, last = path.split(".")
@@ -72,23 +59,7 @@ def _copied(model: Any, tree: Mapping[str, Any]) -> Any:
 
 
 def check_values(scenario: Scenario, quantities: Mapping[str, Quantity], columns: Mapping[str, Real]) -> None:
-    """Refuse values outside the range of their parameters, and those that a model refuses together.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with the values that all fingers share.
-    quantities : mapping of str to Quantity
-        Dotted path to the declaration of a parameter.
-    columns : mapping of str to ndarray, shape (fingers,)
-        The same paths to values, in SI units.
-
-    Raises
-    ------
-    InputError
-        For each path with the first value that is not finite or outside its range, and its finger; for each model that
-        checks several of its parameters, with the first finger that it refuses.
-    """
+    """Refuse values outside the range of their parameters, and those that a model refuses together."""
     problems = []
     for path, values in columns.items():
         quantity = quantities[path]
@@ -235,27 +206,7 @@ def value_of(model: Any, path: str) -> Any:
 
 
 def debye_of(path: str, material: Any, free: tuple[str, ...]) -> ManyDebye | None:
-    """Return the Debye terms of a material with columns.
-
-    Parameters
-    ----------
-    path : str
-        Dotted path of the layer, for messages.
-    material : Material
-        With columns as its free parameters.
-    free : tuple of str
-        Free parameters of the material, by their paths in it.
-
-    Returns
-    -------
-    ManyDebye or None
-        Terms; None if the material is no finite sum of them and its bound permittivity is the same for all fingers.
-
-    Raises
-    ------
-    NotTogetherError
-        If the bound permittivity differs between fingers and its terms are not parameters of the material.
-    """
+    """Return the Debye terms of a material with columns."""
     try:
         exact = material.debye()
     except (TypeError, ValueError):
@@ -278,20 +229,7 @@ def flat(value: Column) -> Any:
 
 
 def stored_columns(scenario: Scenario, columns: Mapping[str, Real]) -> dict[str, Real]:
-    """Return the values of fingers as columns, by the paths under which the scenario stores them.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment whose parameters they are.
-    columns : mapping of str to ndarray, shape (fingers,)
-        Dotted path to values, in SI units.
-
-    Returns
-    -------
-    columns : dict of str to ndarray, shape (fingers, 1)
-        The same values.
-    """
+    """Return the values of fingers as columns, by the paths under which the scenario stores them."""
     return {
         stored_path(scenario, path): np.ascontiguousarray(values, dtype=float)[:, None]
         for path, values in columns.items()

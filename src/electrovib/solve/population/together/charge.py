@@ -57,17 +57,7 @@ class StackCharge:
     def left(self, index: int, weights: Sequence[Any]) -> Real:
         """Return amplitudes at time 0 of the response of a layer to charge.
 
-        Parameters
-        ----------
-        index : int
-            The layer.
-        weights : sequence of float or ndarray, shape (fingers,)
-            Weight of each pole: residues for the voltage across the layer, `Poles.bound` for its bound displacement.
-
-        Returns
-        -------
-        left : ndarray, shape (modes, fingers)
-            In the unit of the weights times C/m2.
+        `weights` (fingers,); returns `left` (modes, fingers).
         """
         series = self.series
         driven = series.of_part(index, weights) * self.charged
@@ -86,17 +76,7 @@ class StackCharge:
     def delivered(self, interface: int) -> tuple[Real, Real]:
         """Return amplitudes at time 0 of the charge before a layer, and its constant part.
 
-        Parameters
-        ----------
-        interface : int
-            Number of layers on the plate's side.
-
-        Returns
-        -------
-        left : ndarray, shape (roots, fingers)
-            Relaxing part of each root [C/m2].
-        constant : ndarray, shape (fingers,)
-            Constant part [C/m2].
+        Returns `left` (roots, fingers) [C/m2], `constant` (fingers,) [C/m2].
         """
         driven = -self.charged / self.series.roots.values
         constant = self.before[interface] - np.add.reduce(driven, axis=0)

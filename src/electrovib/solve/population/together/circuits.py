@@ -43,17 +43,7 @@ class ManyCircuits:
     def around(cls, *, area: Any, element: SeriesElement, second: Any) -> ManyCircuits:
         """Return the circuit of a series element with columns.
 
-        Parameters
-        ----------
-        area, second : float or ndarray, shape (fingers, 1)
-            Contact area [m2]; first contact area over that of a second [1].
-        element : SeriesElement
-            Source and return path, its numbers shared or columns.
-
-        Returns
-        -------
-        ManyCircuits
-            The same numbers, as rows.
+        `area`, `second` (fingers, 1) [m2].
         """
         return cls(
             area=flat(area),

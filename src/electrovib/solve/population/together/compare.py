@@ -25,22 +25,7 @@ _FAINT: Final = 1e-9
 
 
 def compare(together: OverTime | OverFrequency, alone: OneByOne, scenario: Scenario) -> None:
-    """Refuse arrays whose fingers differ from the same fingers one by one.
-
-    Parameters
-    ----------
-    together : OverTime or OverFrequency
-        Fingers in arrays.
-    alone : OneByOne
-        Fingers one by one.
-    scenario : Scenario
-        Values that they share.
-
-    Raises
-    ------
-    NotTogetherError
-        If a formula does not run on arrays, or gives other numbers.
-    """
+    """Refuse arrays whose fingers differ from the same fingers one by one."""
     draws = _two(alone, scenario)
     try:
         expected = alone.signals(draws)

@@ -165,24 +165,7 @@ class Excitation:
 def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
     """Return a drive as straight pieces and sines.
 
-    Parameters
-    ----------
-    drive : Drive
-        A voltage.
-    time : ndarray, shape (n,)
-        Output times, increasing, >= 0 [s].
-    settled : bool
-        Whether the drive has been on since long before time 0.
-
-    Returns
-    -------
-    Excitation
-        The same drive.
-
-    Raises
-    ------
-    NotTogetherError
-        If a part is neither, is switched within the output times, or has very many corners.
+    `time` (n,) [s].
     """
     parts = drive.parts()
     kind = type(drive).__name__

@@ -66,22 +66,7 @@ class QuadraticForce(NamedTuple):
 
 
 def quadratic_force(scenario: Scenario, rows: int, asked: Mapping[str, Transfers]) -> QuadraticForce | None:
-    """Return the attraction of a quadratic law as a factor times the square of one linear quantity.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With columns, and a law for which `is_quadratic` holds.
-    rows : int
-        Number of rows of the columns.
-    asked : mapping of str to Transfers
-        Amplitudes of the law.
-
-    Returns
-    -------
-    force : QuadraticForce or None
-        None where the amplitudes are not multiples of one quantity.
-    """
+    """Return the attraction of a quadratic law as a factor times the square of one linear quantity."""
     bases = {id(each.base or each): each.base or each for each in asked.values()}
     if len(bases) != 1:
         return None
@@ -97,18 +82,7 @@ def quadratic_force(scenario: Scenario, rows: int, asked: Mapping[str, Transfers
 def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, threads: int | None) -> None:
     """Write the attraction of fingers.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (fingers, n)
-        Written into [N].
-    tile : FingerTile
-        The fingers.
-    time : ndarray, shape (n,)
-        Output times [s].
-    quadratic : bool
-        Whether `is_quadratic` holds for the law.
-    threads : int, optional
-        Threads of the kernel.
+    `rows` (fingers, n) [N], `time` (n,) [s].
     """
     asked = tile.scenario.force.amplitudes(tile.section)
     square = quadratic_force(tile.scenario, tile.rows, asked) if quadratic else None
@@ -129,16 +103,7 @@ def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, t
 def write_friction(rows: Real, force: Real, tile: FingerTile, time: Real) -> None:
     """Write the friction of fingers without memory.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (fingers, n)
-        Written into [N]; NaN where it is not determined.
-    force : ndarray, shape (fingers, n)
-        Attraction [N].
-    tile : FingerTile
-        The fingers.
-    time : ndarray, shape (n,)
-        Output times [s].
+    `rows` (fingers, n) [N], `force` (fingers, n) [N], `time` (n,) [s].
     """
     for some in tile.parts():
         solution = Solution(found={}, method=TRANSIENT, reason="", force=force[some])
@@ -151,19 +116,7 @@ def squares_of(
 ) -> Squares | None:
     """Return the attraction of fingers under a quadratic law as the arguments of a kernel that streams statistics.
 
-    Parameters
-    ----------
-    tile : FingerTile
-        Fingers under a law for which `is_quadratic` holds.
-    rows : ndarray, shape (fingers, n), optional
-        Receives the attraction [N] where there is such a form; float64, or float32 to which it is rounded.
-    threads : int, optional
-        Threads of the kernel.
-
-    Returns
-    -------
-    squares : Squares or None
-        None where the drive is not one sum of straight pieces for all fingers, or a finger has another form.
+    `rows` (fingers, n) [N].
     """
     square = quadratic_force(tile.scenario, tile.rows, tile.scenario.force.amplitudes(tile.section))
     some = slice(0, tile.fingers)

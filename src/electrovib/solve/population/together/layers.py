@@ -67,22 +67,7 @@ class Poles:
 
 
 def poles_of(slab: ManySlab, fingers: int, threads: int | None) -> Poles:
-    """Return the poles of a layer.
-
-    Parameters
-    ----------
-    slab : ManySlab
-        The layer.
-    fingers : int
-        Number of fingers.
-    threads : int, optional
-        Threads of the kernel.
-
-    Returns
-    -------
-    Poles
-        One more than the relaxations of the layer.
-    """
+    """Return the poles of a layer."""
     rates, shares, regular = _relaxations(slab, fingers, threads)
     residues = tuple(slab.thickness / eps0 / share for share in shares)
     if slab.conducts:
@@ -153,20 +138,7 @@ def _merged(strengths: list[Any], times: list[float]) -> tuple[list[Any], list[A
 
 
 def common_slots(parts: Sequence[Poles]) -> tuple[list[Any], list[list[int]]]:
-    """Collect the poles of parts in series; poles at the same shared rate have one slot.
-
-    Parameters
-    ----------
-    parts : sequence of Poles
-        Layers, and the capacitor of the body.
-
-    Returns
-    -------
-    rates : list of float or ndarray, shape (fingers,)
-        Rate of each slot [1/s].
-    places : list of list of int
-        Slot of each pole of each part.
-    """
+    """Collect the poles of parts in series; poles at the same shared rate have one slot."""
     rates: list[Any] = []
     known: dict[float, int] = {}
     places = []

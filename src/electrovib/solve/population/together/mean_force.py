@@ -37,32 +37,7 @@ def modal_mean_force(
 ) -> tuple[Real, NDArray[np.bool_]]:
     """Compute the time mean of the attraction under one sine.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        With columns, and a law for which `is_quadratic` holds.
-    columns : mapping of str to ndarray, shape (rows, 1)
-        Paths of the columns, in SI units.
-    frequency : ndarray, shape (n,)
-        Frequencies above 0 [Hz].
-    rows : int
-        Number of rows of the columns.
-    amplitude : float or ndarray, shape (rows, 1)
-        Peak of the sine [V].
-    threads : int, optional
-        Threads of the kernel.
-
-    Returns
-    -------
-    force : ndarray, shape (rows, n)
-        Mean attraction [N].
-    regular : ndarray of bool, shape (rows,)
-        Fingers whose stacks have these modes; the force of the others is meaningless.
-
-    Raises
-    ------
-    NotTogetherError
-        If the amplitudes of the law are not multiples of one sum of modes.
+    `frequency` (n,) [Hz], `amplitude` (rows, 1) [V]; returns `force` (rows, n) [N], `regular` (rows,).
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # fingers of another form
         section = ManySection(scenario, tuple(columns), {}, rows, threads=threads)

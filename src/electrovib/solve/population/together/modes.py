@@ -125,18 +125,7 @@ class ManyModes:
         return total
 
     def delivered(self, interface: int) -> Transfers:
-        """Return the charge per area before a layer since time 0, by current and initial charge [C/m2 per volt].
-
-        Parameters
-        ----------
-        interface : int
-            Number of layers on the plate's side.
-
-        Returns
-        -------
-        charge : Transfers
-            Integral of the current density, with a mode that integrates where every layer conducts.
-        """
+        """Return the charge per area before a layer since time 0, by current and initial charge [C/m2 per volt]."""
         with np.errstate(divide="ignore", invalid="ignore"):
             residues = self._padded(-self.series.forced / self.series.roots.values)
         direct = 0.0 if is_there(self.circuit.resistance) else 1 / self.series.elastance

@@ -81,27 +81,7 @@ class OverFrequency:
         out: Mapping[str, NDArray[Any]] | None = None,
         threads: int | None = None,
     ) -> dict[str, Any]:
-        """Return the signals of fingers.
-
-        Parameters
-        ----------
-        draws : mapping of str to ndarray, shape (fingers,)
-            Dotted path to the value of each finger, in SI units.
-        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
-            Arrays that receive signals.
-        threads : int, optional
-            Threads of the kernel; arrays of phasors are formed on one thread.
-
-        Returns
-        -------
-        signals : dict of str to ndarray, shape (fingers, n) or (fingers, layers, n)
-            Each signal in its unit.
-
-        Raises
-        ------
-        InputError
-            If a value is outside its range; names the first such finger.
-        """
+        """Return the signals of fingers."""
         check_values(self.scenario, self._quantities, draws)
         fingers = len(next(iter(draws.values())))
         tiles, at_once = [], AT_ONCE[self._is_modal]

@@ -93,27 +93,7 @@ class OverTime:
         out: Mapping[str, NDArray[Any]] | None = None,
         threads: int | None = None,
     ) -> dict[str, Any]:
-        """Return the signals of fingers.
-
-        Parameters
-        ----------
-        draws : mapping of str to ndarray, shape (fingers,)
-            Dotted path to the value of each finger, in SI units.
-        out : mapping of str to ndarray, shape (fingers, n) or (fingers, layers, n), optional
-            Arrays of float64, or of float32 to which the signals are rounded, that receive them.
-        threads : int, optional
-            Threads of the kernel.
-
-        Returns
-        -------
-        signals : dict of str to ndarray, shape (fingers, n) or (fingers, layers, n)
-            Each signal in its unit.
-
-        Raises
-        ------
-        InputError
-            If a value is outside its range; names the first such finger.
-        """
+        """Return the signals of fingers."""
         check_values(self.scenario, self._quantities, draws)
         fingers = len(next(iter(draws.values())))
         found: dict[str, Any] = dict(out or {})
@@ -132,28 +112,7 @@ class OverTime:
         out: Mapping[str, NDArray[Any]] | None = None,
         threads: int | None = None,
     ) -> Squares | None:
-        """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics.
-
-        Parameters
-        ----------
-        draws : mapping of str to ndarray, shape (fingers,)
-            Dotted path to the value of each finger, in SI units.
-        out : mapping of str to ndarray, shape (fingers, n), optional
-            As for `signals`; written where there is such a form.
-        threads : int, optional
-            Threads of the kernel.
-
-        Returns
-        -------
-        squares : Squares or None
-            Arguments of `kernels.square_moments_many`; None where the law is not quadratic, the drive is not one sum of
-            straight pieces for all fingers, or a finger has another form.
-
-        Raises
-        ------
-        InputError
-            If a value is outside its range; names the first such finger.
-        """
+        """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics."""
         check_values(self.scenario, self._quantities, draws)
         if not self.has_squares:
             return None
@@ -179,20 +138,7 @@ class OverTime:
         return self.at_once == AT_ONCE[0]
 
     def tile(self, draws: Mapping[str, Real], *, threads: int | None = None) -> FingerTile:
-        """Return fingers in arrays.
-
-        Parameters
-        ----------
-        draws : mapping of str to ndarray, shape (fingers,)
-            Dotted path to the value of each finger, in SI units.
-        threads : int, optional
-            Threads of the kernel.
-
-        Returns
-        -------
-        FingerTile
-            With their stacks as relaxation modes.
-        """
+        """Return fingers in arrays."""
         return FingerTile.of(self.scenario, draws, self.reduced, self.drive, threads=threads)
 
     def _shape(self, name: str, fingers: int) -> tuple[int, ...]:

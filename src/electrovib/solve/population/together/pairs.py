@@ -16,22 +16,9 @@ if TYPE_CHECKING:
 def slopes_and_inverses(nodes: Real, weights: Real, begins: Real, offsets: Real) -> tuple[Real, Real]:
     """Return sum weight/(root - node)^2 and 1/(root - node), of roots that are given by their distance from a node.
 
-    Parameters
-    ----------
-    nodes, weights : ndarray, shape (nodes, fingers)
-        Nodes [1/s], and their weights.
-    begins, offsets : ndarray, shape (roots, fingers)
-        Node next to each root [1/s], and the distance from it [1/s].
+    `nodes`, `weights` (nodes, fingers), `begins`, `offsets` (roots, fingers); returns `slope` (roots,
+    fingers) [unit of the weights times s2], `inverses` (roots, nodes, fingers) [s].
 
-    Returns
-    -------
-    slope : ndarray, shape (roots, fingers)
-        Minus the derivative of the sum of poles at each root [unit of the weights times s2].
-    inverses : ndarray, shape (roots, nodes, fingers)
-        One over the distance of each root from each node [s].
-
-    Notes
-    -----
     Products and sums are formed in the same order by numpy and by the compiled function, without fused operations.
     """
     (roots, fingers), count = begins.shape, len(nodes)

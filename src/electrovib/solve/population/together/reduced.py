@@ -46,18 +46,7 @@ class SharedReduction:
     is_scaled: bool
 
     def of_fingers(self, material: ManyMaterial) -> ManyDebye:
-        """Return the terms for each finger, with the relaxation times and the relative error of the scenario.
-
-        Parameters
-        ----------
-        material : ManyMaterial
-            With columns.
-
-        Returns
-        -------
-        ManyDebye
-            Strengths times the factor of each finger.
-        """
+        """Return the terms for each finger, with the relaxation times and the relative error of the scenario."""
         known = self.debye
         if not self.is_scaled:
             return ManyDebye(known.high, known.strengths, known.relaxation_times)
@@ -69,24 +58,7 @@ class SharedReduction:
 def shared_reductions(scenario: Scenario, free: tuple[str, ...], time: Real) -> dict[str, SharedReduction]:
     """Reduce the bound permittivities that are no finite sums of Debye terms, once for all fingers.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with the values that all fingers share.
-    free : tuple of str
-        Paths that differ between fingers.
-    time : ndarray, shape (n,)
-        Output times [s].
-
-    Returns
-    -------
-    reduced : dict of str to SharedReduction
-        Name of a layer to its reduced permittivity, whose relative error is that of every finger.
-
-    Raises
-    ------
-    NotTogetherError
-        If the permittivities of fingers differ by more than a factor.
+    `time` (n,) [s].
     """
     layers = scenario.stack.layers
     scaled = {}

@@ -79,16 +79,7 @@ class Response:
     ) -> None:
         """Write the response of some fingers.
 
-        Parameters
-        ----------
-        out : ndarray, shape (fingers, n)
-            Written into, in the unit of the quantity; float64, or float32 to which the response is rounded.
-        some : slice
-            Range of the fingers.
-        factor : ndarray, shape (rows,), optional
-            Then factor times the square of the response is written.
-        threads : int, optional
-            Threads of the kernel.
+        `out` (fingers, n), `factor` (rows,).
         """
         if self.is_alone_stepped:
             self._step(out, some, factor, threads)
@@ -154,20 +145,6 @@ def _positive(transfers: Transfers) -> Real:
 def settled_state(rates: Real, period: Period) -> Real:
     """Return the state of modes at the beginning of a period, in the periodic state.
 
-    Parameters
-    ----------
-    rates : ndarray, any shape
-        Rates of the modes, above 0 [1/s].
-    period : Period
-        Straight pieces of the drive [V].
-
-    Returns
-    -------
-    state : ndarray, shape of the rates
-        Solution of x' = v - rate x [V s].
-
-    Notes
-    -----
     x0 = (state after one period from rest)/(1 - exp(-rate period)).
     """
     state = np.zeros(rates.shape)

@@ -41,23 +41,8 @@ def roots_of(
 ) -> tuple[ManyRootsOf, NDArray[np.bool_]]:
     """Solve sum weight/(x - node) = constant for many fingers.
 
-    Parameters
-    ----------
-    nodes, weights : ndarray, shape (nodes, fingers)
-        Nodes in any order [1/s], and their weights, above 0.
-    constant : float or ndarray, shape (fingers,)
-        0 for all fingers, or above 0.
-    regular : ndarray of bool, shape (fingers,)
-        Fingers whose nodes, weights and constant are in range; the others get meaningless roots.
-    threads : int, optional
-        Threads of the kernel.
-
-    Returns
-    -------
-    roots : ManyRootsOf
-        One root between neighbouring nodes, and one above the last for a constant above 0.
-    apart : ndarray of bool, shape (fingers,)
-        Fingers whose nodes all differ.
+    `nodes`, `weights` (nodes, fingers), `constant` (fingers,), `regular` (fingers,); returns `apart`
+    (fingers,).
     """
     count, fingers = nodes.shape
     order = np.argsort(nodes, axis=0, kind="stable")

@@ -95,17 +95,7 @@ class SeriesParts:
     def of_part(self, index: int, weights: Sequence[Any]) -> Real:
         """Return minus the sum of weight/(root - node) over the poles of a part.
 
-        Parameters
-        ----------
-        index : int
-            Layer, or the capacitor of the body after them.
-        weights : sequence of float or ndarray, shape (fingers,)
-            Weight of each pole, in any unit.
-
-        Returns
-        -------
-        sums : ndarray, shape (roots, fingers)
-            In the unit of the weights times s.
+        `weights` (fingers,); returns `sums` (roots, fingers).
         """
         total = np.zeros_like(self.roots.values)
         with np.errstate(invalid="ignore"):

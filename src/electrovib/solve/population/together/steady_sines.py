@@ -26,23 +26,9 @@ def write_sines(
 ) -> None:
     """Write a sum of sines of each finger, or a factor times its square.
 
-    Parameters
-    ----------
-    out : ndarray, shape (fingers, n)
-        Written into; float64, or float32 to which the result is rounded.
-    start : ndarray, shape (fingers, n), optional
-        Responses to which the sines are added.
-    in_phase, behind : ndarray, shape (tones, fingers)
-        Amplitudes of cosine and sine, in the unit of the response.
-    cosines, sines : ndarray, shape (tones, n)
-        Cosine and sine of each tone at the output times.
-    level : ndarray, shape (fingers,), optional
-        Constant part of the response.
-    factor : ndarray, shape (fingers,), optional
-        Then this factor times the square of the sum is written.
+    `out` (fingers, n), `start` (fingers, n), `in_phase`, `behind` (tones, fingers), `cosines`, `sines`
+    (tones, n), `level` (fingers,), `factor` (fingers,).
 
-    Notes
-    -----
     Products and sums are formed in the same order by numpy and by the compiled function, without fused operations.
     """
     if compiled() is not None and out.flags.c_contiguous:

@@ -26,22 +26,7 @@ FEWEST: Final = 8
 
 
 def padded(scenario: Scenario, draws: Mapping[str, Real]) -> tuple[dict[str, Real], int]:
-    """Return the values of fingers as columns of at least `FEWEST` rows, of which the last repeat the last finger.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment whose parameters they are.
-    draws : mapping of str to ndarray, shape (fingers,)
-        Dotted path to the value of each finger, in SI units.
-
-    Returns
-    -------
-    columns : dict of str to ndarray, shape (rows, 1)
-        Stored path to values.
-    fingers : int
-        Number of fingers.
-    """
+    """Return the values of fingers as columns of at least `FEWEST` rows, of which the last repeat the last finger."""
     columns = stored_columns(scenario, draws)
     fingers = len(next(iter(columns.values())))
     if fingers < FEWEST:
@@ -92,26 +77,7 @@ class FingerTile(NamedTuple):
         *,
         threads: int | None = None,
     ) -> FingerTile:
-        """Expand the stacks of fingers in relaxation modes.
-
-        Parameters
-        ----------
-        base : Scenario
-            Values that all fingers share.
-        draws : mapping of str to ndarray, shape (fingers,)
-            Dotted path to the value of each finger, in SI units.
-        reduced : mapping of str to SharedReduction
-            Reduced bound permittivities by layer.
-        drive : SharedDrive
-            Drive as a function of its free parameters.
-        threads : int, optional
-            Threads of the kernel.
-
-        Returns
-        -------
-        FingerTile
-            With at least `FEWEST` rows.
-        """
+        """Expand the stacks of fingers in relaxation modes."""
         columns, fingers = padded(base, draws)
         inner = of_scenario(columns)
         scenario = with_columns(base, inner)
@@ -135,18 +101,7 @@ class FingerTile(NamedTuple):
         return [slice(begin, min(begin + RESPONSES, self.fingers)) for begin in ends]
 
     def responses(self, transfers: Transfers) -> list[Response]:
-        """Return the responses of a quantity to the parts of the drive, whose sum is its response.
-
-        Parameters
-        ----------
-        transfers : Transfers
-            The quantity, per volt.
-
-        Returns
-        -------
-        responses : list of Response
-            One for each part of the drive.
-        """
+        """Return the responses of a quantity to the parts of the drive, whose sum is its response."""
         found = []
         for factor, drive in self.drive.terms(self.columns):
             found.append(Response(transfers.under(factor), drive, self.settled))
@@ -156,14 +111,7 @@ class FingerTile(NamedTuple):
     def write(self, rows: Real, transfers: Transfers, threads: int | None) -> None:
         """Write the response of a quantity.
 
-        Parameters
-        ----------
-        rows : ndarray, shape (fingers, n)
-            Written into, in the unit of the quantity.
-        transfers : Transfers
-            The quantity, per volt.
-        threads : int, optional
-            Threads of the kernel.
+        `rows` (fingers, n).
         """
         responses = self.responses(transfers)
         for some in self.parts():
@@ -175,18 +123,7 @@ def write_sum(
 ) -> None:
     """Write the sum of the responses of some fingers, or a factor times its square.
 
-    Parameters
-    ----------
-    out : ndarray, shape (fingers, n)
-        Written into; float64, or float32 to which the sum is rounded.
-    responses : list of Response
-        At least one.
-    some : slice
-        Range of the fingers.
-    factor : ndarray, shape (rows,), optional
-        Then this factor of each finger times the square is written.
-    threads : int, optional
-        Threads of the kernel.
+    `out` (fingers, n), `factor` (rows,).
     """
     if len(responses) == 1:
         responses[0].write(out, some, factor=factor, threads=threads)

@@ -23,36 +23,14 @@ def _stamp(folder: Path) -> tuple[Any, ...]:
 
 
 def inner(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that only compiled functions call.
-
-    Parameters
-    ----------
-    function : callable
-        In the part of Python that numba compiles.
-
-    Returns
-    -------
-    compiled : callable
-        Compiled for each kind of arguments at its first use.
-    """
+    """Compile a function that only compiled functions call."""
     from numba import njit
 
     return njit(function, no_cpython_wrapper=True, **_OPTIONS)
 
 
 def outer(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that Python calls, and cache it on disk where numba finds a folder to write to.
-
-    Parameters
-    ----------
-    function : callable
-        In the part of Python that numba compiles.
-
-    Returns
-    -------
-    compiled : callable
-        Compiled for each kind of arguments at its first use; other threads run meanwhile.
-    """
+    """Compile a function that Python calls, and cache it on disk where numba finds a folder to write to."""
     from numba import njit
 
     try:
@@ -70,18 +48,7 @@ def outer(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function of vectors into its callers.
-
-    Parameters
-    ----------
-    function : callable
-        In the part of Python that numba compiles.
-
-    Returns
-    -------
-    compiled : callable
-        Always inlined by the compiler.
-    """
+    """Compile a function of vectors into its callers."""
     from numba import njit
 
     return njit(function, no_cpython_wrapper=True, forceinline=True, **_OPTIONS)

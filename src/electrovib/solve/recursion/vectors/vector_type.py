@@ -29,13 +29,7 @@ class Kinds(NamedTuple):
 
 
 def vector_kinds() -> Kinds:
-    """Return the types of vectors, made known to numba.
-
-    Returns
-    -------
-    Kinds
-        Types for vectors of the width of the processor.
-    """
+    """Return the types of vectors, made known to numba."""
     from llvmlite import ir
     from numba import types
     from numba.extending import models, register_model

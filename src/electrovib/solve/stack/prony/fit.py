@@ -54,41 +54,11 @@ def fit_debye(
 ) -> PronyFit:
     """Reduce a law of the bound permittivity to Debye terms that are passive by construction.
 
-    Parameters
-    ----------
-    bound_permittivity : callable
-        Relative permittivity ``eps' - j eps''`` without conduction [1] as a function of frequencies [Hz], both of
-        shape (N,).
-    low, high : float
-        Ends of the band, 0 < low < high [Hz].
-    terms : int
-        Largest number of Debye terms, 1 to 59; terms of strength 0 are omitted.
-    slowest : float, optional
-        Longest relaxation time allowed, above 1/(2 pi high); by default 100/(2 pi low) [s].
-
-    Returns
-    -------
-    PronyFit
-        The terms, from fast to slow, and their error on a grid four times as dense as that of the fit.
-
-    Raises
-    ------
-    InputError
-        If the band, ``terms`` or ``slowest`` is out of range, or the law is active (eps'' < 0), not finite, or
-        has eps' <= 0 in the band.
-
-    Notes
-    -----
     Non-negative least squares on a grid of relaxation times gives the start, least squares in the logarithms
-    of all parameters refines it, and reweighting [1]_ reduces the largest relative error. Non-negative
-    terms exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami laws with alpha <= 1 and
-    alpha beta <= 1; for a law without them the result is the nearest passive sum, with its ``largest_error``.
-    Outside the band the sum is passive but does not describe the material.
-
-    References
-    ----------
-    .. [1] C. L. Lawson, *Contributions to the theory of linear least maximum approximation*, thesis,
-       University of California, Los Angeles, 1961.
+    of all parameters refines it, and reweighting [1]_ reduces the largest relative error. Non-negative terms
+    exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami laws with alpha <= 1 and alpha beta
+    <= 1; for a law without them the result is the nearest passive sum, with its ``largest_error``. Outside
+    the band the sum is passive but does not describe the material.
     """
     check_range(low=low, high=high, terms=terms, slowest=slowest)
     decades = np.log10(high / low)
@@ -111,29 +81,8 @@ def fit_debye_table(
 ) -> PronyFit:
     """Reduce a measured spectrum of the bound permittivity to Debye terms that are passive by construction.
 
-    Parameters
-    ----------
-    frequency : array_like, shape (N,)
-        Frequencies, N >= 3, above 0, in any order [Hz].
-    bound_permittivity : array_like of complex, shape (N,)
-        Relative permittivity ``eps' - j eps''`` without the declared conduction [1].
-    terms : int
-        Largest number of Debye terms, 1 to 59; never more than N - 1.
-    slowest : float, optional
-        Longest relaxation time allowed; by default 1/(2 pi min(frequency)) [s].
+    `frequency` (N,) [Hz], `bound_permittivity` (N,).
 
-    Returns
-    -------
-    PronyFit
-        The terms, from fast to slow, and their error relative to the table, with its noise.
-
-    Raises
-    ------
-    InputError
-        If the table is too short, not finite, not positive, or active beyond its noise.
-
-    Notes
-    -----
     Plain least squares of the relative error: reweighting towards the worst point would follow the noise.
     By default no term is slower than 1/(2 pi) of the lowest frequency, because noisy data cannot distinguish such a term
     from conduction; loss of that kind in the table remains as an error at the lowest frequencies (6 % for a

@@ -22,22 +22,7 @@ FEW = 20
 
 
 def check_range(*, low: float, high: float, terms: int, slowest: float | None) -> None:
-    """Refuse a band, a number of terms or a slowest time out of range.
-
-    Parameters
-    ----------
-    low, high : float
-        Ends of the band [Hz].
-    terms : int
-        Number of relaxations.
-    slowest : float or None
-        Longest relaxation time [s].
-
-    Raises
-    ------
-    InputError
-        If any of them is out of range; names all that are.
-    """
+    """Refuse a band, a number of terms or a slowest time out of range."""
     problems = []
     if not (0 < low < high < np.inf):
         problems.append(f"band {low!r} to {high!r} Hz: needs 0 < low < high.")
@@ -56,22 +41,7 @@ def check_range(*, low: float, high: float, terms: int, slowest: float | None) -
 def evaluated(bound_permittivity: Callable[[Real], npt.ArrayLike], frequency: Real) -> Complex:
     """Return a law of the bound permittivity at given frequencies, refusing unphysical values.
 
-    Parameters
-    ----------
-    bound_permittivity : callable
-        Relative permittivity without conduction [1] as a function of frequencies [Hz].
-    frequency : ndarray, shape (N,)
-        Frequencies [Hz].
-
-    Returns
-    -------
-    target : ndarray of complex, shape (N,)
-        Relative permittivity without conduction [1].
-
-    Raises
-    ------
-    InputError
-        If the law does not give one finite value with a positive real part for each frequency.
+    `frequency` (N,) [Hz]; returns `target` (N,).
     """
     target = np.asarray(bound_permittivity(frequency), dtype=complex)
     if target.shape != frequency.shape:
@@ -86,20 +56,7 @@ def evaluated(bound_permittivity: Callable[[Real], npt.ArrayLike], frequency: Re
 def table(frequency: npt.ArrayLike, bound_permittivity: npt.ArrayLike) -> tuple[Real, Complex]:
     """Return a table in rising order of frequency, refusing unphysical values.
 
-    Parameters
-    ----------
-    frequency, bound_permittivity : array_like, shape (N,)
-        Frequencies [Hz]; relative permittivity without conduction [1].
-
-    Returns
-    -------
-    frequency, bound_permittivity : ndarray, shape (N,)
-        The same, sorted [Hz], [1].
-
-    Raises
-    ------
-    InputError
-        If the lists differ in length, have fewer than 3 points, or hold a value that is not finite or not positive.
+    `frequency`, `bound_permittivity` (N,) [Hz]; returns `frequency`, `bound_permittivity` (N,) [Hz].
     """
     hertz = np.asarray(frequency, dtype=float)
     target = np.asarray(bound_permittivity, dtype=complex)
@@ -140,19 +97,7 @@ def noise_limit(target: Complex) -> float:
 def refuse_active(frequency: Real, target: Complex, *, allowed: float) -> None:
     """Refuse a negative loss beyond a loss tangent, at one point or in the mean of five.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (N,)
-        Frequencies [Hz].
-    target : ndarray of complex, shape (N,)
-        Relative permittivity without conduction [1].
-    allowed : float
-        Largest loss tangent of the noise [1].
-
-    Raises
-    ------
-    InputError
-        If the loss is negative beyond that.
+    `frequency` (N,) [Hz], `target` (N,).
     """
     gain = target.imag / np.abs(target)
     width = min(5, gain.size)

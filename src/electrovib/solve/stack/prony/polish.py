@@ -68,24 +68,7 @@ class LogParameters:
 def least_squares(
     spectrum: Spectrum, terms: Terms, *, evaluations: int, weights: Real | None = None
 ) -> Terms:
-    """Fit all parameters by weighted least squares of the relative error.
-
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Spectrum to fit.
-    terms : Terms
-        Start; strengths above 0, and 2M + 1 <= 2N.
-    evaluations : int
-        Largest number of evaluations of the model.
-    weights : ndarray, optional
-        Weight of the squared error at each sample, shape (N,); equal when absent.
-
-    Returns
-    -------
-    Terms
-        The fitted terms, as many as at the start.
-    """
+    """Fit all parameters by weighted least squares of the relative error."""
     import scipy.optimize
 
     parameters = LogParameters(spectrum)

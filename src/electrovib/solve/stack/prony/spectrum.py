@@ -56,15 +56,7 @@ class Spectrum:
 def debye_responses(angular: Real, times: Real) -> Complex:
     """Return 1/(1 + j w tau).
 
-    Parameters
-    ----------
-    angular, times : ndarray, shapes (N,) and (M,)
-        Angular frequencies w [rad/s] and relaxation times tau [s].
-
-    Returns
-    -------
-    responses : ndarray of complex, shape (N, M)
-        Response of each relaxation at each frequency [1].
+    `angular`, `times` (N,) [rad/s]; returns `responses` (N, M).
     """
     return np.asarray(1 / (1 + 1j * angular[:, np.newaxis] * times))
 

@@ -19,19 +19,7 @@ FAST_REACH = (0.0, 0.2, 0.4, 0.7, 1.0)
 def nonnegative_terms(spectrum: Spectrum, times: Real) -> tuple[Terms, float]:
     """Fit non-negative strengths for given relaxation times.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Spectrum to fit, with equal relative weight at every sample.
-    times : ndarray, shape (M,)
-        Relaxation times, rising [s].
-
-    Returns
-    -------
-    terms : Terms
-        All M terms; many strengths are zero.
-    misfit : float
-        Root of the summed squares of the relative error [1].
+    `times` (M,) [s].
     """
     from scipy.optimize import lsq_linear, nnls
 

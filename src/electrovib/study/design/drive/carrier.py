@@ -72,22 +72,7 @@ class _Grid:
 
 
 def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
-    """Return the carrier that allows the largest force within the limits; of equal ones the lowest.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With a linear stack.
-    target : Target
-        Whose highest frequency is at most a tenth of the carrier.
-    bounds : Bounds
-        Limits of voltage, current and slew rate.
-
-    Returns
-    -------
-    carrier : float
-        Hz, from the larger of 1 kHz and ten times the highest frequency of the target up to a hundred times that.
-    """
+    """Return the carrier that allows the largest force within the limits; of equal ones the lowest."""
     lowest = max(LOWEST, SLOWER * target.highest_frequency)
     candidates = lowest * 10.0 ** (np.arange(_DECADES * _PER_DECADE + 1) / _PER_DECADE)
     gain = carrier_gain(scenario, candidates)
@@ -108,38 +93,10 @@ def design_carrier(
 ) -> FoundDrive:
     """Design a carrier whose envelope makes the force averaged over each of its periods the target.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        With a linear stack; its drive counts only as a voltage or a current.
-    target : Target
-        Force over time.
-    bounds : Bounds
-        Limits that the drive holds.
-    carrier : float or None
-        Hz; chosen if None.
-    rate : float or None
-        Samples per second [Hz], a whole multiple of the carrier; 64 in a period if None.
-    corrected : bool
-        Whether the envelope is corrected until the full model predicts the target; else it is the square root of the target
-        over the gain at the carrier.
-
-    Returns
-    -------
-    FoundDrive
-        Samples, wanted and predicted means over each period of the carrier.
-
-    Raises
-    ------
-    InputError
-        If carrier and rate do not fit, or the limits cannot be held.
-
-    Notes
-    -----
-    v = a(t) sin(2 pi f t), a = c(t) sqrt(F*(t)/g(f)) within plus and minus the largest amplitude, with the gain g of the
-    mean force. The correction c, one value for each period with straight lines between their middles, is multiplied by
-    sqrt(F*/F) until it changes by less than 1e-6; it removes the effects of dispersion, leak and sampling. A period whose
-    envelope is at the largest amplitude is not raised.
+    v = a(t) sin(2 pi f t), a = c(t) sqrt(F*(t)/g(f)) within plus and minus the largest amplitude, with the
+    gain g of the mean force. The correction c, one value for each period with straight lines between their
+    middles, is multiplied by sqrt(F*/F) until it changes by less than 1e-6; it removes the effects of
+    dispersion, leak and sampling. A period whose envelope is at the largest amplitude is not raised.
     """
     used = chosen_carrier(scenario, target, bounds) if carrier is None else carrier
     grid = _grid(target, used, rate)

@@ -43,40 +43,7 @@ def design_drive(
     limits: LimitsSource | Sequence[LimitsSource] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> DesignedDrive:
-    """Find the drive whose predicted electrostatic force is a target, or that follows it best within the limits.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with a linear stack; its drive and its times are replaced.
-    target : str, Path, Target or pair of array_like
-        ``"sine 50 Hz 30 mN"`` swings between 0 and 30 mN, ``"sine 50 Hz 10 mN to 30 mN for 0.2 s"`` between 10 and 30 mN,
-        ``"constant 5 mN for 1 s"`` is held; a file has columns of time [s] and force [N]; a pair is times and forces.
-    method : str
-        One of `METHODS`.
-    carrier : float or str, optional
-        Frequency of the carrier [Hz], ``"3 kHz"``; by default the one that allows the largest force within the limits, from
-        the larger of 1 kHz and ten times the highest frequency of the target on.
-    rate : float or str, optional
-        Samples per second [Hz], of a carrier a whole multiple of its frequency; by default 64 in a period of the carrier, or
-        40 in a period of the target.
-    limits : as for `electrovib.check`
-        Further limits beside those of the scenario and of its amplifier; the strictest counts.
-    progress : callable, optional
-        Not called: a design is one evaluation.
-
-    Returns
-    -------
-    DesignedDrive
-        Drive, predicted force by the full model, misfit, and the limits that bind.
-
-    Raises
-    ------
-    InputError
-        If an argument is not valid, the force is not proportional to the square of the drive, or the limits cannot be held.
-    NotCausalError
-        If the force law has no response in time.
-    """
+    """Find the drive whose predicted electrostatic force is a target, or that follows it best within the limits."""
     del progress
     if method not in METHODS:
         raise InputError(

@@ -17,23 +17,8 @@ MOST: Final = 5
 def harmonics(edges: Real, predicted: Real, wanted: Real, frequency: float | None) -> dict[int, float]:
     """Return amplitudes at multiples of a frequency, over the wanted amplitude at that frequency.
 
-    Parameters
-    ----------
-    edges : ndarray, shape (n + 1,)
-        Ends of the intervals of equal duration over which the forces are averaged [s].
-    predicted, wanted : ndarray, shape (n,)
-        Mean forces [N].
-    frequency : float or None
-        Fundamental frequency [Hz].
+    `edges` (n + 1,) [s], `predicted`, `wanted` (n,) [N].
 
-    Returns
-    -------
-    ratios : dict of int to float
-        Amplitude at 1 to 5 times the frequency, where an interval is shorter than half a period of it, over the wanted one at
-        the frequency [1]; empty without a frequency or a whole period of it.
-
-    Notes
-    -----
     By least squares of a constant and all sines over the last whole periods, without the first one if there are several.
     """
     if frequency is None:

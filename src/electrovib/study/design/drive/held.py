@@ -70,30 +70,7 @@ def held_force(
 ) -> HeldForce:
     """Compute the largest constant force that a slow voltage and a carrier hold within declared limits.
 
-    Parameters
-    ----------
-    scenario : str, Path, mapping, Scenario or xarray.Dataset
-        As for `electrovib.load`.
-    duration : float
-        Time for which the slow voltage holds the force [s].
-    carriers : array_like, shape (n,), optional
-        Frequencies of the carrier [Hz]; by default from 100 Hz to 100 kHz.
-    stray : sequence of float
-        Stray capacitances of plate and cable to compute the carrier with [F]; that of the scenario if empty.
-    limits : as for `electrovib.check`
-        Further limits; the largest voltage and the largest current have to be declared.
-    set : mapping of str to value, optional
-        Dotted path to value, put into the scenario.
-
-    Returns
-    -------
-    HeldForce
-        The forces.
-
-    Raises
-    ------
-    InputError
-        If no largest voltage or current is declared, or as for `electrovib.design`.
+    `carriers` (n,) [Hz].
     """
     found = read_scenario(scenario, changes=set)
     bounds = Bounds.of(found, limits)

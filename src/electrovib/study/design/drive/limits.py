@@ -37,20 +37,7 @@ class Bounds:
 
     @classmethod
     def of(cls, scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource]) -> Bounds:
-        """Return the strictest limits of a scenario, of its amplifier and of further places.
-
-        Parameters
-        ----------
-        scenario : Scenario
-            With its own limits.
-        limits : as for `electrovib.check`
-            Further limits.
-
-        Returns
-        -------
-        Bounds
-            The strictest of each quantity.
-        """
+        """Return the strictest limits of a scenario, of its amplifier and of further places."""
         several = list(limits) if isinstance(limits, Sequence) and not isinstance(limits, str) else [limits]
         amplifier = scenario.circuit.amplifier
         if amplifier is not None and amplifier.is_limited:
@@ -83,19 +70,7 @@ class Bounds:
         return self.saturation / abs(amplifier.gain)
 
     def overload(self, scenario: Scenario) -> dict[str, float]:
-        """Compare a drive with the limits, by the values that `electrovib.check` compares.
-
-        Parameters
-        ----------
-        scenario : Scenario
-            With the drive.
-
-        Returns
-        -------
-        ratios : dict of str to float
-            Largest value of the drive over each declared limit [1], for the energy the root of it, so that each is
-            proportional to the drive; NaN where the value is not known.
-        """
+        """Compare a drive with the limits, by the values that `electrovib.check` compares."""
         values = _largest(scenario, rms=any(name.startswith("rms_") for name in self.declared))
         found = {}
         for name, limit in self.declared.items():
@@ -121,18 +96,7 @@ def _largest(scenario: Scenario, *, rms: bool) -> dict[str, float]:
 
 
 def unlimited(scenario: Scenario) -> Scenario:
-    """Return a scenario whose amplifier has no limits, which a drive within them does not reach.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With or without an amplifier.
-
-    Returns
-    -------
-    Scenario
-        The same, linear in the drive.
-    """
+    """Return a scenario whose amplifier has no limits, which a drive within them does not reach."""
     amplifier = scenario.circuit.amplifier
     if amplifier is None or not amplifier.is_limited:
         return scenario

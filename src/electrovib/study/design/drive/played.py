@@ -46,15 +46,7 @@ class Played:
     def scenario(self, values: Real) -> Scenario:
         """Return the scenario with samples as its drive.
 
-        Parameters
-        ----------
-        values : ndarray, shape (n,)
-            Samples [V, or A of a current drive].
-
-        Returns
-        -------
-        Scenario
-            From rest, over the duration of the samples.
+        `values` (n,) [V, or A of a current drive].
         """
         return self.base.model_copy(update={"drive": self._drive(values), "time": TimeGrid()})
 
@@ -79,15 +71,7 @@ class Played:
     def force(self, values: Real) -> Real:
         """Return the predicted force at the samples and in the middles between them.
 
-        Parameters
-        ----------
-        values : ndarray, shape (n,)
-            Samples [V or A].
-
-        Returns
-        -------
-        force : ndarray, shape (2 n - 1,)
-            Electrostatic force [N].
+        `values` (n,) [V or A]; returns `force` (2 n - 1,) [N].
         """
         record = self.expanded(values).at(self.halves(len(values)), wanted=FORCE)
         return np.asarray(record.solution.attraction)
@@ -95,19 +79,7 @@ class Played:
     def means(self, force: Real, first: int, count: int, width: int) -> Real:
         """Return the mean force over successive groups of intervals, by Simpson's rule.
 
-        Parameters
-        ----------
-        force : ndarray, shape (2 n - 1,)
-            From `force` [N].
-        first : int
-            Index of the sample at which the first group begins.
-        count, width : int
-            Number of groups, and intervals in each.
-
-        Returns
-        -------
-        force : ndarray, shape (count,)
-            Mean over each group [N].
+        `force` (2 n - 1,) [N]; returns `force` (count,) [N].
         """
         inside = force[2 * first : 2 * (first + count * width) + 1]
         intervals = _SIMPSON[0] * inside[:-2:2] + _SIMPSON[1] * inside[1:-1:2] + _SIMPSON[2] * inside[2::2]

@@ -51,25 +51,7 @@ class SampleResponse:
 
 
 def sample_response(played: Played, count: int, lead: int) -> SampleResponse:
-    """Return the linear response to the samples in a window, from the response to one hat.
-
-    Parameters
-    ----------
-    played : Played
-        Scenario and rate of the samples.
-    count, lead : int
-        Intervals of the window, and of each ramp beside it.
-
-    Returns
-    -------
-    SampleResponse
-        By the full model, with all samples 0 V but one.
-
-    Raises
-    ------
-    InputError
-        If the force law has more than one amplitude.
-    """
+    """Return the linear response to the samples in a window, from the response to one hat."""
     total = count + 2 * lead
     hat = np.zeros(total + 1)
     hat[1] = 1.0
@@ -116,17 +98,7 @@ def _on_both_sides(row: Real, at: Indices, total: int) -> Real:
 def _shifted(row: Real, total: int) -> Real:
     """Return the matrix from samples to a response, whose column i is the response to a hat at sample i.
 
-    Parameters
-    ----------
-    row : ndarray, shape (n,)
-        Response to the hat at sample 1, in any unit.
-    total : int
-        Number of intervals.
-
-    Returns
-    -------
-    matrix : ndarray, shape (n, total + 1)
-        In the same unit per volt; the column of sample 0, which is 0 V, is 0.
+    `row` (n,); returns `matrix` (n, total + 1).
     """
     from scipy.linalg import toeplitz
 
@@ -150,18 +122,8 @@ def _spread(count: int, lead: int) -> Real:
 def inverse_of(response: SampleResponse) -> Real:
     """Return the regularised inverse of a response, from the amplitude at the samples to their voltages.
 
-    Parameters
-    ----------
-    response : SampleResponse
-        Response to the samples of the window.
+    Returns `inverse` (unknowns, intervals + 1).
 
-    Returns
-    -------
-    inverse : ndarray, shape (unknowns, intervals + 1)
-        Voltages per amplitude, in V over its unit.
-
-    Notes
-    -----
     The amplitude between two samples is to be the mean of both, so that no oscillation between samples is free.
     """
     from scipy.linalg import cho_factor, cho_solve

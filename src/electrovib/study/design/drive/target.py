@@ -67,15 +67,7 @@ class Target(ABC):
     def means(self, edges: Real) -> Real:
         """Return the mean force between successive times.
 
-        Parameters
-        ----------
-        edges : ndarray, shape (n + 1,)
-            Increasing times [s].
-
-        Returns
-        -------
-        force : ndarray, shape (n,)
-            Mean over each interval [N].
+        `edges` (n + 1,) [s]; returns `force` (n,) [N].
         """
         return np.asarray(np.diff(self.integral(edges)) / np.diff(edges))
 
@@ -180,24 +172,7 @@ class SampledTarget(Target):
 
 
 def read_target(source: TargetSource) -> Target:
-    """Read a target from a text, a file or arrays.
-
-    Parameters
-    ----------
-    source : str, Path, Target or pair of array_like
-        ``"sine 50 Hz 30 mN"`` swings between 0 and 30 mN, ``"sine 50 Hz 10 mN to 30 mN for 0.2 s"`` between 10 and 30 mN,
-        ``"constant 5 mN for 1 s"`` is held; a file has columns of time [s] and force [N]; a pair is times and forces.
-
-    Returns
-    -------
-    Target
-        Force over time.
-
-    Raises
-    ------
-    InputError
-        If the source is none of these, or a force is negative.
-    """
+    """Read a target from a text, a file or arrays."""
     if isinstance(source, Target):
         return source
     if isinstance(source, str) and (words := source.split()) and words[0].lower() in {"sine", "constant"}:

@@ -69,15 +69,7 @@ class Trade:
     def reduced(self, spread: Real) -> Trade:
         """Return the same for fewer unknowns, of which the factors are linear functions.
 
-        Parameters
-        ----------
-        spread : ndarray, shape (samples, unknowns)
-            Matrix from the unknowns to the factors [1].
-
-        Returns
-        -------
-        Trade
-            Of the unknowns.
+        `spread` (samples, unknowns).
         """
         return Trade(
             knots=self.knots @ spread,
@@ -109,26 +101,13 @@ class BestFactor:
 def best_factor(trade: Trade, scale: float) -> BestFactor:
     """Return the factor of the amplitude at each sample that follows the target best within the limits.
 
-    Parameters
-    ----------
-    trade : Trade
-        Target and limits, of which at least one prevents the target.
-    scale : float
-        Multiple of the target that is within the limits [1], below 1.
-
-    Returns
-    -------
-    found : BestFactor
-        Factor, and how many searches agree with it.
-
-    Notes
-    -----
-    The misfit has local minima: parts of the target compete for the same charge and voltage. Sequential quadratic programming
-    (SLSQP of SciPy) over straight lines between at most 16 values of the factor therefore begins at several points, the same at
-    each call: the scaled target, factors that are held from the beginning as long as the limits allow, in one quarter of the
-    time or to the end, and 5 points that fill the range evenly. With more samples the search is repeated over at most 80
-    values, from the first three of these starts and from the best result for few values. Results are scaled back by their
-    rounding beyond the limits.
+    The misfit has local minima: parts of the target compete for the same charge and voltage. Sequential
+    quadratic programming (SLSQP of SciPy) over straight lines between at most 16 values of the factor
+    therefore begins at several points, the same at each call: the scaled target, factors that are held from
+    the beginning as long as the limits allow, in one quarter of the time or to the end, and 5 points that
+    fill the range evenly. With more samples the search is repeated over at most 80 values, from the first
+    three of these starts and from the best result for few values. Results are scaled back by their rounding
+    beyond the limits.
     """
     size = trade.knots.shape[1]
     few = trade.reduced(spread := _spread(size, min(size, _FEW_UNKNOWNS)))

@@ -47,23 +47,7 @@ class Evaluation:
         self.most = min(allowed().time, max(_LEAST, _MORE * estimate(scenario)))
 
     def __call__(self, values: Mapping[str, float]) -> float:
-        """Compute the quantity.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            Dotted path to value in SI; paths that are absent keep the value of the scenario.
-
-        Returns
-        -------
-        quantity : float
-            In its unit; NaN where it is not known.
-
-        Raises
-        ------
-        ElectrovibError
-            If the scenario cannot be made or solved with these values, or would take too long.
-        """
+        """Compute the quantity."""
         point = {path: float(value) for path, value in values.items()}
         with budget(time=self.most):
             if self.wanted.is_felt:
@@ -98,24 +82,7 @@ def estimate(scenario: Scenario) -> float:
 
 
 def refuse_long(scenario: Scenario, count: int, *, what: str, remedy: str) -> None:
-    """Refuse more evaluations than the budget allows, before the first.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario as it is.
-    count : int
-        Number of evaluations.
-    what : str
-        What they are for.
-    remedy : str
-        What reduces their number.
-
-    Raises
-    ------
-    BudgetError
-        With the estimate.
-    """
+    """Refuse more evaluations than the budget allows, before the first."""
     work = Work(
         what=f"{count} evaluations for {what}",
         time=count * estimate(scenario),

@@ -64,47 +64,10 @@ def design_parameter(
 ) -> DesignedParameter:
     """Find the values of one parameter that give a wanted quantity, and what they depend on.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        With the values that stay fixed.
-    want : str or mapping
-        ``"mean electrostatic_force = 50 mN"``, or name and value.
-    free : str
-        Dotted path of the parameter that is sought.
-    between : str or sequence of two, optional
-        Range in which it is sought, ``"10 V:400 V"``; by default that of its declaration.
-    limits : str, Path, mapping, Limits, or a list of them, optional
-        Further limits beside those of the scenario; the strictest counts.
-    space : str, Path, mapping or Space, optional
-        Distributions of uncertain parameters; the distribution of the result is computed.
-    n : int, optional
-        Number of draws from the space, 200 by default.
-    seed : int, optional
-        Seed of the draws; needed with `space`.
-    linear : bool, optional
-        Whether the distribution is propagated linearly, in logarithms, from the medians of the space.
-    progress : callable, optional
-        Function of the number of evaluations done and of all.
-
-    Returns
-    -------
-    DesignedParameter
-        All solutions with their limits; without one what is reachable, and what is obtainable within the limits.
-
-    Raises
-    ------
-    InputError
-        For every mistake; if the quantity does not depend on the parameter.
-    BudgetError
-        Before the first evaluation, if all would take more time than `electrovib.budget` allows.
-
-    Notes
-    -----
-    The quantity is computed over the range in the natural scale of the parameter (logarithmic where it spans decades), with
-    more values where it is bent; extremes are refined, and each crossing of the wanted value is solved by Brent's method. Only
-    what depends on the parameter is computed again. Without a space, d ln x / d ln p = -(dq / d ln p) / (dq / d ln x) states
-    what the solution x depends on.
+    The quantity is computed over the range in the natural scale of the parameter (logarithmic where it spans
+    decades), with more values where it is bent; extremes are refined, and each crossing of the wanted value
+    is solved by Brent's method. Only what depends on the parameter is computed again. Without a space, d ln x
+    / d ln p = -(dq / d ln p) / (dq / d ln x) states what the solution x depends on.
     """
     wanted = read_wanted(scenario, want=want, free=free, between=between)
     given = tuple(limits) if isinstance(limits, (list, tuple)) else () if limits is None else (limits,)

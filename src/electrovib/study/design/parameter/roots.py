@@ -54,24 +54,7 @@ class Root:
 
 
 def solutions(function: Function, target: float) -> tuple[list[Root], list[float], int]:
-    """Find all values at which a function has a wanted value, between the values at which it is known.
-
-    Parameters
-    ----------
-    function : Function
-        After `explore` and `sharpen_extremes`.
-    target : float
-        Wanted value.
-
-    Returns
-    -------
-    found : list of Root
-        In increasing order of the variable.
-    jumps : list of float
-        Values of the variable at which the function passes the wanted value discontinuously.
-    beyond : int
-        How often the function passes the wanted value beyond the first `MOST_SOLUTIONS` times.
-    """
+    """Find all values at which a function has a wanted value, between the values at which it is known."""
     points = function.known
     met = _met(points, target)
     found = _exact(function, points, met, target)
@@ -89,22 +72,7 @@ def solutions(function: Function, target: float) -> tuple[list[Root], list[float
 
 
 def look_between(function: Function, target: float, *, most_added: int) -> bool:
-    """Halve the distances of the values among many crossings until no further crossing appears.
-
-    Parameters
-    ----------
-    function : Function
-        After `explore` and `sharpen_extremes`.
-    target : float
-        Wanted value.
-    most_added : int
-        Largest number of added values.
-
-    Returns
-    -------
-    bool
-        Whether the number of crossings has settled; it has where there are fewer than `MANY`.
-    """
+    """Halve the distances of the values among many crossings until no further crossing appears."""
     added, quiet = 0, 0
     counted = _count(function, target)
     while counted >= MANY and quiet < QUIET:

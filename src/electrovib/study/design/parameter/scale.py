@@ -25,21 +25,7 @@ _SMALLEST: Final = 1e-9
 def first_values(low: float, high: float, begin: float, *, sparse: bool = False) -> Real:
     """Return the values of a parameter at which a quantity is computed first.
 
-    Parameters
-    ----------
-    low, high : float
-        Ends of the range, in any unit.
-    begin : float
-        Value in the scenario, in the same unit.
-    sparse : bool
-        Whether half as many values are enough, for a quantity that takes long.
-
-    Returns
-    -------
-    values : ndarray, shape (n,)
-        Increasing, from `low` to `high` with `begin` if it lies between them: evenly spaced in the logarithm where the range
-        spans a decade, else evenly spaced. A range with zero inside or at an end has the value zero and both scales on
-        either side of it, down to 1e-4 of the value in the scenario, or 1e-9 of the larger end where that is greater.
+    Returns `values` (n,).
     """
     if low >= 0:
         found = _side(low, high, begin, sparse)
@@ -69,16 +55,5 @@ def _side(low: float, high: float, begin: float, sparse: bool) -> Real:
 
 
 def coordinate(first: float, second: float) -> bool:
-    """Return whether the logarithm is the natural coordinate between two values.
-
-    Parameters
-    ----------
-    first, second : float
-        Values of one variable, in any unit.
-
-    Returns
-    -------
-    bool
-        Whether both have the same sign and none is zero.
-    """
+    """Return whether the logarithm is the natural coordinate between two values."""
     return first * second > 0

@@ -58,23 +58,7 @@ class Function:
         return self.values[at]
 
     def certain(self, at: float) -> float:
-        """Return the value, which ends a refinement where there is none.
-
-        Parameters
-        ----------
-        at : float
-            Of the variable.
-
-        Returns
-        -------
-        value : float
-            Finite, in the unit of the function.
-
-        Raises
-        ------
-        CannotBeComputedError
-            If the function has no value there.
-        """
+        """Return the value, which ends a refinement where there is none."""
         value = self(at)
         if not math.isfinite(value):
             raise CannotBeComputedError
@@ -87,17 +71,7 @@ class Function:
 
 
 def explore(function: Function, values: Iterable[float], *, most_added: int = MOST_ADDED) -> None:
-    """Compute a function at given values, and at more of them where it is bent.
-
-    Parameters
-    ----------
-    function : Function
-        Remembers what is computed.
-    values : iterable of float
-        First values of the variable.
-    most_added : int
-        Largest number of values that are added where the function is bent.
-    """
+    """Compute a function at given values, and at more of them where it is bent."""
     for each in values:
         function(each)
         function.coarse.add(float(each))
@@ -118,18 +92,7 @@ def explore(function: Function, values: Iterable[float], *, most_added: int = MO
 
 
 def middle(first: float, second: float) -> float:
-    """Return the middle of two values in their natural coordinate.
-
-    Parameters
-    ----------
-    first, second : float
-        Values of one variable, in any unit.
-
-    Returns
-    -------
-    value : float
-        Their geometric mean where both have the same sign, else their arithmetic mean, in the same unit.
-    """
+    """Return the middle of two values in their natural coordinate."""
     if coordinate(first, second):
         return math.copysign(math.sqrt(abs(first)) * math.sqrt(abs(second)), first)
     return 0.5 * (first + second)
@@ -150,16 +113,8 @@ def _is_bent(before: tuple[float, float], here: tuple[float, float], after: tupl
 def sharpen_extremes(function: Function, target: float) -> None:
     """Refine the extremes of a function that can decide whether the wanted value is reached.
 
-    Parameters
-    ----------
-    function : Function
-        After `explore`.
-    target : float
-        Wanted value.
-
-    Notes
-    -----
-    Those between which the function could reach the wanted value, and the largest and the smallest value of all.
+    Those between which the function could reach the wanted value, and the largest and the smallest value of
+    all.
     """
     points = function.known
     values = [value for _, value in points]
@@ -201,20 +156,7 @@ def _extreme(function: Function, low: float, high: float, side: int) -> None:
 
 
 def coordinates(low: float, high: float) -> tuple[Callable[[float], float], tuple[float, float]]:
-    """Return the natural coordinate between two values: the logarithm where both have the same sign.
-
-    Parameters
-    ----------
-    low, high : float
-        Values of one variable, in any unit.
-
-    Returns
-    -------
-    inverse : callable
-        Function of the coordinate; it returns the variable, and at the ends exactly the given values.
-    ends : tuple of float
-        Coordinates of both values, the smaller first.
-    """
+    """Return the natural coordinate between two values: the logarithm where both have the same sign."""
     if not coordinate(low, high):
         return (lambda u: u), (low, high)
     sign = math.copysign(1.0, low)

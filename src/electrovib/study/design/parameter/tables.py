@@ -13,18 +13,7 @@ if TYPE_CHECKING:
 
 
 def tables_of(found: DesignedParameter) -> list[Table]:
-    """Lay solutions, percentiles and elasticities out.
-
-    Parameters
-    ----------
-    found : DesignedParameter
-        The result.
-
-    Returns
-    -------
-    tables : list of Table
-        Those that have a row.
-    """
+    """Lay solutions, percentiles and elasticities out."""
     wanted, spread = found.wanted, found.distribution
     solutions = tuple(
         (

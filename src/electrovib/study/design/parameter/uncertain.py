@@ -111,20 +111,7 @@ class NeededValues:
 
 
 def inputs_of(scenario: Scenario, free: str) -> tuple[str, ...]:
-    """Return the parameters other than the free one that an elasticity can be computed of: those that are not 0.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the value that was found.
-    free : str
-        Dotted path of the free parameter.
-
-    Returns
-    -------
-    paths : tuple of str
-        In the order of the scenario.
-    """
+    """Return the parameters other than the free one that an elasticity can be computed of: those that are not 0."""
     value = value_at(scenario, free)
     moved, _ = stored_changes(scenario, {free: 0.9 * value or 1.0})
     own = {*moved, stored_path(scenario, free)}
@@ -140,22 +127,6 @@ def influences(
 ) -> tuple[Influence, ...]:
     """Compute by the implicit function theorem how the free parameter follows others.
 
-    Parameters
-    ----------
-    evaluation : Evaluation
-        The quantity as a function of the free parameter and the others.
-    at : mapping of str to float
-        Values of all of them.
-    paths : tuple of str
-        Dotted paths of the others.
-
-    Returns
-    -------
-    found : tuple of Influence
-        The largest first; empty where the derivative by the free parameter is 0 or not known.
-
-    Notes
-    -----
     With the quantity q(x, p), d ln x / d ln p = -(dq / d ln p) / (dq / d ln x), by central differences.
     """
     free = evaluation.wanted.free
@@ -195,37 +166,7 @@ def propagated(
     linear: bool,
     progress: Callable[[int, int], None] | None = None,
 ) -> NeededValues:
-    """Compute the distribution of the value that is needed.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the values that stay fixed.
-    wanted : Wanted
-        Quantity and free parameter.
-    space : Space
-        Distributions of other parameters.
-    start : float
-        Value found for the scenario as it is, in the SI unit of the free parameter, different from 0.
-    n : int
-        Number of draws.
-    seed : int
-        Seed of the draws.
-    linear : bool
-        Whether the logarithm of the value is taken as linear in those of the parameters, from their medians.
-    progress : callable, optional
-        Function of the number of draws done and of all.
-
-    Returns
-    -------
-    NeededValues
-        A value for each draw.
-
-    Raises
-    ------
-    InputError
-        If the value at the medians of the space, from which linear propagation begins, is not in the range.
-    """
+    """Compute the distribution of the value that is needed."""
     paths = tuple(path for path in space.paths if path != wanted.free)
     remarks = list(space.remarks)
     if len(paths) < len(space.paths):

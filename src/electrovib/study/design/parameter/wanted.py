@@ -77,63 +77,18 @@ class Wanted:
         return signal, layer
 
     def quantity(self, value: float) -> str:
-        """Write a value of the quantity.
-
-        Parameters
-        ----------
-        value : float
-            In its unit.
-
-        Returns
-        -------
-        str
-            With the unit, at six digits.
-        """
+        """Write a value of the quantity."""
         return format_quantity(value, self.unit) if self.unit != "dB" else f"{value:.6g} dB"
 
     def parameter(self, value: float) -> str:
-        """Write a value of the free parameter.
-
-        Parameters
-        ----------
-        value : float
-            In its SI unit.
-
-        Returns
-        -------
-        str
-            With the unit, at six digits.
-        """
+        """Write a value of the free parameter."""
         return format_quantity(value, self.declared.unit)
 
 
 def read_wanted(
     scenario: Scenario, *, want: WantSource, free: str, between: BetweenSource | None = None
 ) -> Wanted:
-    """Read what is wanted of which parameter.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario that has the parameter.
-    want : str or mapping
-        ``"mean electrostatic_force = 50 mN"``, or the name and the value in SI or as text. The name is that of a quantity of
-        a sweep, or of a signal at one time, ``"electrostatic_force at 20 ms"``.
-    free : str
-        Dotted path of the free parameter.
-    between : str or sequence of two, optional
-        ``"10 V:400 V"``, or both ends.
-
-    Returns
-    -------
-    Wanted
-        Everything in SI.
-
-    Raises
-    ------
-    InputError
-        Every mistake at once.
-    """
+    """Read what is wanted of which parameter."""
     problems: list[str] = []
     name, meaning, unit, value, is_felt, at = "", "", "1", math.nan, False, None
     with gathered(problems):

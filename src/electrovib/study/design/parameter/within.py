@@ -64,49 +64,16 @@ class Limited:
         return self._known[at]
 
     def problem(self, at: float) -> str:
-        """Return why the check cannot be made.
-
-        Parameters
-        ----------
-        at : float
-            Value of the free parameter that has been checked.
-
-        Returns
-        -------
-        str
-            Empty where the check could be made.
-        """
+        """Return why the check cannot be made."""
         return self._problems.get(at, "")
 
     def failed(self, at: float) -> tuple[CheckRow, ...]:
-        """Return the limits that are exceeded.
-
-        Parameters
-        ----------
-        at : float
-            Value of the free parameter.
-
-        Returns
-        -------
-        rows : tuple of CheckRow
-            Empty where the check passes or cannot be made.
-        """
+        """Return the limits that are exceeded."""
         result = self(at)
         return () if result is None else result.failed
 
     def allows(self, at: float) -> bool:
-        """Return whether a value is within the limits.
-
-        Parameters
-        ----------
-        at : float
-            Value of the free parameter.
-
-        Returns
-        -------
-        bool
-            Whether the check can be made and no limit is exceeded.
-        """
+        """Return whether a value is within the limits."""
         result = self(at)
         return result is not None and not result.failed
 
@@ -114,26 +81,9 @@ class Limited:
 def obtainable(function: Function, limited: Limited, target: float, begin: float) -> Obtainable | None:
     """Find the value of a function nearest to the wanted one that no limit forbids.
 
-    Parameters
-    ----------
-    function : Function
-        Explored.
-    limited : Limited
-        The limits.
-    target : float
-        Wanted value.
-    begin : float
-        Value of the free parameter in the scenario; of two values that give the same, the one of its sign is returned.
-
-    Returns
-    -------
-    Obtainable or None
-        None if every known value exceeds a limit.
-
-    Notes
-    -----
-    Known values are checked in the order of their distance from the wanted one. Where an allowed value has a neighbour that
-    is nearer to the wanted one and is forbidden, the value at which the limit is reached is found by Brent's method.
+    Known values are checked in the order of their distance from the wanted one. Where an allowed value has a
+    neighbour that is nearer to the wanted one and is forbidden, the value at which the limit is reached is
+    found by Brent's method.
     """
     points = _thinned(function.known)
     best: Obtainable | None = None

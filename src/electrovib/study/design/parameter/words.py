@@ -20,18 +20,7 @@ _NEGLIGIBLE: Final = 0.01
 
 
 def lines_of(found: DesignedParameter) -> tuple[str, ...]:
-    """Return a result in sentences.
-
-    Parameters
-    ----------
-    found : DesignedParameter
-        The result.
-
-    Returns
-    -------
-    lines : tuple of str
-        The answer, other solutions, limits, what the answer depends on, and how it was sought.
-    """
+    """Return a result in sentences."""
     return (*verdict_of(found), *_influences(found), *_how(found))
 
 

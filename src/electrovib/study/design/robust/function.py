@@ -51,49 +51,11 @@ def design_for_share(
 ) -> DesignedForShare:
     """Find the value of one parameter at which a quantity is as wanted for a share of the fingers of a space.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        With the values that all fingers share.
-    share : float
-        Wanted share of the fingers [1], above 0 and below 1.
-    want : str
-        ``"mean electrostatic_force = 50 mN"``: at least this value; with `band` the quantity alone.
-    free : str
-        Dotted path of the parameter that is sought; not one of the space.
-    space : str, Path, mapping or Space
-        Distributions of what differs between fingers, as for `electrovib.read_space`.
-    seed : int
-        Seed of the draws.
-    band : str or sequence of two, optional
-        ``"20 mN:60 mN"`` or both ends: the quantity has to lie in this band.
-    between : str or sequence of two, optional
-        Range in which the value is sought; by default that of the declaration of the parameter.
-    limits : str, Path, mapping, Limits, or a list of them, optional
-        Further limits beside those of the scenario; the strictest counts.
-    n : int
-        Number of draws from which the value is found; as many further ones confirm the share.
-    progress : callable, optional
-        Function of the number of fingers that are solved and of all.
-
-    Returns
-    -------
-    DesignedForShare
-        Value with its confidence interval, share, and the largest share that can be reached.
-
-    Raises
-    ------
-    InputError
-        For every mistake; if the quantity of a draw cannot be computed.
-    BudgetError
-        Before the first solution, if all would take more time than `electrovib.budget` allows.
-
-    Notes
-    -----
-    Every draw has the wanted quantity in intervals of the free parameter. At least a value: the value of the parameter is the
-    order statistic at which the share is just reached, its interval that of the binomial ranks, whatever the distribution. In
-    a band: the value with the largest share, its interval from a bootstrap over the draws. Where the quantity is proportional
-    to the square of the parameter, one solution of each draw suffices.
+    Every draw has the wanted quantity in intervals of the free parameter. At least a value: the value of the
+    parameter is the order statistic at which the share is just reached, its interval that of the binomial
+    ranks, whatever the distribution. In a band: the value with the largest share, its interval from a
+    bootstrap over the draws. Where the quantity is proportional to the square of the parameter, one solution
+    of each draw suffices.
     """
     wanted, ends, over = _read(scenario, share, want, band, free, between, space, seed, n)
     given = tuple(limits) if isinstance(limits, (list, tuple)) else () if limits is None else (limits,)

@@ -28,22 +28,6 @@ def by_gain(
 ) -> Covered:
     """Return the intervals of fingers whose quantity is proportional to the square of the free parameter.
 
-    Parameters
-    ----------
-    fingers : DrawnFingers
-        Draws with their quantity.
-    low, high : float
-        Ends of the band in the unit of the quantity; `high` may be infinite.
-    progress : callable, optional
-        Function of the number of fingers that are solved and of all.
-
-    Returns
-    -------
-    Covered
-        x from sqrt(low/g) to sqrt(high/g), with the quantity g x^2, as far as it lies in the range of the parameter.
-
-    Notes
-    -----
     The gain g of each finger follows from one solution.
     """
     wanted = fingers.wanted
@@ -65,18 +49,6 @@ def by_solution(
 ) -> Covered:
     """Return the intervals of fingers whose quantity depends on the free parameter in any form.
 
-    Parameters
-    ----------
-    fingers, low, high, progress
-        As for `by_gain`.
-
-    Returns
-    -------
-    Covered
-        Ends refined by Brent's method between the values at which every finger was solved.
-
-    Notes
-    -----
     A band that the quantity enters and leaves between two neighbouring values is not found.
     """
     wanted = fingers.wanted
@@ -104,19 +76,7 @@ def intervals_of(
 ) -> list[tuple[float, float]]:
     """Return the intervals of a variable in which a function lies in a band.
 
-    Parameters
-    ----------
-    quantity : callable
-        The function.
-    values : ndarray, shape (n,)
-        Increasing values of the variable, two at least, between which it is sought.
-    low, high : float
-        Ends of the band; `high` may be infinite.
-
-    Returns
-    -------
-    intervals : list of tuple of float
-        Both ends of each, in the unit of the variable.
+    `values` (n,).
     """
     points = [(at, quantity(at)) for at in values.tolist()]
     found: list[tuple[float, float]] = []

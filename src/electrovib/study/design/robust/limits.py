@@ -51,18 +51,7 @@ class MemberLimits:
         return len(self._chosen)
 
     def worst(self, at: float) -> CheckResult:
-        """Compare every member with the limits.
-
-        Parameters
-        ----------
-        at : float
-            Value of the free parameter in its SI unit.
-
-        Returns
-        -------
-        check : CheckResult
-            Of the member that comes nearest to a limit or exceeds it most.
-        """
+        """Compare every member with the limits."""
         return max((self._check(each, at) for each in range(self.count + 1)), key=_excess)
 
     def _check(self, place: int, at: float) -> CheckResult:
@@ -76,22 +65,8 @@ class MemberLimits:
     def best_within(self, covered: Covered, failing: float) -> float | None:
         """Return the value with the largest share of the draws among those that exceed no limit.
 
-        Parameters
-        ----------
-        covered : Covered
-            Intervals of the draws.
-        failing : float
-            Value that exceeds a limit, in its SI unit.
-
-        Returns
-        -------
-        value : float or None
-            In its SI unit; None if every value that was tried exceeds a limit.
-
-        Notes
-        -----
-        On either side of the failing value the first value of a grid that is allowed is sought, and the limit between it and
-        the next one is bracketed.
+        On either side of the failing value the first value of a grid that is allowed is sought, and the limit
+        between it and the next one is bracketed.
         """
         wanted = self._fingers.wanted
         values = first_values(wanted.low, wanted.high, wanted.begin)

@@ -60,20 +60,7 @@ class DrawnFingers:
         return {path: float(values[finger]) for path, values in self.draws.items()}
 
     def member(self, finger: int, at: float) -> Scenario:
-        """Return the scenario of a finger with a value of the free parameter.
-
-        Parameters
-        ----------
-        finger : int
-            Number of the draw, from 0.
-        at : float
-            Value in its SI unit.
-
-        Returns
-        -------
-        member : Scenario
-            That scenario.
-        """
+        """Return the scenario of a finger with a value of the free parameter."""
         return self.scenario.replace({**self.draw(finger), self.wanted.free: at})
 
     def evaluation(self) -> Evaluation:
@@ -89,24 +76,7 @@ class DrawnFingers:
     ) -> Real:
         """Compute the quantity of every finger at one value of the free parameter.
 
-        Parameters
-        ----------
-        at : float
-            Value in its SI unit.
-        evaluation : Evaluation, optional
-            One to use again.
-        progress : callable, optional
-            Function of the number of fingers that are solved and of all.
-
-        Returns
-        -------
-        quantity : ndarray, shape (fingers,)
-            In its unit.
-
-        Raises
-        ------
-        InputError
-            If the quantity of a finger cannot be computed or is not known.
+        Returns `quantity` (fingers,).
         """
         together = self._together(at)
         if together is not None:
@@ -120,27 +90,7 @@ class DrawnFingers:
         return found
 
     def one_at(self, evaluation: Evaluation, finger: int, at: float) -> float:
-        """Compute the quantity of one finger by the general solution.
-
-        Parameters
-        ----------
-        evaluation : Evaluation
-            From `evaluation`.
-        finger : int
-            Number of the draw, from 0.
-        at : float
-            Value of the free parameter in its SI unit.
-
-        Returns
-        -------
-        quantity : float
-            In its unit.
-
-        Raises
-        ------
-        InputError
-            If the quantity cannot be computed or is not known.
-        """
+        """Compute the quantity of one finger by the general solution."""
         try:
             value = evaluation({**self.draw(finger), self.wanted.free: at})
         except ElectrovibError as error:
@@ -186,13 +136,7 @@ class DrawnFingers:
         return [int(each) for each in np.unique(np.linspace(0, self.count - 1, _FEW).astype(int))]
 
     def is_quadratic(self) -> bool:
-        """Return whether the quantity of a few fingers is proportional to the square of the free parameter over its range.
-
-        Returns
-        -------
-        bool
-            Compared at the present value, half and twice of it, and at the ends of the range, as far as these are above 0.
-        """
+        """Return whether the quantity of a few fingers is proportional to the square of the free parameter over its range."""
         wanted, evaluation = self.wanted, self.evaluation()
         begin = reference(wanted)
         others = {begin / 2, 2 * begin, wanted.low, wanted.high} - {begin}
@@ -212,18 +156,7 @@ class DrawnFingers:
 
 
 def reference(wanted: Wanted) -> float:
-    """Return the value of the free parameter at which gains are computed: the present one, or the middle of the range.
-
-    Parameters
-    ----------
-    wanted : Wanted
-        With the free parameter.
-
-    Returns
-    -------
-    value : float
-        In its SI unit.
-    """
+    """Return the value of the free parameter at which gains are computed: the present one, or the middle of the range."""
     if wanted.low <= wanted.begin <= wanted.high and wanted.begin > 0:
         return wanted.begin
     return math.sqrt(wanted.low * wanted.high) if wanted.low > 0 else (wanted.low + wanted.high) / 2

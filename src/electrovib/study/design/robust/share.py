@@ -39,30 +39,13 @@ class Covered:
     count: int
 
     def number_at(self, at: float) -> int:
-        """Return how many members fulfil the condition at a value of the variable.
-
-        Parameters
-        ----------
-        at : float
-            Value, in the unit of the variable.
-
-        Returns
-        -------
-        number : int
-            Of members.
-        """
+        """Return how many members fulfil the condition at a value of the variable."""
         return int(np.count_nonzero((self.starts <= at) & (at <= self.ends)))
 
     def steps(self) -> tuple[Real, Real, NDArray[np.intp]]:
         """Return the pieces of the variable on which the same members fulfil the condition.
 
-        Returns
-        -------
-        starts, ends : ndarray, shape (pieces,)
-            Ends of the pieces, in the unit of the variable; pieces of one value, at which an interval begins where another
-            one ends, are among them.
-        numbers : ndarray of int, shape (pieces,)
-            Number of members on each piece.
+        Returns `starts`, `ends` (pieces,), `numbers` (pieces,).
         """
         edges = np.unique(np.concatenate([self.starts, self.ends]))
         if not len(edges):
@@ -77,18 +60,7 @@ class Covered:
         return starts[order], ends[order], numbers[order]
 
     def where(self, least: int) -> list[tuple[float, float]]:
-        """Return the intervals of the variable on which at least so many members fulfil the condition.
-
-        Parameters
-        ----------
-        least : int
-            Number of members.
-
-        Returns
-        -------
-        intervals : list of tuple of float
-            Both ends of each, increasing, in the unit of the variable.
-        """
+        """Return the intervals of the variable on which at least so many members fulfil the condition."""
         starts, ends, numbers = self.steps()
         found: list[tuple[float, float]] = []
         for start, end, number in zip(starts.tolist(), ends.tolist(), numbers.tolist(), strict=True):
@@ -101,15 +73,7 @@ class Covered:
         return found
 
     def best(self) -> tuple[float, int]:
-        """Return the value at which the most members fulfil the condition, and their number.
-
-        Returns
-        -------
-        value : float
-            Middle of the widest piece with that number, in the logarithm where its ends are above 0; NaN without any interval.
-        number : int
-            Of members.
-        """
+        """Return the value at which the most members fulfil the condition, and their number."""
         starts, ends, numbers = self.steps()
         if not len(numbers):
             return math.nan, 0
@@ -122,15 +86,7 @@ class Covered:
     def resampled(self, chosen: NDArray[np.intp]) -> Covered:
         """Return the intervals of a sample drawn from this one with replacement.
 
-        Parameters
-        ----------
-        chosen : ndarray of int, shape (count,)
-            Members that were drawn.
-
-        Returns
-        -------
-        Covered
-            Intervals of a member that was drawn several times are repeated.
+        `chosen` (count,).
         """
         times = np.bincount(chosen, minlength=self.count)[self.members]
         return Covered(
@@ -142,36 +98,12 @@ class Covered:
 
 
 def needed(share: float, count: int) -> int:
-    """Return the smallest number of members that is at least a share of them.
-
-    Parameters
-    ----------
-    share : float
-        Of the members [1].
-    count : int
-        Number of members.
-
-    Returns
-    -------
-    number : int
-        At least one.
-    """
+    """Return the smallest number of members that is at least a share of them."""
     return max(1, math.ceil(share * count - ROUNDED))
 
 
 def clopper_pearson(number: int, count: int) -> tuple[float, float]:
-    """Return the exact 95 % confidence interval of a probability.
-
-    Parameters
-    ----------
-    number, count : int
-        Successes among independent trials.
-
-    Returns
-    -------
-    low, high : float
-        Ends of the interval [1], from the quantiles of the beta distribution.
-    """
+    """Return the exact 95 % confidence interval of a probability."""
     from scipy.stats import beta
 
     tail = (1 - CONFIDENCE) / 2
@@ -183,22 +115,8 @@ def clopper_pearson(number: int, count: int) -> tuple[float, float]:
 def quantile_ranks(share: float, count: int) -> tuple[int, int]:
     """Return the ranks of the order statistics between which a quantile lies with a probability of at least 95 %.
 
-    Parameters
-    ----------
-    share : float
-        Of the quantile [1], between 0 and 1.
-    count : int
-        Size of the sample.
-
-    Returns
-    -------
-    low, high : int
-        Ranks from 1 to count; 0 and count + 1 where the sample is too small for an end.
-
-    Notes
-    -----
-    The number of members below the quantile is binomial, whatever the distribution; the probability is exact for a continuous
-    one and larger otherwise.
+    The number of members below the quantile is binomial, whatever the distribution; the probability is exact
+    for a continuous one and larger otherwise.
     """
     from scipy.stats import binom
 

@@ -14,18 +14,7 @@ if TYPE_CHECKING:
 
 
 def lines_of(design: DesignedForShare) -> tuple[str, ...]:
-    """Write a result for people.
-
-    Parameters
-    ----------
-    design : DesignedForShare
-        The result.
-
-    Returns
-    -------
-    lines : tuple of str
-        The answer first, then its uncertainty, the limits, and how it was computed.
-    """
+    """Write a result for people."""
     drawn = f"{design.n} draws, seed {design.seed}; the quantity of each: {design.method}."
     return (*verdict_of(design), drawn, *design.space.remarks)
 

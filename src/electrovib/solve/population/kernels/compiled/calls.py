@@ -33,15 +33,7 @@ def name() -> str:
 def aligned(size: int) -> Real:
     """Return memory that begins at a line of the cache.
 
-    Parameters
-    ----------
-    size : int
-        Number of float64 numbers.
-
-    Returns
-    -------
-    memory : ndarray, shape (size,)
-        Not initialised.
+    Returns `memory` (size,).
     """
     whole = np.empty(size + _ALIGNED)
     begin = -(whole.ctypes.data // whole.itemsize) % _ALIGNED
@@ -74,16 +66,7 @@ class SharedArguments:
 def step(fingers: Any, factor: Real | None, result: Any, threads: int | None) -> None:
     """Write the responses of fingers, or factor times their squares.
 
-    Parameters
-    ----------
-    fingers : Fingers
-        Sums of modes and their drive.
-    factor : ndarray, shape (fingers,), optional
-        Then factor times the square is written.
-    result : ndarray, shape (fingers, n)
-        float64 or float32, written into.
-    threads : int, optional
-        Number of threads.
+    `factor` (fingers,), `result` (fingers, n).
     """
     drive, factors = SharedArguments(fingers), np.zeros(0) if factor is None else factor
 
@@ -97,19 +80,7 @@ def step(fingers: Any, factor: Real | None, result: Any, threads: int | None) ->
 def square_moments(fingers: Any, factor: Real, threads: int | None) -> Sequence[tuple[int, Real, Real]]:
     """Return the moments of factor times the squared responses of each block.
 
-    Parameters
-    ----------
-    fingers : Fingers
-        Sums of modes and their drive.
-    factor : ndarray, shape (fingers,)
-        Factor of each finger.
-    threads : int, optional
-        Number of threads.
-
-    Returns
-    -------
-    moments : list of (int, ndarray, ndarray)
-        Number of fingers, mean, and sum of squared deviations, of each block.
+    `factor` (fingers,).
     """
     drive = SharedArguments(fingers)
     found = _blocks(len(factor), fingers.voltage.size)
@@ -139,17 +110,7 @@ def square_moments(fingers: Any, factor: Real, threads: int | None) -> Sequence[
 def moments(values: Any, threads: int | None) -> Sequence[tuple[int, Real, Real]]:
     """Return the moments of each block of rows of a table.
 
-    Parameters
-    ----------
-    values : ndarray, shape (fingers, n)
-        float64 or float32.
-    threads : int, optional
-        Number of threads.
-
-    Returns
-    -------
-    moments : list of (int, ndarray, ndarray)
-        Number of fingers, mean, and sum of squared deviations, of each block.
+    `values` (fingers, n).
     """
     found = _blocks(*values.shape)
     parts = ranges(len(values), BLOCK)
@@ -171,19 +132,7 @@ def secular(
 ) -> Indices:
     """Write offsets and origins of the roots of fingers, and return the fingers that need more digits.
 
-    Parameters
-    ----------
-    nodes, weights, constant : ndarray, shape (fingers, nodes) twice, and (fingers,)
-        Poles, their weights, and the constant, all in their range.
-    offsets, origins : ndarray, shape (fingers, nodes)
-        Written into.
-    threads : int, optional
-        Number of threads.
-
-    Returns
-    -------
-    remaining : ndarray of int
-        Indices of fingers that are lost by cancellation.
+    `nodes`, `weights`, `constant` (fingers, nodes), `offsets`, `origins` (fingers, nodes).
     """
     lost = np.zeros(len(nodes), bool)
 

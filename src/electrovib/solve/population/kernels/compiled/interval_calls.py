@@ -88,25 +88,7 @@ def square_order_statistics(
 ) -> Real:
     """Return the numbers at some places in the order of factor times the squared responses, at some times.
 
-    Parameters
-    ----------
-    fingers : Fingers
-        Sums of modes and their drive.
-    factor : ndarray, shape (fingers,)
-        Factor of each finger.
-    outputs : ndarray of int, shape (n,)
-        Indices of the times, increasing.
-    places : ndarray of int, shape (p,)
-        Increasing.
-    known : mapping of int to ndarray of float32, shape (fingers, n)
-        First finger to values that take the place of those computed.
-    threads : int, optional
-        Number of threads.
-
-    Returns
-    -------
-    ordered : ndarray, shape (p, n)
-        nan at a time with nan.
+    `factor` (fingers,), `outputs` (n,), `places` (p,); returns `ordered` (p, n).
     """
     count, stepped = len(factor), _Stepped(fingers, factor, threads)
     # rows begin at different lines of a page, or they would displace each other from the cache
@@ -137,15 +119,7 @@ def count_squares(
     histogram: Any,
     threads: int | None,
 ) -> None:
-    """Count factor times the squared responses, at some times, in a histogram.
-
-    Parameters
-    ----------
-    fingers, factor, outputs, known, threads
-        As for `square_order_statistics`; no value may be nan.
-    histogram : Histogram
-        Receives the values.
-    """
+    """Count factor times the squared responses, at some times, in a histogram."""
     count, stepped = len(factor), _Stepped(fingers, factor, threads)
     table = np.empty((TIMES, count + -count % 1024 + 16), np.float32)
     patterns = table.view(np.int32)

@@ -47,18 +47,7 @@ def _take(patterns: Any, first: Any, last: Any, keys: Any) -> Any:
 
 
 def numbers(found: NDArray[np.int32]) -> Real:
-    """Return the numbers of patterns in their order; -0 becomes 0.
-
-    Parameters
-    ----------
-    found : ndarray of int32, any shape
-        Patterns of float32 as `ordered` returns them.
-
-    Returns
-    -------
-    numbers : ndarray, shape of ``found``
-        The same numbers as float64.
-    """
+    """Return the numbers of patterns in their order; -0 becomes 0."""
     bits = found ^ ((found >> 31) & np.int32(0x7FFFFFFF))
     return np.asarray(bits.view(np.float32).astype(np.float64) + 0.0)
 

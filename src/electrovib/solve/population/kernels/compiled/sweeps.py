@@ -24,19 +24,7 @@ _PAST: Final = 1 << 25  # bytes of a table from which it is written past the cac
 def order_statistics(values: NDArray[np.float32], places: Indices, threads: int | None) -> Real:
     """Return the numbers at some places in the order of each column.
 
-    Parameters
-    ----------
-    values : ndarray of float32, shape (fingers, n)
-        Contiguous.
-    places : ndarray of int, shape (p,)
-        Increasing.
-    threads : int, optional
-        Number of threads.
-
-    Returns
-    -------
-    ordered : ndarray, shape (p, n)
-        nan in a column with nan.
+    `values` (fingers, n), `places` (p,); returns `ordered` (p, n).
     """
     count, columns = values.shape
     patterns, found = values.view(np.int32), np.empty((places.size, columns), np.int32)
@@ -56,19 +44,7 @@ def order_statistics(values: NDArray[np.float32], places: Indices, threads: int 
 def octaves(values: NDArray[np.float32], threads: int | None) -> tuple[NDArray[np.bool_], bool]:
     """Return which octaves have values at each time, and whether no value is nan.
 
-    Parameters
-    ----------
-    values : ndarray of float32, shape (fingers, n)
-        Contiguous.
-    threads : int, optional
-        Number of threads.
-
-    Returns
-    -------
-    found : ndarray of bool, shape (n, 512)
-        Octaves with values.
-    valid : bool
-        False with a nan.
+    `values` (fingers, n); returns `found` (n, 512).
     """
     parts, patterns = ranges(values.shape[1], _COLUMNS), values.view(np.int32)
     found, valid = np.zeros((values.shape[1], 512), bool), np.ones((len(parts), 1), bool)
@@ -85,14 +61,7 @@ def count(
 ) -> None:
     """Add values to the counts of a histogram.
 
-    Parameters
-    ----------
-    values : ndarray of float32, shape (fingers, n)
-        Contiguous.
-    pages, counts : ndarray
-        Of the histogram; the counts are written into.
-    threads : int, optional
-        Number of threads.
+    `values` (fingers, n).
     """
     patterns = values.view(np.int32)
 
@@ -120,14 +89,7 @@ def transfer(
 ) -> None:
     """Write the transfer functions of fingers.
 
-    Parameters
-    ----------
-    rates, residues, direct, angular : ndarray
-        As for `transfer_over_frequency`, with angular frequencies [1/s].
-    result : ndarray of complex, shape (fingers, n)
-        Written into.
-    threads : int, optional
-        Number of threads.
+    `result` (fingers, n).
     """
     whole, out = _filled_up(angular), _target(result.view(np.float64))
 
@@ -143,16 +105,7 @@ def mean_square(
 ) -> None:
     """Write a factor times the squared magnitudes of the transfer functions of fingers.
 
-    Parameters
-    ----------
-    rates, residues, direct, angular : ndarray
-        As for `transfer`.
-    half : ndarray, shape (fingers,)
-        Factor of each finger.
-    result : ndarray, shape (fingers, n)
-        Written into.
-    threads : int, optional
-        Number of threads.
+    `half` (fingers,), `result` (fingers, n).
     """
     whole, out = _filled_up(angular), _target(result)
 
@@ -175,14 +128,7 @@ def cole_cole(
 ) -> None:
     """Write the permittivities of Cole-Cole materials of fingers.
 
-    Parameters
-    ----------
-    level, strength, time, alpha, leak, angular : ndarray
-        As for `cole_cole_over_frequency`, with angular frequencies [1/s].
-    result : ndarray of complex, shape (fingers, n)
-        Written into.
-    threads : int, optional
-        Number of threads.
+    `result` (fingers, n).
     """
     whole, power = _filled_up(angular), 1.0 - alpha
     turned = np.pi / 2 * power
