@@ -70,7 +70,10 @@ class DebyeSum:
             raise InputError(problems)
 
     def permittivity(self, frequency: npt.ArrayLike) -> npt.NDArray[np.complex128]:
-        """Evaluate the relative permittivity without conduction."""
+        """Return the relative permittivity ``eps' - j eps''`` without conduction, of the shape of the frequency [Hz].
+
+        Frequency 0 gives the static value.
+        """
         angular = 2 * np.pi * np.asarray(frequency, dtype=float)
         if any(np.ndim(value) for value in (self.high, *self.strengths, *self.relaxation_times)):
             terms = zip(self.strengths, self.relaxation_times, strict=True)

@@ -44,14 +44,38 @@ def fringe_factor(
 ) -> Real:
     r"""Force on a finite contact over the Maxwell stress in the gap times the contact area.
 
-    With the excess length e of one edge, electrical thickness d and radius of the edge R  .. math:: 1 +
-    \frac{2e}{w} \text{ (strip)}, \qquad     1 + \frac{4e}{w} + \frac{8 d^2}{w^2}\left[\frac{R}{d} -
-    \ln\left(1 + \frac{R}{d}\right)\right] \text{ (disc)}  the last term accounts for the length of the rim,
-    which grows with its distance from the axis. Deviation from the field solution over the ranges of
-    `edge_excess`: for a strip at most 2 % from 2 times film and gap up, 1 % from 10 times up; for a disc at
-    most 6 % from 10 times up, 3 % from 20, 1 % from 50. The factor holds for the force only. The capacitance
-    has no such limit: it grows with the logarithm of the height of the wall of the finger, on which the
-    attraction is lateral.
+    Parameters
+    ----------
+    width : array_like
+        Width of the flat part of a long strip, or diameter of a disc [m]; at least 2 times film and gap together, for a
+        disc 10 times.
+    electrical_thickness, film_thickness, film_permittivity, edge_radius : array_like
+        As in `edge_excess`; all are broadcast.
+    round_contact : bool
+        A disc instead of a long strip.
+
+    Returns
+    -------
+    factor : ndarray
+        Ratio of forces, dimensionless, at least 1.
+
+    Raises
+    ------
+    InputError
+        As `edge_excess`, or the contact is so narrow that its edges interact.
+
+    Notes
+    -----
+    With the excess length e of one edge, electrical thickness d and radius of the edge R
+
+    .. math:: 1 + \frac{2e}{w} \text{ (strip)}, \qquad
+        1 + \frac{4e}{w} + \frac{8 d^2}{w^2}\left[\frac{R}{d} - \ln\left(1 + \frac{R}{d}\right)\right] \text{ (disc)}
+
+    the last term accounts for the length of the rim, which grows with its distance from the axis. Deviation from the field
+    solution over the ranges of `edge_excess`: for a strip at most 2 % from 2 times film and gap up, 1 % from 10 times up;
+    for a disc at most 6 % from 10 times up, 3 % from 20, 1 % from 50.
+    The factor holds for the force only. The capacitance has no such limit: it grows with the logarithm of the height of the
+    wall of the finger, on which the attraction is lateral.
     """
     excess = edge_excess(
         electrical_thickness=electrical_thickness,
@@ -85,21 +109,53 @@ def edge_excess(
 ) -> Real:
     r"""Length by which one straight edge widens a contact in terms of its attraction.
 
-    In units of d, with rho = R/d, permittivity eps and share kappa = (T/eps)/d of the film,  .. math::
-    \frac{e}{d} = \underbrace{\frac{\rho}{s^2} + \frac{2\rho^2 \arctan s}{s^3}}_{\text{wedge}}     +
-    \left[c^{-p} + \left(\frac{a}{\sqrt\rho}\right)^{-p}\right]^{-1/p}, \qquad s^2 = 1 + 2\rho  The wedge is
-    the Maxwell stress in the local gap, integrated under the round edge. The rest is the lateral field. Its
-    limit for a square edge without a film is the conformal map of a step, c = 2/pi: the field on the finger
-    is E0/sqrt(1 - u) with dx = (d/pi) sqrt(1 - u) du/u. Its limit for a large radius is the next order of a
-    slowly varying gap, :math:`C/\varepsilon_0 = \int [1 + (g'^2/3)(1 +
-    (\varepsilon^2-1)(T/\varepsilon)^3/d^3)]/d\;dx`, so  .. math:: a = \frac{\pi\sqrt2}{6}\left[1 +
-    \frac{5}{16}(\varepsilon^2 - 1)\kappa^3\right]  With a film the square limit is  .. math:: c = \frac2\pi +
-    \frac{\varepsilon - 1}{\pi} \kappa^{3/2} \frac{1 - x^{-m}}{m}, \quad     x = 1 + 1.23\,\varepsilon^{0.2}
-    \frac{\kappa}{1 - \kappa}, \quad     m = \frac4\pi \arctan\sqrt{1 + 2/\varepsilon} - 1  where D^2 at the
-    corner on a film without a gap goes as r^(m - 1), and (eps - 1)/pi is the weight of its logarithm for eps
-    to infinity; 3/2, 1.23, 0.2 and p = 2 - 1.05 kappa (1 - 1/eps)^4 are fitted.  Validity: within 4 % of the
-    field solution for eps 1 to 10, kappa up to 0.99 and every radius; within 2 % without a film. The skin is
-    taken as a uniform part of d: 200 um of permittivity 1560 changed the force on a contact 10 mm wide by at
+    Parameters
+    ----------
+    electrical_thickness : array_like
+        d = K + g, sum of thickness over permittivity of all layers between plate and finger, gap included
+        [m], above 0.
+    film_thickness : array_like
+        Of the dielectric on the plate, which extends beyond the finger [m]; 0 for none.
+    film_permittivity : array_like
+        Of that film, 1 to 10. The film may be at most 99 % of the electrical thickness.
+    edge_radius : array_like
+        Of the quarter circle between the flat contact and the vertical wall of the finger [m]; 0 for a square edge.
+
+    Returns
+    -------
+    excess : ndarray
+        Excess length [m], of the broadcast shape of the arguments.
+
+    Raises
+    ------
+    InputError
+        A length is negative or not finite, or the film is outside the range that was compared with the field.
+
+    Notes
+    -----
+    In units of d, with rho = R/d, permittivity eps and share kappa = (T/eps)/d of the film,
+
+    .. math:: \frac{e}{d} = \underbrace{\frac{\rho}{s^2} + \frac{2\rho^2 \arctan s}{s^3}}_{\text{wedge}}
+        + \left[c^{-p} + \left(\frac{a}{\sqrt\rho}\right)^{-p}\right]^{-1/p}, \qquad s^2 = 1 + 2\rho
+
+    The wedge is the Maxwell stress in the local gap, integrated under the round edge. The rest is the lateral field. Its limit
+    for a square edge without a film is the conformal map of a step, c = 2/pi: the field on the finger is
+    E0/sqrt(1 - u) with dx = (d/pi) sqrt(1 - u) du/u. Its limit for a large radius is the next order of a slowly varying
+    gap, :math:`C/\varepsilon_0 = \int [1 + (g'^2/3)(1 + (\varepsilon^2-1)(T/\varepsilon)^3/d^3)]/d\;dx`, so
+
+    .. math:: a = \frac{\pi\sqrt2}{6}\left[1 + \frac{5}{16}(\varepsilon^2 - 1)\kappa^3\right]
+
+    With a film the square limit is
+
+    .. math:: c = \frac2\pi + \frac{\varepsilon - 1}{\pi} \kappa^{3/2} \frac{1 - x^{-m}}{m}, \quad
+        x = 1 + 1.23\,\varepsilon^{0.2} \frac{\kappa}{1 - \kappa}, \quad
+        m = \frac4\pi \arctan\sqrt{1 + 2/\varepsilon} - 1
+
+    where D^2 at the corner on a film without a gap goes as r^(m - 1), and (eps - 1)/pi is the weight of its
+    logarithm for eps to infinity; 3/2, 1.23, 0.2 and p = 2 - 1.05 kappa (1 - 1/eps)^4 are fitted.
+
+    Validity: within 4 % of the field solution for eps 1 to 10, kappa up to 0.99 and every radius; within 2 % without a film.
+    The skin is taken as a uniform part of d: 200 um of permittivity 1560 changed the force on a contact 10 mm wide by at
     most 0.3 %. The plate is infinite, the finger is tall, and the air outside does not conduct.
     """
     total, film, permittivity, radius = _broadcast(

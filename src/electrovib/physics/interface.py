@@ -25,10 +25,11 @@ IMPLIED: Final[Mapping[str, Role]] = {"insulator": "plate", "gap": "gap", "strat
 
 
 def roles_of(layers: Mapping[str, Layer]) -> dict[str, Role]:
-    """Find for each layer whether it belongs to the plate, to the gap or to the finger.
+    """Find for each layer, from the plate to the finger, whether it belongs to the plate, to the gap or to the finger.
 
     Finger and plate have one interface: the layers of the plate come first, then at most one gap, then the
-    layers of the finger.
+    layers of the finger. Roles that are missing, or contradict the name of their layer or the order, are
+    refused, all at once.
     """
     problems, found = role_problems(layers)
     if problems:
@@ -37,7 +38,7 @@ def roles_of(layers: Mapping[str, Layer]) -> dict[str, Role]:
 
 
 def role_problems(layers: Mapping[str, Layer]) -> tuple[dict[str, str], dict[str, Role]]:
-    """Find the roles of layers, and what is wrong with them."""
+    """Find what is wrong with the roles of layers, and the roles that are known, each by the name of the layer."""
     problems: dict[str, str] = {}
     found: dict[str, Role] = {}
     last, gap = "", ""
@@ -70,7 +71,10 @@ def role_problems(layers: Mapping[str, Layer]) -> tuple[dict[str, str], dict[str
 
 
 def beside_interface(roles: Mapping[str, Role], role: Role) -> str | None:
-    """Find the layer of a role that is nearest to the interface."""
+    """Find the name of the layer of a role that is nearest to the interface; None where there is no such layer.
+
+    It is the last layer of the plate, the gap, or the first layer of the finger.
+    """
     names = [name for name, each in roles.items() if each == role]
     return (names[-1] if role == "plate" else names[0]) if names else None
 

@@ -22,18 +22,51 @@ def kramers_kronig_residual(
 ) -> float:
     r"""Compute the deviation of a table from the Kramers-Kronig relations.
 
+    Parameters
+    ----------
+    frequency : array_like
+        Frequencies, Hz, shape (N,), positive, distinct, in any order; about two per decade or more.
+    permittivity : array_like
+        Relative permittivity eps', 1, shape (N,).
+    conductivity : array_like
+        Total conductivity, S/m, shape (N,): that of free charge and all dielectric loss, 1/rho of a table.
+
+    Returns
+    -------
+    residual : float
+        Root mean square of the relative misfit of eps' and eps'' together, dimensionless; 0 for a consistent table without
+        noise. A table is consistent below 2 % or twice its noise.
+
+    Raises
+    ------
+    InputError
+        Lists differ in length, a value is not finite, a frequency is not above 0 or is repeated, the
+        permittivity and conductivity are both 0 at one frequency, or there are too few points.
+
+    Notes
+    -----
     With the time factor ``exp(+j w t)`` the table is :math:`\varepsilon = \varepsilon' - j \varepsilon''`,
-    :math:`\varepsilon'' = \sigma/(\omega\varepsilon_0)`. Least squares of the relative error fits to it  ..
-    math:: h + \frac{g}{j\omega} + \sum_m \frac{s_m}{1 + j\omega\tau_m}  with real :math:`h, g, s_m` of either
-    sign [1]_ and fixed times that reach one decade beyond the band. Every such sum obeys the relations, so
-    what it cannot fit does not. The residual is  .. math:: \sqrt{\frac{1}{N - r/2}\sum_k
-    \left|\frac{\mathrm{fit}_k}{\varepsilon_k} - 1\right|^2}  with r the number of independent terms that the
-    band resolves to 0.3 %, so that independent relative noise of 1 % in eps' and in sigma gives about 1 % for
-    a table of any length.  Both parts are fitted together: predicting one from the other over a finite band
-    is ill-posed, and 1 % of noise spoils the prediction. Limits: a constant and a free charge cannot be
-    distinguished from relaxations beyond the band and are fitted; where conduction dominates, the relative
-    error is insensitive to eps'; passivity is not tested; a resonance narrower than a relaxation counts as a
-    misfit.
+    :math:`\varepsilon'' = \sigma/(\omega\varepsilon_0)`. Least squares of the relative error fits to it
+
+    .. math:: h + \frac{g}{j\omega} + \sum_m \frac{s_m}{1 + j\omega\tau_m}
+
+    with real :math:`h, g, s_m` of either sign [1]_ and fixed times that reach one decade beyond the band.
+    Every such sum obeys the relations, so what it cannot fit does not. The residual is
+
+    .. math:: \sqrt{\frac{1}{N - r/2}\sum_k \left|\frac{\mathrm{fit}_k}{\varepsilon_k} - 1\right|^2}
+
+    with r the number of independent terms that the band resolves to 0.3 %, so that independent relative noise of 1 % in
+    eps' and in sigma gives about 1 % for a table of any length.
+
+    Both parts are fitted together: predicting one from the other over a finite band is ill-posed, and 1 % of
+    noise spoils the prediction. Limits: a constant and a free charge cannot be distinguished from relaxations
+    beyond the band and are fitted; where conduction dominates, the relative error is insensitive to eps';
+    passivity is not tested; a resonance narrower than a relaxation counts as a misfit.
+
+    References
+    ----------
+    .. [1] B. A. Boukamp, "A linear Kronig-Kramers transform test for immittance data validation", J.
+       Electrochem. Soc. 142 (1995) 1885-1894.
     """
     hertz, values = _checked(frequency, permittivity, conductivity)
     angular = 2 * np.pi * hertz

@@ -73,7 +73,12 @@ SWITCH_ON: Final = " at switch-on"
 def limit_diagnostics(
     reached: Mapping[str, float], limits: Limits, *, amplified: bool = True
 ) -> list[Diagnostic]:
-    """Compare the largest values of a run with the declared limits."""
+    """Compare the largest values of a run with the declared limits: one diagnostic for each limit that has a value.
+
+    `reached` has by name of the limit the largest absolute value in its unit; with `SWITCH_ON` after the name
+    the value that the step at time 0 alone causes. `amplified`: there is an amplifier, whose current may also
+    enter a stray capacitance.
+    """
     found = []
     for name, words in WORDS.items():
         limit = getattr(limits, name)

@@ -14,9 +14,9 @@ _POINTS: Final = 300
 
 
 def stretched_exponential(time: Real, *, time_constant: float, stretching: float) -> Real:
-    """Compute a stretched exponential relaxation.
+    """Compute a stretched exponential relaxation at times (n,) [s] after the start: exp(-(t/tau)^beta), and 1 before it.
 
-    `time` (n,) [s]; returns `relaxation` (n,).
+    `time_constant` tau, at which 1/e remains [s], above 0; `stretching` beta, above 0, 1 for an exponential.
     """
     return np.asarray(np.exp(-((np.maximum(time, 0.0) / time_constant) ** stretching)))
 
@@ -26,10 +26,12 @@ def stretched_seen_by_sensor(
 ) -> Real:
     """Compute the reading of a resonant sensor after a force of 1 that relaxes as a stretched exponential.
 
-    `time` (n,) [s]; returns `reading` (n,).
+    `time` (n,) [s] after the start of the relaxation, before which the reading is 1; natural `frequency` [Hz]
+    and `quality` factor, above 1/2, of the sensor.
 
-    y'' + (w/Q) y' + w^2 y = w^2 f, solved exactly for a force that is linear between the points of a grid of 300 steps in
-    a period of the sensor, which for stretching between 0.3 and 1.5 leaves an error below 1e-3 of the change.
+    y'' + (w/Q) y' + w^2 y = w^2 f, solved exactly for a force that is linear between the points of a grid of
+    300 steps in a period of the sensor, which for stretching between 0.3 and 1.5 leaves an error below 1e-3
+    of the change.
     """
     from scipy.signal import lfilter
 
@@ -52,5 +54,8 @@ def stretched_seen_by_sensor(
 
 
 def time_of_progress(progress: float, *, time_constant: float, stretching: float = 1.0) -> float:
-    """Compute when a stretched exponential relaxation has made a fraction of its change."""
+    """Compute the time [s] at which a stretched exponential has made a fraction, below 1, of its change.
+
+    tau (-ln(1 - progress))^(1/beta), with tau and beta as for `stretched_exponential`.
+    """
     return float(time_constant * (-np.log1p(-progress)) ** (1 / stretching))

@@ -15,10 +15,12 @@ def release_seen_by_sensor(
 ) -> NDArray[np.float64]:
     """Reading of a resonant force sensor after a constant force of 1 that decays exponentially.
 
-    `time` (n,); returns `reading` (n,).
+    `time` (n,) [s]. The force is 1 until `start` [s] and exp(-(t - start)/fall_time) after it; natural
+    `frequency` [Hz] and `quality` factor, above 1/2, of the sensor with all that it carries. The reading is 1
+    before the start, 0 long after it.
 
-    Closed form of y'' + (w/Q) y' + w^2 y = w^2 f with y = 1, y' = 0 at the start: A e^{-t/tau} + Re(B e^{pt}),
-    p the upper pole of the resonance.
+    Closed form of y'' + (w/Q) y' + w^2 y = w^2 f with y = 1, y' = 0 at the start: A e^{-t/tau} + Re(B
+    e^{pt}), p the upper pole of the resonance.
     """
     natural = 2 * np.pi * frequency
     damping = natural / (2 * quality)

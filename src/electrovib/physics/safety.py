@@ -50,6 +50,18 @@ OTHER_THICKNESS: Final = {
 def paschen_voltage(*, gap: float) -> float:
     """Breakdown voltage of an air gap at atmospheric pressure.
 
+    Parameters
+    ----------
+    gap : float
+        m, above 0.
+
+    Returns
+    -------
+    voltage : float
+        V; infinite where the gap is too small for an avalanche by this law.
+
+    Notes
+    -----
     V = B p d/(ln(A p d) - ln(ln(1 + 1/gamma))); gamma is cited from memory, unverified. Not valid below about
     5 um.
     """
@@ -59,14 +71,17 @@ def paschen_voltage(*, gap: float) -> float:
 
 
 def electrowetting_voltage(*, thickness: float, permittivity: float) -> float:
-    """Voltage at which the Young-Lippmann equation changes cos(theta) by 1; above it menisci are saturated."""
+    """Voltage [V] at which the Young-Lippmann equation changes cos(theta) by 1; above it menisci are saturated.
+
+    `thickness` [m] and relative `permittivity` are those of the insulating film under the sweat.
+    """
     return math.sqrt(2 * SURFACE_TENSION * thickness / (eps0 * permittivity))
 
 
 def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Voltage across a gap over its breakdown voltage by Paschen's law.
+    """Voltage across a gap over its breakdown voltage by Paschen's law, 1 at breakdown.
 
-    `fields`, `gaps` (n,) [V/m]; returns `share` (n,).
+    `fields` [V/m] and `gaps` [m] over time (n,); 0 for gaps to which the law does not apply.
     """
     if len(gaps) and np.all(gaps == gaps[0]):
         held = np.full(len(gaps), paschen_voltage(gap=max(float(gaps[0]), SMALLEST_PASCHEN_GAP)))
@@ -76,7 +91,13 @@ def breakdown_share(fields: NDArray[np.float64], gaps: NDArray[np.float64]) -> N
 
 
 def film_diagnostic(name: str, layer: Layer, *, field: float) -> Diagnostic:
-    """Compare the field of a layer with its breakdown strength."""
+    """Compare the largest absolute field of a layer [V/m] with its breakdown strength.
+
+    The declared breakdown field counts first, then the strength of its substance in the materials library,
+    then that of the polymer films of the library. Unknown if no strength is known, and where the field is
+    within a strength that is unverified, or was measured on a thinner layer, or at a thickness that is not
+    known.
+    """
     title, what = f"film strength, {name}", f"the field in '{name}'"
     if layer.breakdown_field is not None:
         why = "its declared breakdown field"
@@ -111,13 +132,19 @@ def _polymer_strength(layer: Layer) -> BreakdownStrength | None:
 
 
 def skin_diagnostic(name: str, *, voltage: float) -> Diagnostic:
-    """Judge whether a layer of the finger is ohmic."""
+    """Judge whether a layer of the finger is ohmic.
+
+    The largest voltage across it [V] is compared with the onset of electroporation.
+    """
     what, why = f"the voltage across '{name}'", "the onset of electroporation, up to which skin is ohmic"
     return against(f"linear skin, {name}", value=voltage, limit=LINEAR_SKIN, unit="V", what=what, why=why)
 
 
 def sweat_diagnostic(*, voltage: float, electrical_thickness: float) -> Diagnostic:
-    """Compare the voltage with that at which sweat between finger and film saturates."""
+    """Compare the voltage across the stack [V] with that at which sweat between finger and film saturates.
+
+    `electrical_thickness` is the sum of T/eps at 1 kHz over the layers of the plate [m].
+    """
     limit = electrowetting_voltage(thickness=electrical_thickness, permittivity=1.0)
     why = "where menisci of sweat saturate and a force proportional to V^2 no longer holds"
     return against(
@@ -126,7 +153,10 @@ def sweat_diagnostic(*, voltage: float, electrical_thickness: float) -> Diagnost
 
 
 def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
-    """Compare the voltage across a gap with its breakdown voltage by Paschen's law."""
+    """Compare the voltage across a gap with its breakdown voltage by Paschen's law.
+
+    `field` [V/m] and `gap` [m]; unknown below 5 um, where the law does not hold.
+    """
     if gap < SMALLEST_PASCHEN_GAP:
         text = f"a gap of {format_quantity(gap, 'm')} is below 5 um, where Paschen's law does not hold"
         return Diagnostic("Paschen", "unknown", text)
@@ -136,7 +166,10 @@ def paschen_diagnostic(*, field: float, gap: float) -> Diagnostic:
 
 
 def emission_diagnostic(*, field: float, vanishing: bool = False) -> Diagnostic:
-    """Compare the field of a gap, or of a vanishing one, with that of field emission."""
+    """Compare the field of a gap [V/m], or of a vanishing one where the stack has no gap, with that of field emission.
+
+    A field of NaN is not known. The comparison is with the breakdown of micro-gaps.
+    """
     why = "where micro-gaps break down by field emission (value cited from memory, unverified)"
     what = "the field of a vanishing gap" if vanishing else "the gap field"
     return against("field emission", value=field, limit=FIELD_EMISSION, unit="V/m", what=what, why=why)

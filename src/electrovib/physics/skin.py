@@ -19,20 +19,9 @@ if TYPE_CHECKING:
 class Skin:
     """Electrical values of stratum corneum, or of skin that is used in its place.
 
-    Parameters
-    ----------
-    name : str
-        For legends.
-    material : Material
-        Permittivity and conductivity.
-    status : str
-        How far the source was read: one of `electrovib.core.checks.STATUSES`.
-    source : str
-        Citation.
-    note : str
-        Site, assumptions and limits of use.
-    reproduces_force : bool
-        False for a set whose time constant may be shown, but which must not be used to predict a force.
+    `name` is for legends; `status` says how far the `source` was read: one of
+    `electrovib.core.checks.STATUSES`; `note` gives site, assumptions and limits of use. With
+    `reproduces_force` false the time constant may be shown, but the set must not be used to predict a force.
     """
 
     name: str
@@ -50,7 +39,10 @@ class Skin:
 
 
 def time_constant(material: Material, frequency: ArrayLike) -> NDArray[np.float64]:
-    """Relaxation time constant eps0 eps' rho of a dielectric at a frequency: tau = eps'/(w eps'')."""
+    """Relaxation time constant [s] of a dielectric at a frequency [Hz]: tau = eps0 eps' rho = eps'/(w eps'').
+
+    Conduction is included in eps''.
+    """
     permittivity = material.complex_permittivity(frequency)
     angular = 2 * np.pi * np.asarray(frequency, dtype=float)
     result: NDArray[np.float64] = permittivity.real / (-permittivity.imag * angular)

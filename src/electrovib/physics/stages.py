@@ -17,12 +17,7 @@ _NAN_PASSES = np.errstate(invalid="ignore")
 class Resonance:
     """A mass on a spring and a damper: w0^2/(s^2 + 2 zeta w0 s + w0^2).
 
-    Parameters
-    ----------
-    natural_frequency : float
-        w0/(2 pi), without damping [Hz].
-    damping_ratio : float
-        zeta [1]; 1 is critical damping.
+    `natural_frequency` is w0/(2 pi), without damping [Hz]; `damping_ratio` is zeta, 1 for critical damping.
     """
 
     natural_frequency: float
@@ -37,13 +32,7 @@ class Resonance:
 
 @dataclass(frozen=True)
 class LowPass:
-    """A first-order lag: 1/(1 + s/(2 pi cut_off)).
-
-    Parameters
-    ----------
-    cut_off : float
-        Frequency at which the power has halved [Hz].
-    """
+    """A first-order lag: 1/(1 + s/(2 pi cut_off)), `cut_off` the frequency [Hz] at which the power has halved."""
 
     cut_off: float
 
@@ -55,13 +44,7 @@ class LowPass:
 
 @dataclass(frozen=True)
 class HighPass:
-    """A high-pass, whose response to a step decays with one time constant: s T/(1 + s T).
-
-    Parameters
-    ----------
-    time_constant : float
-        T [s].
-    """
+    """A high-pass, whose response to a step decays with one time constant T [s]: s T/(1 + s T)."""
 
     time_constant: float
 
@@ -76,12 +59,8 @@ class HighPass:
 class CreepResponse:
     """An immediate response followed by creep: 1 + sum share/(1 + s T).
 
-    Parameters
-    ----------
-    shares : tuple of float
-        Final contribution of each creep over the immediate response [1]; negative for a decrease.
-    times : tuple of float
-        Time constant T of each creep [s].
+    `shares` are the final contribution of each creep over the immediate response, negative for a decrease;
+    `times` its time constants T [s].
     """
 
     shares: tuple[float, ...]
@@ -101,7 +80,7 @@ Stage: TypeAlias = Resonance | LowPass | HighPass | CreepResponse
 
 
 def response(stages: tuple[Stage, ...], frequency: ArrayLike) -> Complex:
-    """Return the response of stages in series."""
+    """Return the response of stages in series, the product of theirs, at frequencies [Hz]."""
     total = np.ones(np.shape(frequency), complex)
     for stage in stages:
         total = total * stage.at(frequency)

@@ -203,12 +203,8 @@ class Tabulated(Material):
     def table(self) -> tuple[Real, Complex]:
         """Return the rows without the declared conduction.
 
-        Returns
-        -------
-        frequency : ndarray, shape (N,)
-            Hz, rising.
-        polarisation : ndarray of complex, shape (N,)
-            Relative permittivity of the bound charge alone, dimensionless, passive.
+        They are the frequency [Hz], rising, and the relative permittivity of the bound charge alone, passive,
+        each of shape (N,).
         """
         loss = np.maximum(self._loss() - self._conduction(), 0.0)
         return self.frequency_samples.values, self.permittivity_samples.values - 1j * loss
@@ -220,18 +216,7 @@ class Tabulated(Material):
         return float(frequency[0]), float(frequency[-1])
 
     def bound_permittivity(self, frequency: ArrayLike) -> Complex:
-        """Relative permittivity of the bound charge alone.
-
-        Parameters
-        ----------
-        frequency : array_like
-            Hz, above 0, any shape; NaN gives NaN.
-
-        Returns
-        -------
-        permittivity : ndarray of complex
-            eps' - j eps'', dimensionless, same shape; measured within `band` only.
-        """
+        """Relative permittivity of the bound charge alone, measured within `band` only."""
         asked = np.asarray(frequency, dtype=float)
         hertz, rows = self.table()
         low, high = self.band
@@ -249,19 +234,12 @@ class Tabulated(Material):
         return float(1 / (2 * np.pi * self.frequency_samples.values[0]))
 
     def conduction_bounds(self) -> tuple[float, float]:
-        """Return the smallest and the largest conductivity at zero frequency that the table allows.
+        """Return the smallest and the largest conductivity at zero frequency [S/m] that the table allows.
 
-        Returns
-        -------
-        low : float
-            0 S/m: all loss is slow polarisation.
-        high : float
-            Smallest conductivity w eps0 eps'' of all rows [S/m]: that loss is all conduction.
-
-        Notes
-        -----
-        The conductivity of a passive sum of relaxations does not decrease with frequency, so its value at zero frequency is
-        at most the smallest in the table; without noise that is the one of the first row.
+        The smallest is 0: all loss is slow polarisation. The largest is the smallest w eps0 eps'' of all
+        rows: that loss is all conduction. The conductivity of a passive sum of relaxations does not decrease
+        with frequency, so its value at zero frequency is at most the smallest in the table; without noise
+        that is the one of the first row.
         """
         angular = 2 * np.pi * self.frequency_samples.values
         return 0.0, float(np.min(angular * VACUUM_PERMITTIVITY * self._loss()))

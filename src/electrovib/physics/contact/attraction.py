@@ -34,7 +34,7 @@ class Attraction(Protocol):
 
 @dataclass(frozen=True)
 class PlateAttraction:
-    """Attraction of parallel plates with layers and a uniform gap between them.
+    """Attraction of parallel plates with layers and a uniform gap g between them: eps0 V^2/(2 (K + g)^2).
 
     Parameters
     ----------
@@ -42,10 +42,6 @@ class PlateAttraction:
         Constant voltage, or root mean square of a sine [V].
     electrical_thickness : float
         K, the sum of T/eps over the layers that block [m], above 0.
-
-    Notes
-    -----
-    eps0 V^2/(2 (K + g)^2).
     """
 
     voltage: float
@@ -163,7 +159,7 @@ class RoughAttraction:
 
 
 def check_thickness(*, electrical_thickness: float) -> None:
-    """Refuse an electrical thickness [m] for which the attraction of a closed gap is unbounded."""
+    """Refuse an electrical thickness [m] that is not above 0: the attraction of a closed gap would be unbounded."""
     if not (electrical_thickness > 0 and math.isfinite(electrical_thickness)):
         raise InputError(
             f"electrical_thickness = {electrical_thickness}: must be above 0 m, for instance 27e-6; without a blocking layer"

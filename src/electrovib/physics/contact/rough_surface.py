@@ -108,13 +108,19 @@ class PerssonSurface(RoughSurface):
 
 
 def exponential_pressure(gap: ArrayLike, *, flat: float, decay: float) -> NDArray[np.float64]:
-    """Return a repulsion that falls exponentially with the gap."""
+    """Return a repulsion per area [Pa] that falls exponentially with the gap [m]: flat exp(-gap/decay).
+
+    `flat` is the pressure at gap 0 [Pa], `decay` the change of gap over which it falls by a factor e [m].
+    """
     pressure: NDArray[np.float64] = flat * np.exp(-np.asarray(gap, dtype=float) / decay)
     return pressure
 
 
 def exponential_gap(pressure: ArrayLike, *, flat: float, decay: float) -> NDArray[np.float64]:
-    """Return the gap at which an exponential repulsion bears a pressure."""
+    """Return the gap [m] at which `exponential_pressure` bears a pressure [Pa]: decay ln(flat/pressure).
+
+    It is infinite at pressures of 0 or less, and 0 at pressures of `flat` or more.
+    """
     with np.errstate(divide="ignore"):
         ratio = np.log(flat / np.maximum(np.asarray(pressure, dtype=float), 0.0))
     gap: NDArray[np.float64] = np.maximum(decay * ratio, 0.0)
@@ -122,7 +128,12 @@ def exponential_gap(pressure: ArrayLike, *, flat: float, decay: float) -> NDArra
 
 
 def gaussian_gaps(*, mean_gap: float, touching: float) -> GaussianGaps:
-    """Return the Gaussian distribution of gaps with a given mean gap and a given real contact."""
+    """Return the Gaussian distribution of gaps with a given mean gap and a given real contact.
+
+    `mean_gap` [m], above 0, is the mean over the whole area, where contact counts as gap 0; `touching` is the
+    share of the area in contact, above 0 and at most `MOST_TOUCHING`. With x = mean/rms: Phi(-x) = touching
+    and rms = mean_gap/(x Phi(x) + n(x)).
+    """
     from scipy.special import ndtr, ndtri
 
     if not (mean_gap > 0 and math.isfinite(mean_gap) and 0 < touching <= MOST_TOUCHING):

@@ -162,6 +162,24 @@ def pull_in_voltage(
 ) -> float | None:
     """Return the pull-in voltage of a skin on a linear spring.
 
+    Parameters
+    ----------
+    stiffness : float
+        Stiffness of the spring per area [Pa/m].
+    free_gap : float
+        Gap without pressure [m].
+    electrical_thickness : float
+        K, the sum of T/eps over the layers that block [m], 0 or more.
+    pressure : float
+        Pressure of the load [Pa], which reduces the free gap to g0 = free_gap - pressure/stiffness.
+
+    Returns
+    -------
+    voltage : float or None
+        Pull-in voltage [V]; None where the gap closes continuously.
+
+    Notes
+    -----
     V^2 = 8 k (K + g0)^3/(27 eps0), at the gap (2 g0 - K)/3, which is positive only for g0 > K/2.
     """
     left = free_gap - pressure / stiffness

@@ -181,7 +181,10 @@ class Drive(Model, family=True):
 
 
 def common_period(periods: Sequence[float]) -> float | None:
-    """Find the shortest common multiple of some periods."""
+    """Find the shortest common multiple [s] of some periods [s].
+
+    None without periods, or where their ratios are not those of whole numbers up to 100 000.
+    """
     if not periods:
         return None
     first = periods[0]

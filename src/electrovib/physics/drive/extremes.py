@@ -26,7 +26,10 @@ _CURVED = 2.0
 
 
 def extremes(parts: Sequence[Part], start: float, end: float) -> tuple[float, float]:
-    """Find the lowest and the highest sum of parts between two times."""
+    """Find the lowest and the highest sum of parts between two times [V].
+
+    Of a step at the start the value after it counts, of one at the end both values do.
+    """
     at_end = sum(float(part.value(np.array(end))) for part in parts)
     if end <= start:
         return at_end, at_end
@@ -63,18 +66,8 @@ def _of_straight(part: Linear, start: float, end: float, at_end: float) -> tuple
 class _Stretch:
     """Straight pieces from corner to corner, with tones and formulas that are on for all of them.
 
-    Parameters
-    ----------
-    begins, ends : ndarray, shape (n,)
-        Beginning and end of each straight piece [s].
-    after, before : ndarray, shape (n,)
-        Voltage just after the beginning and just before the end of each piece [V].
-    frequencies : ndarray, shape (m,)
-        Frequencies of the tones [Hz].
-    amplitudes : ndarray of complex, shape (m,)
-        Complex peak amplitudes of the tones [V].
-    formulas : sequence of Smooth
-        Formulas that are added.
+    `begins` and `ends` of each piece (n,) [s]; voltage just `after` the beginning and just `before` the end
+    of each (n,) [V]; `frequencies` (m,) [Hz] and complex peak `amplitudes` (m,) [V] of the tones.
     """
 
     begins: Real

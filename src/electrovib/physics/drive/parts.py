@@ -25,9 +25,9 @@ MOST_LOOKS = 1_000_000
 
 
 def circling(frequency: float, time: Real) -> tuple[Real, Real]:
-    """Return cosine and sine of the phase of a tone.
+    """Return cosine and sine of the phase 2 pi frequency time of a tone, shape (n,) as the times [s].
 
-    `time` (n,); returns `cosine`, `sine` (n,).
+    At many evenly spaced times they are products of those of two coarser grids, to rounding.
     """
     angular, step = 2 * np.pi * frequency, _even_step(time)
     if step is None:
@@ -90,14 +90,8 @@ class _Gated(ABC):
 class Tones(_Gated):
     """A sum of sines that is on between two times: the real part of sum A exp(j w t).
 
-    Parameters
-    ----------
-    frequencies : ndarray, shape (n,)
-        Frequencies [Hz]; 0 for a constant.
-    amplitudes : ndarray of complex, shape (n,)
-        Complex peak amplitudes [V].
-    start, stop : float
-        Times of switching on and off [s]; infinite for a sum that is always on.
+    `frequencies` (n,) [Hz], 0 for a constant; `amplitudes` (n,) complex peak values [V]; `start` and `stop`
+    of switching on and off [s], infinite for a sum that is always on.
     """
 
     frequencies: Real
@@ -189,7 +183,10 @@ class Chirped(Smooth):
 
     @classmethod
     def between(cls, amplitude: float, first: float, last: float, length: float) -> Chirped:
-        """Make a sine whose frequency changes linearly from one value to another, from time 0 on."""
+        """Make a sine whose frequency changes linearly from `first` to `last` [Hz] within `length` [s].
+
+        It begins at time 0 and is off after its duration.
+        """
         sweep = (last - first) / length
 
         def phase(time: Real) -> Real:

@@ -97,11 +97,8 @@ class OneOfTwoInAntiphase(Readback):
     def driving(self, time: Real, voltage: Real) -> Real:
         """Return 2 v1 - V while the drive is on, and 0 before and after [V].
 
-        Raises
-        ------
-        ValueError
-            If the record is 0 V throughout, has both signs, which one of two electrodes in antiphase has not, or if the
-            drive is on at no sample.
+        A record is refused that is 0 V throughout, that has both signs, which one of two electrodes in
+        antiphase has not, or in which the drive is on at no sample.
         """
         upper, lower, high = _levels(voltage)
         first = float(time[high[0]]) if self.start is None else self.start

@@ -46,13 +46,7 @@ class Refuse(StampTreatment):
     """Refuse the record: the default, because a repeated time stamp is usually a fault of the recording."""
 
     def keep(self, time: Real) -> NDArray[np.bool_]:
-        """Keep all samples, or refuse the record at the first time stamp that does not increase.
-
-        Raises
-        ------
-        ValueError
-            If a time stamp does not increase; the message gives the first one and their number.
-        """
+        """Keep all samples, or refuse the record at the first time stamp that does not increase."""
         faults = np.flatnonzero(np.diff(time) <= 0) + 1
         if len(faults):
             first = int(faults[0])

@@ -24,7 +24,10 @@ ROUNDING: Final = 1e-9
 
 
 def enough(drive: Drive, start: float, end: float, *, fewest: int, most: int) -> int:
-    """Return a number of even times that shows a drive."""
+    """Return a number of even times from `start` to `end` [s], both included, that shows a drive.
+
+    It is at least `fewest`, and above `most` where no number up to it shows the drive.
+    """
     count = max(fewest, math.ceil(FEWEST * fastest_frequency(drive) * (end - start)) + 1)
     while count <= most and not shows(drive, np.linspace(start, end, count)):
         count = 2 * count - 1
@@ -34,7 +37,8 @@ def enough(drive: Drive, start: float, end: float, *, fewest: int, most: int) ->
 def shows(drive: Drive, times: Real) -> bool:
     """Return whether a line through given times shows oscillations and straight pieces of a drive.
 
-    `times` (n,) [s].
+    That is whether the values at the times, shape (n,), increasing [s], joined by straight lines, follow the
+    drive.
     """
     step = float(np.max(np.diff(times)))
     if step * fastest_frequency(drive) * FEWEST > 1 + ROUNDING:
@@ -60,7 +64,10 @@ def _missed(part: Linear, times: Real) -> float:
 
 
 def fastest_frequency(drive: Drive) -> float:
-    """Return the highest frequency of the parts of a drive."""
+    """Return the highest frequency [Hz] of the parts of a drive.
+
+    Of straight pieces it is one over the duration of all of them.
+    """
     return max((_fastest_of(part) for part in drive.parts()), default=0.0)
 
 

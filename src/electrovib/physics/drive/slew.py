@@ -17,7 +17,12 @@ _ROUNDED = 1e-9
 
 
 def slew_of(drive: Drive, end: float, *, from_rest: bool = True) -> float:
-    """Return the largest absolute rate of change of a drive."""
+    """Return the largest absolute rate of change of a drive up to `end` [s], in V/s, or in A/s of a current drive.
+
+    It is infinite where the drive is discontinuous, also at time 0 if it starts `from_rest` at another value
+    than 0. It is exact for straight pieces; of tones and formulas the bound 2 pi f times the amplitude is
+    used.
+    """
     parts = drive.parts()
     smallest = _ROUNDED * sum(part.bound() for part in parts)
     if from_rest and abs(float(drive.voltage(0.0))) > smallest:

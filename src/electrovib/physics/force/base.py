@@ -118,7 +118,10 @@ class ForceLaw(Model, family=True):
 
 
 def layer_of(section: Section, wanted: str) -> LayerState:
-    """Return a layer that a law needs: by role the one nearest to the interface, else by name."""
+    """Return a layer that a law needs: by role the one nearest to the interface, else by name.
+
+    A stack without it is refused.
+    """
     name = needed_layer(section.roles, wanted)
     if name is None:
         raise InputError(f"stack: the force law needs {wanted_layer(wanted)}")
@@ -126,7 +129,11 @@ def layer_of(section: Section, wanted: str) -> LayerState:
 
 
 def needed_layer(roles: Mapping[str, Role], wanted: str) -> str | None:
-    """Return the name of a layer that a law needs."""
+    """Return the name of a layer that a law needs; None where the stack has no such layer.
+
+    `roles` has name to role of each layer, from the plate to the finger. Of a role the layer nearest to the
+    interface is taken.
+    """
     role = next((each for each in ORDER if each == wanted), None)
     if role is not None:
         return beside_interface(roles, role)

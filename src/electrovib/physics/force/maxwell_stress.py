@@ -195,7 +195,11 @@ class EffectiveMedium(ForceLaw):
 
 
 def equivalent_field(section: Section, voltage: Linear) -> Linear:
-    """Return the field E = V/sqrt(K L) whose stress in vacuum is the static force of Vezzoli et al. 2014."""
+    """Return the field E = V/sqrt(K L) [V/m per volt] whose stress in vacuum is the static force of Vezzoli et al. 2014.
+
+    K = sum T/eps and L = sum T are the sums over the layers of plate and finger, V is the `voltage` per volt
+    of the drive.
+    """
     names = [name for name, role in section.roles.items() if role in _PLATE_AND_FINGER]
     length = sum(section[name].thickness for name in names)
     return section.inverse_root_thickness(names) * voltage * (1 / length**0.5)

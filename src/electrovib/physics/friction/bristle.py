@@ -50,7 +50,7 @@ class Bristles(NamedTuple):
 def strength_at_speed(speed: Any, strength: Any, excess: Any, stribeck_speed: Any) -> Any:
     """Return the strength [N] at a speed [m/s] from that of fast sliding [N], for numbers or arrays.
 
-    The compiled time stepping uses this function too.
+    strength (1 + excess exp(-(speed/stribeck_speed)^2)); the compiled time stepping uses this function too.
     """
     return strength * (1 + excess * np.exp(-((speed / stribeck_speed) ** 2)))
 
@@ -60,7 +60,8 @@ def yielding_rate(
 ) -> Any:
     """Return the rate of the deflection [m/s] under the strength at its speed [N], for numbers or arrays.
 
-    The compiled time stepping uses this function too.
+    It is u left |left|^(exponent - 1) as in `Bristles`, with `level` as g(u); the compiled time stepping uses
+    this function too.
     """
     left = 1 - direction * stiffness * deflection / level
     return speed * left * np.hypot(left, nearest) ** (exponent - 1)

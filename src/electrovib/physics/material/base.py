@@ -214,11 +214,11 @@ def _not_in_the_library(name: str) -> str:
 
 
 def axis(frequency: ArrayLike) -> Complex:
-    """Return the imaginary angular frequency."""
+    """Return the imaginary angular frequency j w [1/s] of frequencies [Hz], any shape; NaN gives NaN."""
     result: Complex = 2j * np.pi * np.asarray(frequency, dtype=float)
     return result
 
 
 def level(value: float, *, frequency: ArrayLike) -> Complex:
-    """Return the same number at all frequencies."""
+    """Return the same number at all frequencies, as a complex array; NaN where the frequency is NaN."""
     return np.full(np.shape(frequency), value, complex) + 0 * axis(frequency)

@@ -34,18 +34,8 @@ ISRAR: Final = "Israr, Choi and Tan, IROS 2006, 472, as tabled in github.com/ada
 class DetectionThreshold:
     """A published threshold of vibration, an assumption where the person at hand has not been measured.
 
-    Parameters
-    ----------
-    amplitude : float
-        Just felt [m]; taken as zero to peak, which none of the quotations states.
-    frequency : float
-        Of the sine [Hz].
-    conditions : str
-        Contact and direction.
-    source : str
-        Publication.
-    status : str
-        How it was read.
+    `amplitude` [m] that is just felt at the `frequency` of the sine [Hz], taken as zero to peak, which none
+    of the quotations states; `conditions` are contact and direction, `status` says how the source was read.
     """
 
     amplitude: float

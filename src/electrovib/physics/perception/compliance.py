@@ -93,12 +93,7 @@ class ElasticViscousSkin(SkinCompliance):
 class PublishedCompliance:
     """A lateral skin from publications, an assumption where the finger at hand has not been measured.
 
-    Parameters
-    ----------
-    skin : SkinCompliance
-        Its values.
-    conditions, source, status : str
-        What was measured, by whom, and how it was read.
+    `conditions`, `source` and `status` say what was measured, by whom, and how it was read.
     """
 
     skin: SkinCompliance

@@ -69,7 +69,7 @@ class Perception(Model):
 
 
 def decibels(ratio: ArrayLike) -> NDArray[np.float64]:
-    """Return the level of a ratio of amplitudes in decibels."""
+    """Return the level of a ratio of amplitudes in decibels: 20 lg ratio, minus infinity at 0."""
     amplitude = np.asarray(ratio, dtype=float)
     level = np.full(amplitude.shape, -np.inf)
     np.log10(amplitude, out=level, where=amplitude != 0)
@@ -79,20 +79,18 @@ def decibels(ratio: ArrayLike) -> NDArray[np.float64]:
 def felt_amplitude(channel: Channel, frequency: ArrayLike, displacement: ArrayLike) -> float:
     r"""Return the amplitude at the Pacinian channel's best frequency that is equivalent to a line spectrum in a channel.
 
-    `frequency` (n,) [Hz], `displacement` (n,) [m].
+    `frequency` (n,) [Hz], above 0; `displacement` (n,) amplitudes zero to peak [m], or [N] where the
+    displacement is assumed proportional to the force. The result has the unit of `displacement` and is
 
     .. math:: \sqrt{\sum_k (w(f_k)\,|X_k|)^2}
 
-    Powers add within a channel; between channels the highest counts. The phase has no effect, so a train of short
-    bursts is equivalent to noise of the same spectrum.
+    Powers add within a channel; between channels the highest counts. The phase has no effect, so a train of
+    short bursts is equivalent to noise of the same spectrum.
     """
     weighted = channel.weight(frequency) * np.abs(np.asarray(displacement))
     return float(np.sqrt(np.sum(weighted**2)))
 
 
 def strongest(perception: Perception, frequency: ArrayLike, displacement: ArrayLike) -> float:
-    """Return the largest equivalent amplitude of a line spectrum over the channels.
-
-    `frequency` (n,) [Hz], `displacement` (n,) [m].
-    """
+    """Return the largest equivalent amplitude of a line spectrum over the channels, as `felt_amplitude`."""
     return max(felt_amplitude(channel, frequency, displacement) for channel in perception.channels)

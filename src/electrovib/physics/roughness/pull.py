@@ -61,11 +61,11 @@ class GaussianGaps:
     def rule(
         self, near: ArrayLike, *, count: int = NODES, reach: float = REACH
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return nodes and weights of a quadrature over the gaps above 0.
+        """Return nodes (..., count) [m] and weights [1] of a quadrature over the gaps above 0.
 
-        Returns `gaps` (..., count) [m], `shares` (..., count).
-
-        Gauss-Legendre in t, gap = near (e^t - 1): one rule resolves 1/(gap + near)^2 and the Gaussian.
+        The weights add up to 1 - `contact_fraction`. `near` is the gap [m], above 0, over which the integrand
+        changes near contact: the electrical thickness; `reach` is the half width of the integration in rms
+        gaps. Gauss-Legendre in t, gap = near (e^t - 1): one rule resolves 1/(gap + near)^2 and the Gaussian.
         """
         scale = np.asarray(near, dtype=float)[..., None]
         low = np.log1p(max(0.0, self.mean - reach * self.rms) / scale)
@@ -104,6 +104,22 @@ def local_pull(
 ) -> NDArray[np.float64]:
     """Return the attraction per area where the gap is the same everywhere.
 
+    Parameters
+    ----------
+    voltage : float or array_like
+        Voltage across layers and gap [V]: constant, or the root mean square of a sine, its amplitude over sqrt(2).
+    electrical_thickness : complex or array_like
+        Sum of T/eps* over the layers [m]; complex at a frequency at which they are lossy.
+    gap : float or array_like
+        Gap [m], 0 or more.
+
+    Returns
+    -------
+    attraction : float or ndarray
+        Attraction per area [Pa]; for a sine the mean over time.
+
+    Notes
+    -----
     eps0 V^2/(2 |u + h0|^2), for a sine of amplitude V0 eps0 V0^2/(4 |u + h0|^2).
     """
     reach = np.abs(np.asarray(gap, dtype=float) + np.asarray(electrical_thickness))
@@ -121,6 +137,26 @@ def mean_pull(
 ) -> Pull:
     """Return the attraction per area of a rough contact, averaged over gaps and contact spots.
 
+    Parameters
+    ----------
+    voltage : float or array_like
+        Voltage across layers and gap [V]: constant, or the root mean square of a sine.
+    electrical_thickness : complex or array_like
+        Sum of T/eps* over the layers [m], not 0.
+    gaps : GaussianGaps
+        Distribution of the gaps, from which both parts follow.
+    spots : ContactSpots
+        Share of the field at contact spots.
+    frequency : float or array_like
+        Frequency of the sine [Hz]; 0 for a constant voltage.
+
+    Returns
+    -------
+    Pull
+        Both parts [Pa], arrays of the common shape of the arguments.
+
+    Notes
+    -----
     eps0 V^2/2 [phi |share|^2/|h0|^2 + integral over u > 0 of P(u)/|u + h0|^2 du], phi = A_real/A0 the contact
     fraction of the same P. Valid for roughness of wavelengths that are long compared with 2 pi T_i.
     """

@@ -28,7 +28,7 @@ __all__ = [
 
 @functools.cache
 def materials() -> tuple[Substance, ...]:
-    """List the materials of the library."""
+    """List the materials of the library in the order of their names."""
     return tuple(sorted((*inorganic.SUBSTANCES, *polymers.SUBSTANCES), key=lambda each: each.name))
 
 
@@ -38,7 +38,7 @@ def find_substance(name: str) -> Substance | None:
 
 
 def nearest_substances(name: str, *, most: int = 3) -> list[str]:
-    """Find the names of the materials that a word is most like."""
+    """Find at most `most` names of materials that a word is like, most alike first."""
     close = difflib.get_close_matches(_plain(name[:60]), _by_name(), n=3 * most, cutoff=0.5)
     return list(dict.fromkeys(_by_name()[word].name for word in close))[:most]
 

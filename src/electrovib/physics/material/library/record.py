@@ -18,18 +18,8 @@ SAME_THICKNESS: Final = 2.0
 class SourcedValue:
     """One number that a source gives.
 
-    Parameters
-    ----------
-    value : float
-        SI.
-    unit : str
-        SI unit of the value.
-    conditions : str
-        Frequency, temperature and kind of the value, as far as the source states them.
-    source : str
-        The page or paper that gives the value.
-    status : str
-        How far that source was read: one of `electrovib.core.checks.STATUSES`.
+    `value` in the SI `unit`; `conditions` are frequency, temperature and kind of the value, as far as the
+    source states them; `status` says how far the source was read: one of `electrovib.core.checks.STATUSES`.
     """
 
     value: float
@@ -54,10 +44,8 @@ class SourcedValue:
 class BreakdownStrength(SourcedValue):
     """One breakdown strength.
 
-    Parameters
-    ----------
-    thickness : tuple of float or None
-        Thinnest and thickest layer on which it was measured [m]; None if the source does not state it.
+    `thickness` is that of the thinnest and the thickest layer on which it was measured [m]; None if the
+    source does not state it.
     """
 
     thickness: tuple[float, float] | None
@@ -76,7 +64,11 @@ class BreakdownStrength(SourcedValue):
         return f"measured at {low}" if low == high else f"measured at {low} to {high}"
 
     def compared_with(self, thickness: float) -> str:
-        """Compare a layer with the layers on which the strength was measured."""
+        """Say whether a layer of a thickness [m] is ``"same"``, ``"thinner"`` or ``"thicker"`` than those that were measured.
+
+        ``"same"`` is within a factor of `SAME_THICKNESS`; ``"unknown"`` without a thickness of the
+        measurement.
+        """
         if self.thickness is None:
             return "unknown"
         if thickness > SAME_THICKNESS * self.thickness[1]:
@@ -88,16 +80,8 @@ class BreakdownStrength(SourcedValue):
 class Dispersion:
     """A material model that follows the permittivity over frequency.
 
-    Parameters
-    ----------
-    model : str
-        Name of the material model.
-    parameters : mapping of str to value
-        Of that model, without the conductivity.
-    source : str
-        Where the parameters are from.
-    status : str
-        How far that source was read.
+    `parameters` are those of the material model of the name `model`, without the conductivity; `status` says
+    how far the source was read.
     """
 
     model: str
@@ -154,7 +138,11 @@ class Substance:
         return {"model": "Constant", **name, "permittivity": self.permittivity[0].value, **conductivity}
 
     def origin(self, parameter: str) -> tuple[str, str]:
-        """Find where a parameter of its material model is from."""
+        """Find where a parameter of its material model is from: source, status and conditions in words, and the status alone.
+
+        Of a list `parameter` is the path in it. The status is ``"unknown"`` for a conductivity that was not
+        found.
+        """
         if parameter == "conductivity":
             return self._origin_of_conductivity
         if self.dispersion is not None:
@@ -162,7 +150,10 @@ class Substance:
         return self.permittivity[0].origin, self.permittivity[0].status
 
     def taken_by(self, table: Mapping[str, Any]) -> dict[str, str]:
-        """Find which values a material takes from the library."""
+        """Find which parameters the table of a material takes from the library, with the status of their source.
+
+        A value that differs from that of the library is the table's own.
+        """
         return {
             name: self.origin(name)[1]
             for name, value in self.material.items()
@@ -181,7 +172,11 @@ class Substance:
         return "not found; taken as 0", "unknown"
 
     def strength_of(self, thickness: float) -> BreakdownStrength | None:
-        """Choose the strength that a layer is compared with."""
+        """Choose the strength that a layer of a thickness [m] is compared with; None if no strength is declared.
+
+        It is that of the thinnest measured layer which is at least as thick, because strength usually falls
+        with thickness; if none is, the lowest of all, of equal ones that of the thickest layer.
+        """
         thick = [each for each in self.strengths if each.thickest >= thickness]
         if thick:
             return min(thick, key=lambda each: each.thickest)

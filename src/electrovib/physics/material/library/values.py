@@ -20,7 +20,7 @@ def permittivity(value: float, conditions: str, source: str, status: str) -> Sou
 
 
 def from_resistivity(resistivity: float, conditions: str, source: str, status: str) -> SourcedValue:
-    """Declare a conductivity by the resistivity that a source prints."""
+    """Declare a conductivity [S/m] by the resistivity [ohm m] that a source prints."""
     return SourcedValue(
         value=1 / resistivity, unit="S/m", conditions=conditions, source=source, status=status
     )
@@ -29,7 +29,10 @@ def from_resistivity(resistivity: float, conditions: str, source: str, status: s
 def strength(
     value: float, thickness: float | tuple[float, float] | None, conditions: str, source: str, status: str
 ) -> BreakdownStrength:
-    """Declare a breakdown strength with the thickness at which it was measured."""
+    """Declare a breakdown strength [V/m] with the thickness at which it was measured [m].
+
+    `thickness` is one, or the thinnest and the thickest; None if the source does not state it.
+    """
     edges = (thickness, thickness) if isinstance(thickness, float) else thickness
     return BreakdownStrength(
         value=value, unit="V/m", thickness=edges, conditions=conditions, source=source, status=status
