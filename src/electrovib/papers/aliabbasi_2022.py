@@ -91,7 +91,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def maximum(scenario: Scenario) -> float | None:
-    """Return the frequency of the largest mean attraction of a scenario."""
+    """Return the frequency of the largest mean attraction [Hz]; None without a maximum between 0.01 Hz and 2 MHz."""
     frequency = np.geomspace(_LOWEST, _HIGHEST, _SAMPLES)
     force = mean_force(scenario, phasors(scenario, frequency), amplitude=100.0)
     top = int(np.argmax(force))
@@ -103,7 +103,10 @@ def maximum(scenario: Scenario) -> float | None:
 
 
 def maximum_of(*, gap_resistivity: float, skin: Material, resistance: float = 0.0) -> float:
-    """Return the frequency of the largest mean attraction of the chain."""
+    """Return the frequency of the largest mean attraction of the chain [Hz]; NaN without one, as for `maximum`.
+
+    `gap_resistivity` of the gap [ohm m], `resistance` of the body [ohm].
+    """
     scenario = aliabbasi_2024.chain(gap_resistivity=gap_resistivity, skin=skin, resistance=resistance)
     found = maximum(scenario)
     return math.nan if found is None else found

@@ -92,7 +92,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: float = 1500.0) -> Scenario:
-    """Return coating, leaky gap and skin in series."""
+    """Return coating, leaky gap [ohm m] and skin in series; without a skin the finger is a conductor."""
     base = scenarios()["chain"]
     layers = base.stack.to_dict()
     layers["gap"]["material"]["conductivity"] = 1 / gap_resistivity
@@ -103,13 +103,19 @@ def chain(*, gap_resistivity: float, skin: Material | None = None, resistance: f
 
 
 def corner(*, gap: float, gap_resistivity: float) -> float:
-    """Compute the lower corner frequency of the gap field on the coating."""
+    """Compute the lower corner frequency of the gap field on the coating: 1/(2 pi R_g (C_g + C_i)) [Hz].
+
+    There the field is 1/sqrt(2) of its plateau (-3 dB) and the mean force half of its.
+    """
     coating = values.COATING_PERMITTIVITY / values.COATING_THICKNESS
     return 1 / (2 * math.pi * eps0 * gap_resistivity * gap * (1 / gap + coating))
 
 
 def rises_to(scenario: Scenario, *, share: float) -> float:
-    """Return the lower edge of the band in which the mean attraction has a share of its largest value."""
+    """Return the lowest frequency from 0.01 Hz to 2 MHz at which the mean attraction has a share of its largest value [Hz].
+
+    A share of 0.5 is -3 dB of the field.
+    """
     force = mean_force(scenario, phasors(scenario, _BAND), amplitude=100.0)
     after = int(np.argmax(force >= share * force.max()))
     if after == 0:
@@ -119,7 +125,7 @@ def rises_to(scenario: Scenario, *, share: float) -> float:
 
 
 def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Compute the impedance of the gap as the paper measures it: the total less skin, screen and body."""
+    """Compute the impedance of the gap [ohm] as the paper measures it: the total less skin, screen and body."""
     area = scenario.contact_area
     total = 1 / (phasors(scenario, frequency).current_density * area)
     known = [
@@ -130,7 +136,11 @@ def remaining_impedance(scenario: Scenario, frequency: NDArray[np.float64]) -> N
 
 
 def estimate(scenario: Scenario, *, frequency: float, voltage: float) -> tuple[float, float]:
-    """Compute gap and force from the remaining impedance."""
+    """Compute gap [m] and force [N] from the remaining impedance Z at a frequency [Hz] and peak voltage [V].
+
+    The gap is eps0 A w/Im(1/Z), which a leak in parallel does not change; the mean attraction is eps0 A
+    |V_g/g|^2/4, where V_g is the voltage of the remaining impedance.
+    """
     area, at = scenario.contact_area, np.array([frequency])
     left = complex(remaining_impedance(scenario, at)[0])
     gap = eps0 * area * 2 * math.pi * frequency / (1 / left).imag

@@ -48,7 +48,11 @@ LOADS = (0.2, 0.6)
 
 
 def at_speed(*, speed: float, slope: float, known_at: float, known: float) -> float:
-    """Extrapolate along one of the three straight lines from a speed at which the user knows the value."""
+    """Extrapolate along one of the three straight lines from a speed at which the user knows the value.
+
+    `speed` was 0.02 to 0.1 m/s in the experiment; `slope` is one of CUT_OFF_SLOPE, MASS_SLOPE,
+    STIFFNESS_SLOPE. The value `known` at the speed `known_at` is not in the abstract.
+    """
     return known + slope * (speed - known_at)
 
 

@@ -109,7 +109,12 @@ class BearingArea(RoughSurface):
 def friction_coefficient(
     pressure: NDArray[np.float64], *, pull: float, modulus: float, slope: float
 ) -> NDArray[np.float64]:
-    """Compute the coefficient of friction relative to that without voltage under a small load."""
+    """Compute the coefficient of friction relative to that without voltage under a small load.
+
+    It is the real contact under load and attraction over that of the load alone, extrapolated linearly from
+    small loads. `pressure` of the load and `pull` [Pa], effective `modulus` [Pa], root-mean-square `slope`
+    [1].
+    """
     small = 1e-9 * modulus * slope
     alone = contact_fraction(small, modulus=modulus, slope=slope) / small
     area = contact_fraction(pressure + pull, modulus=modulus, slope=slope)

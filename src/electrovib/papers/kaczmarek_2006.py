@@ -90,7 +90,10 @@ def gap_conductivity(tau: float) -> float:
 
 
 def rectifying(conductivity: Any, *, positive: float = FAST, negative: float = SLOW) -> dict[str, Any]:
-    """Return the leak of a layer with one time constant for each polarity."""
+    """Return the leak of a layer with one time constant [s] for each polarity, as the table of a `PolarityConduction`.
+
+    `conductivity` returns the conductivity [S/m] for a time constant [s].
+    """
     return {
         "model": "PolarityConduction",
         "conductivity_positive": conductivity(positive),
@@ -155,7 +158,11 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def polarity_ratio(scenario: Scenario) -> float:
-    """Compute the mean attraction while a pulse is on over that of the same pulse with opposite sign."""
+    """Compute the mean attraction while a trapezoidal pulse is on over that of the same pulse with opposite sign.
+
+    It is exactly 1 only where the response does not depend on the polarity at any time; below 1 the pulse as
+    declared attracts less.
+    """
     drive = scenario.drive
     assert isinstance(drive, Trapezium)
     turned = scenario.replace({"drive.high": -drive.high, "drive.low": -drive.low})
@@ -177,7 +184,10 @@ def verdict(*, ratio: float) -> str:
 
 
 def polarity_of_laws(scenario: Scenario) -> dict[str, tuple[float, str]]:
-    """Compute the polarity ratio of every registered force law."""
+    """Compute the polarity ratio of every registered force law on the layers and the pulse of a scenario.
+
+    Each law has its ratio and a verdict; NaN and the reason where it cannot be computed on these layers.
+    """
     found = {}
     for name, law in find_members(ForceLaw).items():
         try:
@@ -189,7 +199,11 @@ def polarity_of_laws(scenario: Scenario) -> dict[str, tuple[float, str]]:
 
 
 def edge_ratio(*, positive: float, negative: float, ramp: float = 20e-3, hold: float = 0.2) -> float:
-    """Compute the ratio of the peak attractions on the falling and on the rising edge of a positive trapezoidal pulse."""
+    """Compute the ratio of the peak attractions on the falling and on the rising edge of a positive trapezoidal pulse.
+
+    `positive` and `negative` are the time constants of the skin's leak [s], `ramp` and `hold` durations [s];
+    the law is that of Vezzoli et al. 2014.
+    """
     edges = {"model": "Trapezium", "high": values.VOLTAGE, "rise": ramp, "hold": hold, "fall": ramp}
     leak = rectifying(skin_conductivity, positive=positive, negative=negative)
     scenario = scenarios()["skin_positive"].replace(

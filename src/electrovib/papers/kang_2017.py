@@ -79,7 +79,7 @@ def sine(*, amplitude: float) -> dict[str, Any]:
 
 
 def modulated(*, amplitude: float, depth: float) -> dict[str, Any]:
-    """Return the drive of the first method: a carrier with the envelope 1 + m cos."""
+    """Return the drive of the first method: a carrier of a peak [V] with the envelope 1 + m cos, depth m."""
     return {
         "model": "AmplitudeModulation",
         "amplitude": amplitude,
@@ -90,7 +90,7 @@ def modulated(*, amplitude: float, depth: float) -> dict[str, Any]:
 
 
 def offset(drive: dict[str, Any], *, level: float) -> dict[str, Any]:
-    """Return a drive on a DC offset: the second method with a sine, the third with a modulated carrier."""
+    """Return a drive on a DC offset [V]: the second method with a sine, the third with a modulated carrier."""
     return {"model": "Offset", "drive": drive, "level": level}
 
 
@@ -131,7 +131,10 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def harmonics(signal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the peak amplitudes at multiples of the modulation frequency, the mean first."""
+    """Return the peak amplitudes at multiples of the modulation frequency, the mean first.
+
+    `signal` is one period of the modulation, evenly sampled.
+    """
     spectrum = np.abs(np.fft.rfft(signal)) / len(signal)
     spectrum[1:] *= 2
     return np.asarray(spectrum)

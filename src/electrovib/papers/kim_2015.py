@@ -62,7 +62,10 @@ VEZZOLI = "not read; as in vezzoli_2014, section 3.1"
 
 
 def uniform_force(*, current: float, frequency: float, area: float = AREA) -> float:
-    """Compute the mean attraction of a sinusoidal current through a gap that does not leak: I^2/(2 eps0 A w^2)."""
+    """Compute the mean attraction [N] of a sinusoidal current through a gap that does not leak: I^2/(2 eps0 A w^2).
+
+    The root-mean-square current I [A] flows through the gap alone.
+    """
     angular = 2 * math.pi * frequency
     return current**2 / (2 * eps0 * area * angular**2)
 

@@ -79,7 +79,11 @@ def capacitance_ratio() -> float:
 
 
 def first_order_skin(*, time_constant: float) -> Constant:
-    """Return the skin with which the first-order circuit of the coating has this time constant."""
+    """Return the skin with which the first-order circuit of the coating has a time constant (C_i + C_s) R_s [s].
+
+    The permittivity is that of Vezzoli et al. 2014; the conductivity follows from the time constant, which is
+    circular.
+    """
     conductivity = eps0 * values.SKIN_PERMITTIVITY * (1 + capacitance_ratio()) / time_constant
     return Constant(permittivity=values.SKIN_PERMITTIVITY, conductivity=conductivity)
 
@@ -110,7 +114,11 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def cut_off(skin: Material) -> float:
-    """Compute the cut-off that the first-order circuit of the coating predicts for a skin."""
+    """Compute the cut-off [Hz] that the first-order circuit of the coating predicts for a skin 200 um thick.
+
+    It is the lowest frequency between 0.1 Hz and 1 MHz at which w (C_i + C_s) R_s is 1 with the skin's values
+    at that frequency; NaN if there is none, for instance if the skin does not conduct.
+    """
     frequency = np.geomspace(0.1, 1e6, 4001)
     permittivity = skin.complex_permittivity(frequency)
     coating = values.COATING_PERMITTIVITY / values.COATING_THICKNESS * values.SKIN_THICKNESS

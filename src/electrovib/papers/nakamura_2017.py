@@ -82,12 +82,18 @@ VEZZOLI = "not printed in the abstract; the film of vezzoli_2014, section 3.1"
 
 
 def rises(*, permittivity: float, resistivity: float, gap_resistivity: float) -> bool:
-    """Return whether the gap's field rises under a constant voltage: rho_g > eps_d rho_d."""
+    """Return whether the gap's field rises under a constant voltage: rho_g > eps_d rho_d.
+
+    This is the rise between two layers; with a third layer that blocks, the field ends at 0.
+    """
     return gap_resistivity > permittivity * resistivity
 
 
 def interface_charge(*, gap_resistivity: float) -> float:
-    """Compute the charge per area that a constant voltage accumulates between gap and dielectric."""
+    """Compute the charge per area [C/m2] that a constant voltage accumulates between gap and dielectric.
+
+    It is D_d - D_g on the gap's face towards the finger, negative where the gap conducts less.
+    """
     current_density = VOLTAGE / (THICKNESS * RESISTIVITY + GAP * gap_resistivity)
     return eps0 * current_density * (PERMITTIVITY * RESISTIVITY - gap_resistivity)
 

@@ -51,7 +51,7 @@ ANCHOR = 6.9e-9
 
 
 def palmar(*, exponent: float, conductance: float) -> ConstantPhase:
-    """Return the material of palmar skin with a given exponent and sweat conductance."""
+    """Return the material of palmar skin with an exponent of the admittance and a sweat conductance of 1 cm2 [S]."""
     return ConstantPhase(
         permittivity=ANCHOR * THICKNESS / (VACUUM_PERMITTIVITY * AREA),
         reference_frequency=100.0,

@@ -271,7 +271,7 @@ FORMER_NAMES = {"coat": "coating"}
 
 
 def scenarios() -> dict[str, Scenario]:
-    """Return a rough finger on a coated screen; none of its values was read in the paper."""
+    """Return a rough finger on a coated screen, ``coating``; none of its values was read in the paper."""
     coating = preset(
         title="Rough finger on a coated touch screen: screen unverified, gaps of a choice",
         changes={

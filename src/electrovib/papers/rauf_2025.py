@@ -87,9 +87,11 @@ def clutch_force(
     thickness: float = THICKNESS,
     area: float = AREA,
 ) -> float:
-    """Compute the attraction of interdigitated electrodes under a dielectric to a floating metal.
+    """Compute the attraction [N] of interdigitated electrodes under a dielectric to a floating metal.
 
-    eps0 k^2 V^2 A/(8 (d + k g)^2): the Maxwell stress in the gap with V/2, without fringe fields.
+    eps0 k^2 V^2 A/(8 (d + k g)^2): the Maxwell stress in the gap with V/2, half of the voltage between
+    neighbouring electrodes across each interface, without fringe fields. A is the area of the electrodes of
+    both polarities.
     """
     return eps0 * (permittivity * voltage) ** 2 * area / (8 * (thickness + permittivity * gap) ** 2)
 
@@ -140,7 +142,10 @@ _NONE = "not in the field calculation"
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Return the clutch with an air gap of 1 um."""
+    """Return the clutch with an air gap of 1 um.
+
+    ``field_50`` and ``field_3`` are of the field calculations, ``relaxor`` has the film as fitted.
+    """
     dielectric = {"model": "Constant", "permittivity": HIGH}
     field_50 = preset(
         title="Rauf 2025, figure 2b: clutch with a dielectric of permittivity 50",

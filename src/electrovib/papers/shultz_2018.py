@@ -102,7 +102,10 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def sliding_over_rest(*, gap: float) -> tuple[float, float]:
-    """Compare a sliding finger with a resting one, without body and electrode."""
+    """Compare a sliding finger with a resting one, without body and electrode, at 100 kHz.
+
+    Ratios, sliding over at rest: magnitude of the impedance, and mean attraction in the gap [m].
+    """
     at = np.array([_CARRIER])
     found = []
     for name, changes in (("sliding", {"stack.gap.thickness": gap}), ("at_rest", {})):

@@ -59,7 +59,10 @@ VOLTAGE = values.VOLTAGE
 
 
 def static_force(*, thickness: float, permittivity: float, area: float, voltage: float) -> float:
-    """Compute the attraction between the plates of a capacitor with one dielectric (cited from memory, unverified)."""
+    """Compute the attraction [N] of a capacitor with one dielectric: eps0 eps A V^2/(2 d^2).
+
+    The form is cited from memory, unverified.
+    """
     return (
         values.capacitance(permittivity=permittivity, thickness=thickness, area=area)
         * voltage**2
@@ -87,13 +90,16 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def attraction(law: str, *, voltage: float) -> float:
-    """Compute the attraction of the display under a constant voltage."""
+    """Compute the attraction [N] of the display under a constant voltage [V] by the force law of a name."""
     held = scenarios()["display"].replace({"force.model": law, "drive": {"model": "Step", "level": voltage}})
     return float(simulate(held, time=np.array([0.0, 1e-3])).electrostatic_force[-1])
 
 
 def against_frequency(*, low: float, high: float) -> tuple[float, float]:
-    """Compare two frequencies at one peak voltage."""
+    """Compare two frequencies [Hz] at one peak voltage.
+
+    Ratios, high over low frequency: mean attraction, and current density.
+    """
     display = scenarios()["display"]
     section = phasors(display, np.array([low, high]))
     force = mean_force(display, section, amplitude=VOLTAGE)

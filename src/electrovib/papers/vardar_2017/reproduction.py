@@ -28,7 +28,10 @@ REPORTED: Final = 60.0
 
 
 def reproduce(*, skin: str | None = None) -> Reproduction:
-    """Compute what the abstract states."""
+    """Compute what the abstract states.
+
+    A table of skin is refused: its conduction, on which everything here depends, would be unknown.
+    """
     if skin is not None:
         raise InputError(
             f"--skin {skin}: vardar_2017 depends on the conduction of the skin, which a table does not give; use"

@@ -54,13 +54,21 @@ def sine_over_square(
     resistance: float = 0.0,
     person: Perception = ON_FORCE,
 ) -> float:
-    """Threshold voltage of a sine over that of a square, both given as peaks."""
+    """Threshold voltage of a sine over that of a square, both given as peaks [dB].
+
+    Above 0 the square is felt at a lower voltage. The level grows as the square of the voltage. `frequency`
+    is the fundamental [Hz], `edge` the time that an edge of the square takes [s], `resistance` that of the
+    body [ohm].
+    """
     drives = pair(skin, frequency=frequency, edge=edge, resistance=resistance)
     return felt_threshold.threshold_ratio(*drives, person)
 
 
 def crossover(skin: Material, *, edge: float = 0.0, person: Perception = ON_FORCE) -> float:
-    """Lowest frequency of equal thresholds."""
+    """Lowest frequency of equal thresholds [Hz].
+
+    It is infinite if the square is felt at a lower voltage up to 1920 Hz, and 0 if nowhere above 15 Hz.
+    """
     low, high = FREQUENCIES[0], FREQUENCIES[-1]
     return felt_threshold.crossover(
         lambda frequency: pair(skin, frequency=frequency, edge=edge), low=low, high=high, person=person

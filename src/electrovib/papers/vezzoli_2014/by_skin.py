@@ -20,16 +20,8 @@ if TYPE_CHECKING:
 class TrapeziumForce:
     """Figure 6 with one skin, or with the Maxwell stress in a leaky gap.
 
-    Parameters
-    ----------
-    name : str
-        Of the skin or of the gap.
-    force : float
-        Peak attraction with the ramp taken here [N].
-    ramp : float
-        Ramp that would give the paper's 2.5 mN of attraction [s].
-    edges : float
-        Attraction after the falling edge over that after the rising edge.
+    `force` is the peak attraction with the ramp taken here [N], `ramp` the one that would give the paper's
+    2.5 mN of attraction [s], `edges` the attraction after the falling edge over that after the rising edge.
     """
 
     name: str
@@ -42,10 +34,7 @@ class TrapeziumForce:
 class Shape:
     """Figure 7 with one skin.
 
-    Parameters
-    ----------
-    rise, saturation, before : float
-        F(10 kHz)/F(100 Hz), F(10 kHz)/largest F, F(5 kHz)/F(10 kHz).
+    `rise` is F(10 kHz)/F(100 Hz), `saturation` F(10 kHz)/largest F, `before` F(5 kHz)/F(10 kHz).
     """
 
     rise: float

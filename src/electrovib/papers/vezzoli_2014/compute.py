@@ -92,7 +92,10 @@ def ramp_for(scenario: Scenario, *, force: float) -> float:
 
 
 def lateral_decay(scenario: Scenario) -> float:
-    """Decay of the lateral force after a step of the voltage, simulated [s]."""
+    """Time in which the lateral force above that of the load falls to 1/e after a step of the voltage, simulated [s].
+
+    The skin of the scenario has one relaxation time, the friction is that of Coulomb.
+    """
     step = {"drive": {"model": "Step", "level": values.VOLTAGE}}
     time = np.array([0.0, 5e-3, 10e-3])
     trace = simulate(scenario.replace(step), time=time)
@@ -146,9 +149,9 @@ def floating_factor(scenario: Scenario, *, capacitance: float) -> float:
 
 
 def causality_residual(material: Material, *, ramp: float = 20e-3, before: float = 1e-3) -> float:
-    """Compute the response of the law as printed before a ramp begins, as a share of its peak.
+    """Compute the response of the law as printed `before` a ramp begins [s], as a share of its peak; 0 for a causal law.
 
-    By a discrete Fourier transform over a period long against skin and ramp, 0.2 s after 4 s at 0 V.
+    |v_e(-before)|/max |v_e|, by a discrete Fourier transform over a period long against skin and ramp, 0.2 s after 4 s at 0 V.
     """
     period, count = 8.0, 1 << 20
     time = np.arange(count) * period / count - period / 2
@@ -165,7 +168,10 @@ def causality_residual(material: Material, *, ramp: float = 20e-3, before: float
 
 
 def static_force(law: str, *, gap: float | None = None, skin: float = values.SKIN_THICKNESS) -> float:
-    """Compute the attraction at 1000 V on the paper's film without conduction."""
+    """Compute the attraction [N] at 1000 V on the paper's film without conduction, by a force law.
+
+    Without a gap [m] it is that in a vanishing one.
+    """
     base = scenarios()["fig6_static" if gap is None else "fig6_gap"]
     changes: dict[str, Any] = {
         "force.model": law,

@@ -13,15 +13,7 @@ from electrovib.study.reproduction import Row, Table, verdict_over
 
 @dataclass(frozen=True)
 class DecayReading:
-    """One reading of a time that the paper prints.
-
-    Parameters
-    ----------
-    name : str
-        The reading, as a sentence.
-    tau : float
-        Time constant of the effective voltage under it [s].
-    """
+    """One reading, as a sentence, of a time that the paper prints; `tau` [s] is that of the effective voltage under it."""
 
     name: str
     tau: float

@@ -29,7 +29,7 @@ _REFERENCE = "Vezzoli et al., Electrovibration modeling analysis, EuroHaptics 20
 
 
 def dielectric_permittivity(section: Section, name: str) -> float:
-    """Relative permittivity of a layer of the plate, which the paper takes as a constant."""
+    """Relative permittivity of a layer of the plate, which the paper takes as a constant: none is dispersive."""
     material = section[name].material
     exact = material.debye()
     if exact is None or any(exact.strengths):
@@ -197,7 +197,10 @@ class Vezzoli2014PerFrequency(ForceLaw):
 def literal_response(
     frequency: NDArray[np.float64], *, insulator: float, skin: NDArray[np.complex128]
 ) -> NDArray[np.complex128]:
-    """Compute equation (5) with real capacitance and conductance that depend on frequency."""
+    """Compute v_e/v by equation (5) with real capacitance and conductance that depend on frequency [Hz].
+
+    `insulator` and `skin` are capacitances per area [F/m2], the latter complex and with conduction.
+    """
     angular = 2 * np.pi * frequency
     charging = 1j * angular * (insulator + skin.real)
     response: NDArray[np.complex128] = charging / (-angular * skin.imag + charging)

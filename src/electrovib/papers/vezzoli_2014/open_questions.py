@@ -88,7 +88,7 @@ _BRIEF: Final = (
 
 
 def page(rows: tuple[Row, ...]) -> Page:
-    """Write the explanations with the numbers of this run."""
+    """Write the explanations with the numbers of this run, in full and shortened."""
     from electrovib.papers.vezzoli_2014.falling_edge import outcomes
     from electrovib.papers.vezzoli_2014.population import predicted
 

@@ -25,7 +25,11 @@ EQUATIONS: Final[Mapping[str, str]] = {
 
 
 def reproduce(*, skin: str | None = None) -> Reproduction:
-    """Compute everything that Vezzoli et al. 2014 states."""
+    """Compute everything that Vezzoli et al. 2014 states.
+
+    `skin` is a table of one's own skin, columns frequency, permittivity and resistivity, which is drawn
+    beside the others; one that is not a passive dielectric is refused.
+    """
     from electrovib.papers.vezzoli_2014 import (
         by_skin,
         compute,

@@ -156,6 +156,6 @@ def _figure_7() -> Scenario:
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Return the paper's set-ups."""
+    """Return the paper's set-ups: every value has its source, and what the paper does not print is marked."""
     figure_6 = _figure_6()
     return {**_figure_2(figure_6["fig6_gap"]), **figure_6, "fig7": _figure_7()}

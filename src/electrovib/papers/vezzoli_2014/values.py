@@ -109,7 +109,10 @@ def skin_capacitance() -> float:
 
 
 def surrogate(*, exponent: float) -> ConstantPhase:
-    """Constant-phase skin through the point eps 1560, tau 7.7 ms; constructed, and conducts nothing."""
+    """Constant-phase skin through the point eps 1560, tau 7.7 ms; constructed, and conducts nothing.
+
+    tau(f) = tan(n pi/2)/(2 pi f) equals 7.7 ms where eps' is 1560, with the exponent n of the admittance.
+    """
     anchor = math.tan(exponent * math.pi / 2) / (2 * math.pi * TAU_MODEL)
     return ConstantPhase(
         permittivity=SKIN_PERMITTIVITY, reference_frequency=anchor, exponent=exponent, conductivity=0.0

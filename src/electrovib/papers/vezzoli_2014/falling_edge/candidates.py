@@ -24,21 +24,10 @@ TRIBOCHARGE = 7e-6
 class Candidate:
     """One possible cause.
 
-    Parameters
-    ----------
-    name : str
-        Short name.
-    changes : mapping of str to value
-        Dotted path to value, put into the paper's scenario.
-    test : str
-        The experiment that would distinguish it from the others.
-    signal : str
-        Signal in which it appears.
-    values : str
-        Values taken, marked where they are a choice.
-    linear : bool
-        Whether its response is linear in the drive, so that a periodic trapezoidal pulse of equal halves gives equal
-        pulses.
+    `changes` are put into the paper's scenario by dotted path; `test` is the experiment that would
+    distinguish the cause from the others, `signal` where it appears, `values` what was taken, marked where it
+    is a choice. `linear`: its response is linear in the drive, so that a periodic trapezoidal pulse of equal
+    halves gives equal pulses.
     """
 
     name: str

@@ -18,14 +18,9 @@ from electrovib.solve.simulate import simulate
 class Outcome:
     """The trapezoidal pulse under one candidate cause.
 
-    Parameters
-    ----------
-    time, force : ndarray
-        s, N; above the value before the drive.
-    ratio : float
-        Largest force from the falling ramp on over the largest before.
-    decay : float
-        Time after the rising ramp until the force has fallen to 1/e of its value there [s]; NaN if it does not.
+    `time` [s] and `force` above its value before the drive [N]; `ratio` of the largest force from the falling
+    ramp on to the largest before; `decay` [s] after the rising ramp until the force has fallen to 1/e of its
+    value there, NaN if it does not.
     """
 
     time: Real = field(repr=False)
@@ -35,7 +30,7 @@ class Outcome:
 
 
 def outcome(candidate: Candidate, *, ramp: float = RAMP, hold: float = HOLD) -> Outcome:
-    """Simulate a candidate."""
+    """Simulate a candidate; `ramp` and `hold` are those of the trapezoidal pulse [s]."""
     scenario = candidate.scenario(ramp=ramp, hold=hold)
     end = 2 * ramp + hold + 0.1
     time = np.unique(np.concatenate([np.linspace(0, end, 3001), [ramp, ramp + hold, 2 * ramp + hold]]))

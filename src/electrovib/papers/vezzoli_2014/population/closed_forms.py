@@ -28,7 +28,8 @@ AMPLITUDE: Final = 100.0
 def lateral_by_law(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real:
     """Compute the lateral force at the end of the rising ramp of figure 6, under law (1) with the causal charge loss.
 
-    Returns `force` (n,) [N].
+    `at` has by path, each of shape (n,), thickness, permittivity and conductivity of the stratum corneum, and
+    friction, in SI; returns coefficient of friction times attraction (n,) [N].
     """
     skin, film = _skin(at), values.FILM_PERMITTIVITY * eps0 / values.FILM_THICKNESS
     tau = (film + skin) * at[SKIN] / at[CONDUCTIVITY]
@@ -43,10 +44,9 @@ def lateral_by_law(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real
 def lateral_in_gap(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real:
     """Compute the lateral force at the end of the rising ramp of figure 6, with the Maxwell stress in a leaky gap.
 
-    Returns `force` (n,) [N].
-
-    The step response of the gap voltage is a sum of two exponentials, whose rates are the zeros of
-    C_g C_s + C_i (C_g + C_s) times s^2, and so on: film, gap and skin in series, without the resistance of the body.
+    As `lateral_by_law`, with thickness and conductivity of the gap. The step response of the gap voltage is a
+    sum of two exponentials, whose rates are the zeros of C_g C_s + C_i (C_g + C_s) times s^2, and so on:
+    film, gap and skin in series, without the resistance of the body.
     """
     film, gap, skin = values.FILM_PERMITTIVITY * eps0 / values.FILM_THICKNESS, eps0 / at[GAP], _skin(at)
     leak, loss = at[LEAK] / at[GAP], at[CONDUCTIVITY] / at[SKIN]
@@ -66,7 +66,9 @@ def lateral_in_gap(at: Mapping[str, Real], *, ramp: float = values.RAMP) -> Real
 def mean_by_law(at: Mapping[str, Real], frequency: Real) -> Real:
     """Compute the mean attraction of figure 7 over frequency, by the law as printed.
 
-    `frequency` (m,); returns `force` (n, m) [N].
+    `at` has by path, each of shape (n,), thickness, permittivity at 100 Hz, exponent and conductivity of a
+    constant-phase skin, in SI; `frequency` (m,) [Hz]. Returns the mean attraction (n, m) [N] on 1 cm2 of the
+    thin coating under 100 V.
     """
     bound, whole = _dispersive(at, frequency)
     skin = at[SKIN][:, None]
@@ -80,7 +82,7 @@ def mean_by_law(at: Mapping[str, Real], frequency: Real) -> Real:
 def mean_in_gap(at: Mapping[str, Real], frequency: Real) -> Real:
     """Compute the mean attraction of figure 7 over frequency, with the Maxwell stress in a gap of air that does not conduct.
 
-    `frequency` (m,); returns `force` (n, m) [N].
+    As `mean_by_law`, with the thickness of the gap.
     """
     _, whole = _dispersive(at, frequency)
     electrical = values.COATING_THICKNESS / values.COATING_PERMITTIVITY + at[SKIN][:, None] / whole

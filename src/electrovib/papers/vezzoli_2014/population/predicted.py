@@ -32,16 +32,8 @@ _NOMINAL_GAP: Final = 1e-6
 class Predicted:
     """The lateral force of figure 6 over a population, under one law.
 
-    Parameters
-    ----------
-    law : str
-        Name of the law.
-    space : Space
-        The population.
-    force : ndarray, shape (n,)
-        Lateral forces of random fingers, n a multiple of `SUBJECTS` [N].
-    indices : Indices
-        Sobol indices of the inputs of `space`.
+    `force` of random fingers (n,) [N], n a multiple of `SUBJECTS`; `indices` are the Sobol indices of the
+    inputs of `space`.
     """
 
     law: str
@@ -76,7 +68,10 @@ class Predicted:
 
 @functools.cache
 def predicted(group: str = "") -> tuple[Predicted, Predicted]:
-    """Compute the distributions under law (1) and with the Maxwell stress in the gap."""
+    """Compute the distributions from one population under law (1) and with the Maxwell stress in the gap.
+
+    `group` is ``dry`` or ``moist`` for these fingers alone; all if empty.
+    """
     return (
         _predicted("law (1)", population("fig6", group), forms.lateral_by_law),
         _predicted("Maxwell stress in the gap", population("fig6_gap", group), forms.lateral_in_gap),
@@ -94,7 +89,12 @@ def _predicted(law: str, space: Space, function: Callable[[Mapping[str, Real]], 
 
 
 def population(figure: str, group: str = "") -> Space:
-    """Return the population `fingers` for a scenario of the paper, at the printed contact area."""
+    """Return the population `fingers` for a scenario of the paper, at the printed contact area.
+
+    `figure` is ``fig6``, ``fig6_gap`` or ``fig7``; `group` as for `predicted`. A leaky gap has in each group
+    of moisture the distribution of time constants that the stratum corneum has, at a permittivity of 1560: a
+    choice, because no source gives its resistivity.
+    """
     shipped = read_shipped("fingers")
     groups = {
         label: {"share": group["share"], "space": _conductivities(group["space"], leaks=figure == "fig6_gap")}

@@ -42,9 +42,10 @@ _CASES: Final = (
 
 
 def readings(figure: str) -> tuple[Real, Real]:
-    """Simulate eight drawn fingers through the whole set-up.
+    """Simulate eight drawn fingers through the whole set-up, in ``fig6`` or ``fig6_gap``.
 
-    Returns `time` (n,) [s], `attraction` (8, n) [N].
+    Returns `time` (n,) [s] and `attraction` (8, n) [N]: the reading of the lateral force, above that before
+    the pulse, over the coefficient of friction.
     """
     base, space = scenarios()[figure].replace(SET_UP), population(figure)
     time = np.arange(0.0, 2 * values.RAMP + 0.14, 1 / RATE)
