@@ -10,7 +10,10 @@ from electrovib.core.parsing import read_toml
 
 
 def read_changes(texts: Iterable[str]) -> dict[str, Any]:
-    """Read ``path=value`` texts."""
+    """Read ``path=value`` texts; a value that begins with a brace or a bracket is TOML, any other stays a text.
+
+    Texts that cannot be read are refused all at once.
+    """
     found, problems = readable_changes(texts)
     if problems:
         raise InputError(problems)
@@ -18,7 +21,10 @@ def read_changes(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def readable_changes(changes: Mapping[str, Any] | Iterable[str]) -> tuple[dict[str, Any], list[str]]:
-    """Read the texts that can be read, and describe what is wrong with the others."""
+    """Read the texts that can be read, and describe in one sentence each what is wrong with the others.
+
+    A mapping of values by path is returned as it is.
+    """
     if isinstance(changes, Mapping):
         return dict(changes), []
     found: dict[str, Any] = {}

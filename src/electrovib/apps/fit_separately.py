@@ -126,17 +126,7 @@ def fit_separately(
 
 
 class _Task:
-    """The fits of one call, recording by recording.
-
-    Parameters
-    ----------
-    scenario, signals, start, keep, progress
-        As for `fit_separately`.
-    units : mapping of str to str
-        Path of each free parameter to its unit.
-    count : int
-        Number of all recordings.
-    """
+    """The fits of one call of `fit_separately`, recording by recording."""
 
     def __init__(
         self,

@@ -22,7 +22,11 @@ _REPLACE = "\r\x1b[K"
 
 @contextmanager
 def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show progress on the error output if the block takes longer than a second and the output is a terminal."""
+    """Show progress on the error output if the block takes longer than a second and the output is a terminal.
+
+    The callable that it gives takes the number of parts done and of all parts; calling it is optional.
+    `counted` shows the number of parts, the rate and the time left too.
+    """
     state: dict[str, Any] = {"done": 0, "total": None, "bar": None, "over": False}
     lock = threading.Lock()
 
@@ -61,7 +65,10 @@ def tracked(title: str, *, counted: bool = False) -> Iterator[Callable[[int, int
 
 @contextmanager
 def items_shown(title: str) -> Iterator[None]:
-    """Show the item of a computation that is computed at present on one line of the error output, if that is a terminal."""
+    """Show the item of a computation that is computed at present on one line of the error output, if that is a terminal.
+
+    Each item replaces the line of the one before; at the end the line is removed.
+    """
     if not _watched():
         yield
         return
@@ -102,7 +109,7 @@ def _columns(*, counted: bool) -> list[Any]:
 
 
 def progress_words(done: float, total: float | None, rate: float | None, left: float | None) -> str:
-    """Write how far a computation is."""
+    """Write how far a computation is: ``20480 of 100000, 5.1e+04/s, 2 s left`` (parts, parts a second)."""
     from electrovib.core.amounts import duration
 
     if total is None:

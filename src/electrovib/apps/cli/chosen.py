@@ -10,7 +10,10 @@ if TYPE_CHECKING:
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:
-    """List the parameters whose values the paper does not give; none for a scenario of one's own."""
+    """List the parameters whose values the paper does not give, in one line; none for a scenario of one's own.
+
+    `source` is what the user named; `without` are dotted paths that are swept, which are omitted.
+    """
     from electrovib.scenario import not_in_paper, paper_of_preset
 
     paper = paper_of_preset(source)

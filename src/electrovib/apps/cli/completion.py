@@ -9,7 +9,10 @@ import typer
 
 
 def scenario_names(incomplete: str) -> Iterator[str]:
-    """Complete the name of a paper's scenario; only the paper that is already written is imported."""
+    """Complete the name of a paper's scenario; only the paper that is already written is imported.
+
+    Where several papers can be meant, their names are offered with a slash: ``author_year/``.
+    """
     from electrovib.core.discovery import offers, paper_names
 
     author_year, slash, _ = incomplete.partition("/")
@@ -26,7 +29,7 @@ def scenario_names(incomplete: str) -> Iterator[str]:
 
 
 def model_names(incomplete: str) -> Iterator[tuple[str, str]]:
-    """Complete the name of a model, a paper, a material, a skin or a scenario."""
+    """Complete the name of a model, a paper, a material, a skin or a scenario, with what it is."""
     from electrovib.study.catalogue.items import everything
 
     for item in everything():
@@ -59,7 +62,7 @@ def space_names(incomplete: str) -> Iterator[str]:
 
 
 def parameter_paths(ctx: typer.Context, incomplete: str) -> Iterator[tuple[str, str]]:
-    """Complete the dotted path of a physical parameter of the scenario that stands before it."""
+    """Complete the dotted path of a physical parameter of the scenario that stands before it, with what it means."""
     from electrovib.core.errors import ElectrovibError
     from electrovib.scenario import read_scenario
 
@@ -81,7 +84,10 @@ ARGUMENTS: Final[dict[str, Callable[[str], Iterator[Any]]]] = {
 
 
 def complete_arguments(app: typer.Typer) -> None:
-    """Let the shell complete the arguments of all registered commands that take a name of `ARGUMENTS`."""
+    """Let the shell complete the arguments of all registered commands that take a name of `ARGUMENTS`.
+
+    An argument that declares a completion of its own keeps it.
+    """
     for group in app.registered_groups:
         assert group.typer_instance is not None
         complete_arguments(group.typer_instance)

@@ -131,7 +131,7 @@ def _check_kind(kind: str) -> None:
 
 
 def pairs(option: str, given: list[str] | None) -> dict[str, str]:
-    """Split ``SIGNAL=TEXT`` at the first equals sign."""
+    """Split ``SIGNAL=TEXT`` at the first equals sign; each text needs one, and each signal is given once."""
     from electrovib.core.errors import InputError
 
     found: dict[str, str] = {}

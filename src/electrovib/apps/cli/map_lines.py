@@ -16,7 +16,10 @@ def is_map(trace: Any) -> bool:
 
 
 def judged(trace: Any, output: str | None, report: str | None) -> list[str]:
-    """Write a line for each exceeded limit of a map, one for what was not judged, and one that names where the rest is."""
+    """Write a line for each exceeded limit of a map, one for what was not judged, and one that names where the rest is.
+
+    The last line is left out where nothing is exceeded or unknown.
+    """
     from electrovib.core.parsing import read_json
     from electrovib.view.lines import swept_paths, swept_units
 

@@ -51,32 +51,21 @@ def new_token() -> str:
 
 
 class AccessControl:
-    """Checks in front of an application: of the host, of the origin and, where one is set, of the token.
+    """Checks in front of an ASGI application: of the host, of the origin and, where one is set, of the token.
 
-    Parameters
-    ----------
-    app : callable
-        ASGI application.
-    hosts : iterable of str
-        Names under which the page may be addressed, without a port: ``127.0.0.1``, ``localhost``.
-    port : int
-        Port of the page.
-    token : str
-        Secret that every request needs; empty where the page can be reached from this machine alone.
-    any_address : bool
-        Whether the page may also be addressed by any numeric address: that of a server on all interfaces, of which not every
-        address is known. No name server can point a numeric address elsewhere.
+    `token` is empty where the page can be reached from this machine alone. `any_address` allows any numeric
+    address too, as of a server on all interfaces, of which not every address is known: no name server can
+    point a numeric address elsewhere.
 
-    Notes
-    -----
-    A page of another site in the same browser can send requests to this one, and can open a websocket, without reading the
-    answer of the first. The browser states where they come from in ``Origin`` and ``Sec-Fetch-Site``, and by which name this
-    server was addressed in ``Host`` (which a hostile name server can point here). All are compared with the names of this page
-    in every scope. A websocket without ``Origin`` is refused, because every browser sends one. Another site may link to the
-    page, but may neither embed it nor load anything from it. Headers of proxies are removed.
+    A page of another site in the same browser can send requests to this one, and can open a websocket. The
+    browser states where they come from in ``Origin`` and ``Sec-Fetch-Site``, and by which name this server
+    was addressed in ``Host`` (which a hostile name server can point here). All are compared with the names of
+    this page in every scope. A websocket without ``Origin`` is refused, because every browser sends one.
+    Another site may link to the page, but may neither embed it nor load anything from it. Headers of proxies
+    are removed.
 
-    A token is accepted from the address once; it is then kept in a cookie that scripts cannot read, and removed from the
-    address, so that it is neither shown nor copied with a link.
+    A token is accepted from the address once; it is then kept in a cookie that scripts cannot read, and
+    removed from the address, so that it is neither shown nor copied with a link.
     """
 
     def __init__(

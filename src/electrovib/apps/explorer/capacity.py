@@ -20,7 +20,11 @@ FIRST_CONNECTION: Final = 5.0
 
 
 def has_room(pages: Mapping[str, Any], coming: int = 0) -> bool:
-    """Return whether one more page can be opened; on a full server those are closed first whose browsers have left."""
+    """Return whether one more page can be opened; on a full server those are closed first whose browsers have left.
+
+    `pages` are in the order in which they were requested or, later, left by their browsers; `coming` are
+    opened before this one.
+    """
     latest = time.time() - FIRST_CONNECTION
     left = [
         each
@@ -35,19 +39,11 @@ def has_room(pages: Mapping[str, Any], coming: int = 0) -> bool:
 
 
 class RequestLimits:
-    """Limits in front of an application: bytes of a request, and pages and connections that are open at the same time.
+    """Limits in front of an ASGI application: bytes of a request, and pages and connections that are open at the same time.
 
-    Parameters
-    ----------
-    app : callable
-        ASGI application.
-    pages : mapping of str to nicegui.Client
-        As for `has_room`.
-
-    Notes
-    -----
-    The browser refuses a large file itself, but not every sender is a browser: the bytes are counted as they arrive, and
-    those beyond the limit are not read. A connection that ends in the middle of a request is no error of the server.
+    The browser refuses a large file itself, but not every sender is a browser: the bytes are counted as they
+    arrive, and those beyond the limit are not read. A connection that ends in the middle of a request is no
+    error of the server.
     """
 
     def __init__(self, app: App, *, pages: Mapping[str, Any]) -> None:

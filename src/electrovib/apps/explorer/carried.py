@@ -19,7 +19,10 @@ _UNITS: Final = {"voltage": "V", "current": "A"}
 
 
 def carried(kind: type[Model], present: Model) -> dict[str, float]:
-    """Return the values of a model that another model takes: those of the same name and unit, within its ranges."""
+    """Return the values of a model that another model takes: those of the same name and unit, within its ranges.
+
+    Parameters of parts of `present` count where no other parameter has their name.
+    """
     known: dict[str, tuple[float, str]] = {}
     for path, value, quantity in sorted(present.parameters(), key=lambda each: each[0].count(".")):
         if value is not None:
@@ -36,7 +39,13 @@ def carried(kind: type[Model], present: Model) -> dict[str, float]:
 
 
 def carried_drive(kind: type[Drive], present: Drive, *, limit: float | None = None) -> dict[str, Any]:
-    """Return the parameters with which a drive replaces another one."""
+    """Return the parameters with which a drive of a kind replaces another one.
+
+    They are the example of `kind`, with the highest and lowest voltage (or current), the frequency and every
+    other parameter that both drives have. What does not fit the rest is left at the example. A drive that
+    would exceed the `limit`, the largest magnitude that the set-up allows for what `kind` prescribes [V or
+    A], and the present one, is reduced to the limit.
+    """
     table = dict(kind.example)
     for group in (
         _levels_of(kind, present),

@@ -31,16 +31,10 @@ DRY_AND_MOIST: Final = {
 
 @dataclass(frozen=True)
 class Choice:
-    """Alternatives for one part of a scenario.
+    """Alternatives for one part of a scenario, at a dotted path.
 
-    Parameters
-    ----------
-    label : str
-        On the page.
-    path : str
-        Dotted path that is set.
-    options : mapping of str to str
-        Name of a model or material to what is shown for it; `AS_GIVEN` keeps the part of the scenario.
+    `options` is the name of a model or material to what is shown for it; `AS_GIVEN` keeps the part of the
+    scenario.
     """
 
     label: str
@@ -48,7 +42,10 @@ class Choice:
     options: Mapping[str, str]
 
     def present(self, state: PageState, scenario: Scenario) -> str:
-        """Return the name of what a page shows for this part; `AS_GIVEN` where the part was not replaced."""
+        """Return the name of what a page shows for this part; `AS_GIVEN` where the part was not replaced.
+
+        A link may give the name of a model that is none of `options`.
+        """
         owner = self.path.rpartition(".")[0]
         if not {self.path, f"{self.path}.model", owner} & set(state.changes):
             return AS_GIVEN
@@ -59,7 +56,12 @@ class Choice:
 
 
 def choices(scenario: Scenario) -> list[Choice]:
-    """Return what can be chosen for a scenario."""
+    """Return what can be chosen for a scenario, as it is without any change.
+
+    Drive, force law, the material of skin and insulator where the stack has these layers, and the lateral
+    compliance of the skin, with which perception computes displacements. An alternative that does not fit the
+    rest of the scenario is refused with a sentence when it is chosen.
+    """
     found = [
         Choice("Drive", "drive", _as_given(scenario.drive) | {name: name for name in _drives()}),
         Choice(
@@ -80,7 +82,12 @@ def choices(scenario: Scenario) -> list[Choice]:
 
 
 def chosen(state: PageState, choice: Choice, name: str, own: Mapping[str, Scenario]) -> PageState:
-    """Return the state in which a part is replaced, with the parameters that still apply."""
+    """Return the state in which a part is replaced, with the parameters that still apply.
+
+    A drive keeps highest and lowest voltage, frequency and what else both drives have; a force law the
+    parameters that both laws have; a compliance begins with example values; a material or skin keeps what was
+    changed and what its source does not state.
+    """
     if name == AS_GIVEN:
         return state.reset(choice.path)
     if choice.path not in _FAMILIES:

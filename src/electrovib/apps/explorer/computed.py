@@ -24,15 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Computed:
-    """A scenario with its signals.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        As the page shows it.
-    found : Simulated
-        Its signals and their validity.
-    """
+    """A scenario as the page shows it, with its signals and their validity."""
 
     scenario: Scenario
     found: Simulated
@@ -56,7 +48,7 @@ class Computed:
         return tuple(self.found.variables[name][0])
 
     def values(self, name: str, *, layer: str = "") -> NDArray[Any]:
-        """Return the array of a signal."""
+        """Return the array of a signal, or of one of its dimensions, in SI, without a copy; `layer` picks one row."""
         if name in self.found.coordinates:
             return self.found.coordinates[name]
         dimensions, values = self.found.variables[name]
@@ -68,6 +60,9 @@ class Computed:
 
 
 def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
-    """Simulate a scenario within the time and memory that a page allows."""
+    """Simulate a scenario within the time and memory that a page allows; a run that would take more is refused.
+
+    `longest` is the largest estimated time [s].
+    """
     with budget(time=longest, memory=LARGEST_RUN):
         return Computed(scenario, Simulated.of(Expanded(scenario)))

@@ -43,20 +43,9 @@ SECTIONS: Final = {
 class Control(Declared):
     """A slider for one parameter.
 
-    Parameters
-    ----------
-    path : str
-        Dotted path of the parameter.
-    meaning, unit, source : str
-        As declared; where the value came from, empty if nothing is stated.
-    value : float
-        Value at the start [SI].
-    low, high : float
-        Range of the slider [SI]; `allowed` is the declared one, which the field beside the slider takes.
-    allowed : tuple of float
-        Declared range [SI].
-    is_logarithmic : bool
-        Whether equal distances of the slider are equal ratios.
+    `value` at the start, `low` and `high`, the range of the slider, and `allowed`, the declared range, which
+    the field beside the slider takes, are in SI. `source` says where the value came from, empty if nothing is
+    stated. `is_logarithmic`: equal distances of the slider are equal ratios.
     """
 
     path: str
@@ -70,7 +59,7 @@ class Control(Declared):
     is_logarithmic: bool
 
     def at(self, position: float) -> float:
-        """Return the value at a position of the slider."""
+        """Return the value [SI] at a position from 0 to `STEPS`; the first value itself at its own position."""
         if round(position) == self.position(self.value):
             return self.value
         part = min(max(position / STEPS, 0.0), 1.0)
@@ -95,7 +84,10 @@ class Control(Declared):
 
 
 def controls(scenario: Scenario) -> list[Control]:
-    """Return a control for each parameter that has a value."""
+    """Return a control for each parameter that has a value, in the order of `SECTIONS`, within it in that of the scenario.
+
+    Parameters that can only be 0, such as the initial charge of the layer that touches the finger, have none.
+    """
     declared = [
         _control(path, value, quantity, scenario.sources.get(path, ""))
         for path, value, quantity in parameters_of(scenario)

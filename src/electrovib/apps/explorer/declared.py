@@ -55,17 +55,7 @@ class Declared:
 
 @dataclass(frozen=True)
 class Blank(Declared):
-    """A field for a parameter that has no value.
-
-    Parameters
-    ----------
-    path : str
-        Dotted path of the parameter.
-    meaning, unit, source : str
-        As declared; `source` is empty.
-    allowed : tuple of float
-        Declared range [SI].
-    """
+    """A field for a parameter, at a dotted path, that has no value; `allowed` is its declared range [SI]."""
 
     path: str
     meaning: str
@@ -75,7 +65,11 @@ class Blank(Declared):
 
 
 def parameters_of(scenario: Scenario) -> Iterator[tuple[str, float | None, Quantity]]:
-    """Walk over the parameters that a page offers."""
+    """Walk over the parameters that a page offers: dotted path, value in SI (None without one), declaration.
+
+    They are all parameters of the scenario and, where it declares no perception, those of the default one,
+    with which the tab `Felt` is computed. A change of one of them declares it.
+    """
     yield from scenario.parameters()
     if scenario.perception is None:
         for name, value, quantity in Perception().parameters():

@@ -18,19 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Download:
-    """One kind of file.
-
-    Parameters
-    ----------
-    label : str
-        On the page.
-    name : str
-        Name of the file.
-    media_type : str
-        As browsers call it.
-    make : callable
-        Takes a `Computed` and returns the bytes of the file.
-    """
+    """One kind of file; `make` takes a `Computed` and returns the bytes."""
 
     label: str
     name: str

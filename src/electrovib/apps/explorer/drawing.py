@@ -22,7 +22,11 @@ _TOTAL: Final = 346.0
 
 
 def drawing(shown: Computed) -> str:
-    """Draw the layers between plate and finger as SVG."""
+    """Draw the layers between plate and finger as SVG.
+
+    Left, the layers to scale. Right, with heights that grow with the logarithm of the thickness, joined by
+    lines to the left; beside each layer its thickness and the largest field and voltage of the run.
+    """
     layers = shown.scenario.stack.layers
     thicknesses = {name: layer.thickness for name, layer in layers.items()}
     heights = drawn_heights(thicknesses)

@@ -39,21 +39,8 @@ def fittable(scenario: Scenario) -> list[str]:
 class RunningFit:
     """A fit that runs in a thread, can be observed, and can be cancelled.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Where the search begins.
-    measured : xarray.Dataset
-        Recording.
-    free : sequence of str
-        Dotted paths of the unknown parameters.
-
-    Attributes
-    ----------
-    evaluations : int
-        Number of predictions so far.
-    squares : float
-        Weighted sum of squares of the last one [1].
+    `free` are the dotted paths of the unknown parameters; `evaluations` counts the predictions so far, and
+    `squares` is the weighted sum of squares of the last one.
     """
 
     scenario: Scenario
@@ -80,7 +67,11 @@ class RunningFit:
         self._cancelled.set()
 
     def run(self) -> FitResult:
-        """Fit the parameters to the recording."""
+        """Fit the parameters to the recording, as `electrovib.fit`.
+
+        An error is raised if the fit was cancelled, takes too long, does not find the parameters, or would be
+        one fit too many.
+        """
         if not _FREE.acquire(blocking=False):
             raise InputError(
                 f"{MOST_FITS} fits run on this server; start this one again when one of them has ended."

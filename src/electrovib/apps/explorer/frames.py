@@ -28,15 +28,7 @@ _INVALID: Final = 1007
 
 
 class Frames:
-    """Checks of the messages that reach an application over websockets.
-
-    Parameters
-    ----------
-    app : callable
-        ASGI application.
-    events : iterable of str
-        Names of the events that it handles.
-    """
+    """Checks of the messages, events of given names, that reach an ASGI application over websockets."""
 
     def __init__(self, app: App, *, events: Iterable[str]) -> None:
         self._app, self._events = app, frozenset(events) - {"connect", "disconnect"}
@@ -78,7 +70,11 @@ class Frames:
 
 
 def check_events(handlers: MutableMapping[str, Any]) -> None:
-    """Let each handler of an event refuse what it cannot read with one line in the log."""
+    """Let each handler of an event refuse what it cannot read with one line in the log.
+
+    Handlers are those of the framework, by the name of the event; mistakes of a function of the page do not
+    reach them.
+    """
     for name in handlers.keys() - {"disconnect"}:
         handlers[name] = _checked(name, _report if name == "log" else handlers[name])
 

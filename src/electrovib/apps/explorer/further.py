@@ -37,22 +37,10 @@ SEED: Final = 1
 class Further:
     """Results beside the Trace; each is None, or empty, until it is computed.
 
-    Parameters
-    ----------
-    band : mapping of str to ndarray, optional
-        ``frequency`` [Hz], ``low``, ``middle``, ``high`` [N]: 5, 50 and 95 % of the fingers of a population, each shape (n,).
-    drawn : str
-        Sentence on what differs between these fingers, and what does not.
-    laws : mapping of str to Computed
-        Other force laws on the same finger and plate, by name.
-    left_out : mapping of str to str
-        Laws that cannot run here, with the reason.
-    percept : Percept, optional
-        What is felt.
-    check : CheckResult, optional
-        Comparison with limits.
-    problems : tuple of str
-        Sentences on what could not be computed.
+    `band` has ``frequency`` [Hz], ``low``, ``middle`` and ``high`` [N], each (n,): 5, 50 and 95 % of the
+    fingers of a population; `drawn` says what differs between these fingers, and what does not. `laws` are
+    other force laws on the same finger and plate, and `left_out` those that cannot run here, with the reason.
+    `percept` is what is felt, `check` the comparison with limits, `problems` says what could not be computed.
     """
 
     band: Mapping[str, NDArray[Any]] | None = None
@@ -68,7 +56,11 @@ Slice = Callable[[Further], Further]
 
 
 def slices(tab: str, found: Computed) -> Iterator[Slice]:
-    """Return the pieces of work that a tab needs beside the Trace, each short."""
+    """Return the pieces of work that a tab needs beside the Trace, each short.
+
+    Each takes what is known so far and returns it with one more result. A mistake becomes a sentence in
+    `problems`.
+    """
     if tab == FREQUENCY:
         yield _guarded(lambda known: _with_band(known, found), "The band of fingers")
     elif tab == LAWS:

@@ -16,7 +16,11 @@ TRIED_PORTS: Final = 50
 
 
 def listening(host: str, port: int | None) -> tuple[int, list[socket.socket]]:
-    """Take a port."""
+    """Take a port, without a number the first from `FIRST_PORT` on that nothing else listens on, and return its sockets.
+
+    There is one for each address of the host; they listen from now on, so that no other program can take the
+    port.
+    """
     if not host:
         raise InputError(
             "host is empty: give an address, for instance 127.0.0.1, or 0.0.0.0 for all interfaces"

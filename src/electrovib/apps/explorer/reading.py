@@ -44,7 +44,12 @@ _DIMENSIONS: Final = ("time", "frequency", "layer", "sample")
 def read_apart(
     path: Path, columns: Mapping[str, str] | None = None, **options: Any
 ) -> xarray.Dataset | Recorded:
-    """Read a recording in a process of its own."""
+    """Read a recording in a process of its own: a Trace if the file names its signals or `columns` do, else its columns.
+
+    `columns` is signal to the heading of its column; options are ``step``, ``scale`` and ``title`` of
+    `electrovib.import_file`, of which an empty one is not stated. A file that no reader takes, that is
+    damaged or too large, or that takes too much time or memory, is refused.
+    """
     arguments = {"columns": dict(columns) if columns else None, "options": options}
     with (
         GuardedReading(_READER, path, limits=LIMITS, **arguments) as reading,
@@ -65,8 +70,8 @@ def contents(
 def read_tables_apart(path: Path) -> Any:
     """Read a TOML file in a process of its own, as some short texts take the parser minutes.
 
-    Its dates and times become texts. A text that is not valid, nested too deeply, or takes too much time or memory is
-    refused with an `ElectrovibError`.
+    Its dates and times become texts. A text that is not valid, nested too deeply, or takes too much time or
+    memory is refused.
     """
     with (
         GuardedReading(_TOML_READER, path, limits=_TOML_LIMITS) as reading,

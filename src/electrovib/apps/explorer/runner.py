@@ -56,7 +56,10 @@ class Presence:
 
 @contextmanager
 def closed_at_end(close: Callable[[], None]) -> Iterator[None]:
-    """Call a function if the server is stopped, or the visitor leaves for whom this thread works, within the block."""
+    """Call a function if the server is stopped, or the visitor leaves for whom this thread works, within the block.
+
+    It is called from another thread, perhaps more than once.
+    """
     presence: Presence = getattr(_HERE, "presence", None) or Presence()
     places = (_TO_CLOSE, presence.to_close)
     for each in places:
@@ -76,7 +79,10 @@ class InterruptedWorkError(Exception):
 
 @contextmanager
 def interruptible(is_in_vain: Callable[[], bool]) -> Iterator[None]:
-    """End time stepping between two steps once nobody waits for its result."""
+    """End time stepping between two steps once nobody waits for its result, with an `InterruptedWorkError` in the computation.
+
+    `is_in_vain` is called often, from the thread that computes.
+    """
 
     def check(_: float = 0.0) -> None:
         if SERVER_ENDS.is_set() or is_in_vain():
@@ -90,19 +96,10 @@ def interruptible(is_in_vain: Callable[[], bool]) -> Iterator[None]:
 class LatestOnly(Generic[W]):
     """Run a task for the latest of the values that arrive, and never two tasks at once.
 
-    Parameters
-    ----------
-    task : coroutine function
-        Called with the latest value. A value that arrives while it runs replaces any other that waits.
-    failed : callable
-        Called with an exception that the task did not handle; the next value is then worked on as usual.
-    busy : callable
-        Called with True when a task has run for `NOTICED`, and then with False when nothing runs any more.
-
-    Notes
-    -----
-    At most one value waits, so that no queue can grow however fast a slider moves. `is_stale` lets a long task end
-    between two slices of its work when a newer value waits.
+    At most one value waits, so that no queue can grow however fast a slider moves. `is_stale` lets a long
+    task end between two slices of its work when a newer value waits. `failed` is called with an exception
+    that the task did not handle; the next value is then worked on as usual. `busy` is called with True when a
+    task has run for `NOTICED`, and then with False when nothing runs any more.
     """
 
     def __init__(
@@ -160,19 +157,10 @@ class LatestOnly(Generic[W]):
 class Workers:
     """Where the work of all visitors runs, outside of the event loop.
 
-    Parameters
-    ----------
-    quick : Executor
-        Threads for simulations that a slider repeats.
-    patient : Executor
-        Threads for work of many seconds, such as long simulations, fits and reports, so that no short simulation waits for
-        one.
-
-    Attributes
-    ----------
-    turn : asyncio.Lock
-        Held by the visitor whose short simulation is computed and drawn. Threads of one interpreter do not compute at the
-        same time: visitors who take turns all have their plots earlier than visitors who share it.
+    `quick` has threads for simulations that a slider repeats, `patient` for work of many seconds, such as
+    long simulations, fits and reports, so that no short simulation waits for one. `turn` is held by the
+    visitor whose short simulation is computed and drawn: threads of one interpreter do not compute at the
+    same time, so visitors who take turns all have their plots earlier than visitors who share it.
     """
 
     quick: Executor

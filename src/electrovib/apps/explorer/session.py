@@ -32,15 +32,7 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Pinned:
-    """A result that is kept for comparison.
-
-    Parameters
-    ----------
-    name : str
-        For the list of pinned curves.
-    computed : Computed
-        Scenario and Trace.
-    """
+    """A result that is kept for comparison, with its name in the list of pinned curves."""
 
     name: str
     computed: Computed
@@ -48,22 +40,12 @@ class Pinned:
 
 @dataclass
 class Session:
-    """What one visitor sees; no other visitor shares any of it.
+    """What one visitor sees; no other visitor shares any of it but the workers.
 
-    Parameters
-    ----------
-    own : mapping of str to Scenario
-        Scenarios that the page was started with, by name.
-    state : PageState
-        What is shown first.
-    workers : Workers
-        Where simulations and longer work run; shared by all visitors.
-    show : callable
-        Called with every new result, and again when more is known beside it.
-    complain : callable
-        Called with a sentence when a scenario cannot be computed; empty when it can again.
-    busy : callable
-        Called with True when a computation takes longer than a moment, and with False when it has ended.
+    `own` are the scenarios that the page was started with. `show` is called with every new result, and again
+    when more is known beside it; `complain` with a sentence when a scenario cannot be computed, empty when it
+    can again; `busy` with True when a computation takes longer than a moment, and with False when it has
+    ended.
     """
 
     own: Mapping[str, Scenario]
@@ -120,7 +102,11 @@ class Session:
         self.computed, self.measured, self.pinned, self.further = None, None, [], Further()
 
     async def work(self, work: Callable[[], R]) -> R:
-        """Run work of many seconds outside of the event loop."""
+        """Run work of many seconds in a thread, outside of the event loop, and return what it returns.
+
+        An `ElectrovibError` is raised as it is; any other exception becomes one with a sentence, and is
+        logged.
+        """
 
         def limited() -> R:
             with budget(time=LONGEST_RUN, memory=LARGEST_RUN), self._presence.working():
@@ -137,7 +123,7 @@ class Session:
             raise InputError(_mistake_of_ours(error)) from None
 
     async def read(self, work: Callable[[], R]) -> R:
-        """Read a file of the visitor, one at a time; as `work`."""
+        """Read a file of the visitor as `work`; while another file of this visitor is being read, it is refused."""
         if self._is_reading:
             raise InputError("Another file is still being read. Drop this one again when it has been read.")
         self._is_reading = True

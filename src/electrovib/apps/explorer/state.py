@@ -22,12 +22,7 @@ FILES: Final = frozenset({"file"})
 class PageState:
     """A scenario by its name and what was changed in it.
 
-    Parameters
-    ----------
-    preset : str
-        Name of the scenario: one of `presets`.
-    changes : mapping of str to str
-        Dotted path to value as a person writes it, with its unit.
+    `changes` is dotted path to value as a person writes it, with its unit.
     """
 
     preset: str
@@ -63,7 +58,11 @@ def _shipped() -> tuple[str, ...]:
 
 
 def read_query(query: str, *, own: Mapping[str, Scenario], default: str) -> PageState:
-    """Read a state from an address."""
+    """Read a state, whose scenario can be built, from the part of the address behind the question mark.
+
+    An address is refused that is too long, names an unknown scenario, parameter or file, or holds a value
+    that does not fit.
+    """
     if len(query) > LONGEST_LINK:
         raise InputError(f"The link has {len(query)} letters; at most {LONGEST_LINK} are read.")
     try:
@@ -85,7 +84,11 @@ def read_query(query: str, *, own: Mapping[str, Scenario], default: str) -> Page
 
 
 def scenario_of(state: PageState, *, own: Mapping[str, Scenario]) -> Scenario:
-    """Build the scenario of a page."""
+    """Build the scenario of a page.
+
+    Refused are unknown names, a change that does not fit, names a file, or asks for more samples than a page
+    computes.
+    """
     if not all(isinstance(each, str) for each in (state.preset, *state.changes, *state.changes.values())):
         raise InputError("The name of a scenario, and the paths and values of its changes, have to be texts.")
     known = presets(own)
@@ -118,7 +121,10 @@ def refuse_many_samples(scenario: Scenario) -> Scenario:
 
 
 def refuse_files(content: Any, *, path: str = "") -> None:
-    """Refuse tables that name a file: nobody who sends a link or a table makes this program read one."""
+    """Refuse tables that name a file: nobody who sends a link or a table makes this program read one.
+
+    A file is named by a key of any table or by the last part of a dotted path.
+    """
     if isinstance(content, Mapping):
         for key, item in content.items():
             inner = f"{path}.{key}" if path else str(key)

@@ -32,16 +32,9 @@ OVER_TIME: Final = tuple(name for name, each in SIGNALS.items() if each.dims == 
 
 @dataclass(frozen=True)
 class Uploaded:
-    """A file that was read.
+    """A file that was read, with its `recorded` columns where it is not yet known which signals they are, else its `trace`.
 
-    Parameters
-    ----------
-    name : str
-        As the visitor's machine calls it; used in texts only.
-    recorded : Recorded, optional
-        Its columns, where it is not yet known which signals they are.
-    trace : xarray.Dataset, optional
-        The recording with named signals.
+    The name is as the visitor's machine calls it, and used in texts only.
     """
 
     name: str
@@ -50,7 +43,7 @@ class Uploaded:
 
 
 def read_upload(name: str, content: bytes) -> Uploaded:
-    """Read a recording from the bytes of a file.
+    """Read a recording from the bytes of a file, of whose name only the suffix is used.
 
     The bytes are written into a new folder with a name of our own, and the folder is removed when the file
     has been read. They are read in a process of their own with limited memory and time, whatever their
@@ -64,7 +57,12 @@ def read_upload(name: str, content: bytes) -> Uploaded:
 
 
 def named(name: str, content: bytes, columns: Mapping[str, str], **options: Any) -> Uploaded:
-    """Import a recording with the signals that a visitor has chosen for its columns."""
+    """Import a recording with the signals that a visitor has chosen for its columns.
+
+    `columns` is signal to the heading of its column, with a unit in brackets where the file states none.
+    Options are ``step``, the time between samples where the file has no time stamps, and ``scale``, signals
+    to the sensitivities of their sensors, such as ``"1.5 N/V"``.
+    """
     name = shown_name(name)
     found = _read(name, content, columns, **options)
     assert not isinstance(found, Recorded)

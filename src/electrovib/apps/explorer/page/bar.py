@@ -25,18 +25,8 @@ _SKIP: Final = "() => document.querySelector('[role=tab][aria-selected=true]').f
 class Bar:
     """Controls that belong to the whole page.
 
-    Parameters
-    ----------
-    session : Session
-        Of the visitor.
-    ask : callable
-        Called with the state to show next.
-    reset : callable
-        Called to take all changes back.
-    redraw : callable
-        Called when the present result has to be drawn again.
-    toggle : callable
-        Called to show or hide the parameters.
+    `ask` is called with the state to show next, `reset` to take all changes back, `redraw` when the present
+    result has to be drawn again, `toggle` to show or hide the parameters.
     """
 
     def __init__(

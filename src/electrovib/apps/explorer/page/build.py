@@ -37,7 +37,7 @@ PATIENT_WORKERS: Final = 4
 
 
 def build(own: Mapping[str, Scenario], first: str) -> None:
-    """Declare the page."""
+    """Declare the page; `first` is the name of the scenario that is shown where the address names none."""
     workers = Workers(
         ThreadPoolExecutor(WORKERS, thread_name_prefix="explorer"),
         ThreadPoolExecutor(PATIENT_WORKERS, thread_name_prefix="explorer-patient"),
@@ -56,17 +56,7 @@ def build(own: Mapping[str, Scenario], first: str) -> None:
 
 
 class VisitorPage:
-    """What one visitor sees.
-
-    Parameters
-    ----------
-    own, first : mapping of str to Scenario, str
-        As for `build`.
-    workers : Workers
-        Where simulations and longer work run.
-    query : str
-        Part of the address behind the question mark.
-    """
+    """What one visitor sees; `query` is the part of the address behind the question mark."""
 
     def __init__(self, own: Mapping[str, Scenario], first: str, workers: Workers, query: str) -> None:
         mistake = ""
@@ -118,7 +108,10 @@ class VisitorPage:
         self._ask(PageState(DROPPED))
 
     def _ask(self, state: PageState, is_step: bool = True) -> None:
-        """Compute another state, and write it into the address."""
+        """Compute another state, and write it into the address.
+
+        `is_step`: the button `back` of the browser leads to the present state; not while a slider moves.
+        """
         history = ui.navigate.history
         with self.client:
             (history.push if is_step else history.replace)(f"/?{state.to_query()}")

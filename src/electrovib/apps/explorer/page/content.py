@@ -35,12 +35,8 @@ MOST_PLOTS: Final = 4
 class Content:
     """Plots and texts of a tab.
 
-    Parameters
-    ----------
-    figures : list of dict
-        Tables for Plotly, `MOST_PLOTS` at most.
-    above, below : str
-        HTML above and below the plots, in which every text is escaped.
+    `figures` are tables for Plotly, `MOST_PLOTS` at most; `above` and `below` are HTML, in which every text
+    is escaped.
     """
 
     figures: list[dict[str, Any]]
@@ -56,7 +52,10 @@ def content(
     pinned: Sequence[Pinned] = (),
     measured: xarray.Dataset | None = None,
 ) -> Content:
-    """Return what a tab shows."""
+    """Return what a tab shows.
+
+    A sentence above takes the place of a plot or table that cannot be shown.
+    """
     above = "".join(f"<p>{escape(each)}</p>" for each in further.problems)
     kept = [each.computed for each in pinned]
     shown = Content([], above)

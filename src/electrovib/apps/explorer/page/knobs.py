@@ -36,12 +36,7 @@ class _Row:
 class Knobs:
     """A slider and a field for each parameter of the scenario, in sections that open and close.
 
-    Parameters
-    ----------
-    session : Session
-        Of the visitor.
-    ask : callable
-        Called with the state to show next, and with whether the browser goes back to the present one.
+    `ask` is called with the state to show next, and with whether the browser goes back to the present one.
     """
 
     def __init__(self, session: Session, *, ask: Callable[[PageState, bool], None]) -> None:

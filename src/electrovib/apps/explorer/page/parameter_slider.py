@@ -13,16 +13,8 @@ from electrovib.apps.explorer.controls import STEPS
 class ParameterSlider(ui.slider, component="parameter_slider.js"):
     """A slider that states its value with its unit to a screen reader.
 
-    Parameters
-    ----------
-    words : str
-        Name of the parameter.
-    position : float
-        Position at the start, from 0 to `STEPS`.
-    text : str
-        Value at this position, with its unit.
-    on_move : callable
-        Called with each position to which a visitor moves the slider; returns the value at it, with its unit.
+    `text` is the value with its unit at the position at the start, from 0 to `STEPS`; `on_move` takes each
+    position to which a visitor moves the slider and returns the text at it.
     """
 
     def __init__(self, *, words: str, position: float, text: str, on_move: Callable[[float], str]) -> None:
@@ -33,7 +25,7 @@ class ParameterSlider(ui.slider, component="parameter_slider.js"):
         self._props |= {"dense": True, "aria-label": words, "text": text, "placed": 0}
 
     def show(self, position: float, text: str) -> None:
-        """Place the slider at a value, without a call of `on_move`."""
+        """Place the slider at the position nearest to a value, which the text states, without a call of `on_move`."""
         self._state(text)
         if position == self.value:
             return

@@ -39,14 +39,7 @@ _INK: Final = {False: ("#222222", "#e2e2e2"), True: ("#e6e6e6", "#444444")}
 class Plots:
     """The part of the page that shows results.
 
-    Parameters
-    ----------
-    session : Session
-        Of the visitor.
-    is_dark : callable
-        Returns whether the page is dark.
-    make_recording : callable
-        Makes the controls of the tab for recordings, and returns their element.
+    `make_recording` makes the controls of the tab for recordings, and returns their element.
     """
 
     def __init__(

@@ -45,18 +45,9 @@ _REFRESH: Final = 0.25
 class RecordingPanel:
     """Controls for a recording.
 
-    Parameters
-    ----------
-    session : Session
-        Of the visitor.
-    ask : callable
-        Called with the state to show next.
-    redraw : callable
-        Called when the present result has to be drawn again.
-    complain : callable
-        Called with a sentence about a mistake; empty when there is none.
-    take : callable
-        Called with a scenario that was dropped.
+    `ask` is called with the state to show next, `redraw` when the present result has to be drawn again,
+    `complain` with a sentence about a mistake, empty when there is none, and `take` with a scenario that was
+    dropped.
     """
 
     def __init__(

@@ -22,16 +22,9 @@ _FEW_DECADES: Final = 3.0
 
 @dataclass(frozen=True)
 class Axis:
-    """Words, unit and scale of an axis.
+    """Words, SI unit and scale of an axis.
 
-    Parameters
-    ----------
-    words, unit : str
-        What it shows, and the SI unit of the data.
-    is_logarithmic : bool
-        Scale.
-    lowest : float
-        Part of the largest value, dimensionless, below which a logarithmic axis does not begin.
+    `lowest` is the part of the largest value below which a logarithmic axis does not begin.
     """
 
     words: str
@@ -41,7 +34,10 @@ class Axis:
 
 
 def unit_of(axis: Axis, data: Sequence[ArrayLike]) -> tuple[str, float]:
-    """Return the unit of a label and its size: one prefix for the whole axis, none where it has powers of ten."""
+    """Return the unit of a label, with its prefix, and its size in SI, by which data are divided.
+
+    One prefix holds for the whole axis, none where it has powers of ten; the unit of a pure number is empty.
+    """
     largest = max((high for low, high in map(_ends, data)), default=0.0)
     has_powers = axis.is_logarithmic and (axis.unit == "Hz" or span(axis, data) > _FEW_DECADES)
     prefix, scale = ("", 1.0) if has_powers else prefix_for(largest, axis.unit)
@@ -56,7 +52,7 @@ def _ends(values: ArrayLike) -> tuple[float, float]:
 
 
 def span(axis: Axis, data: Sequence[ArrayLike]) -> float:
-    """Return the decades that a logarithmic axis covers."""
+    """Return the decades that a logarithmic axis covers, largest over smallest magnitude; 0 for a linear axis."""
     if not axis.is_logarithmic:
         return 0.0
     ends = [_ends(each) for each in data]
@@ -65,7 +61,7 @@ def span(axis: Axis, data: Sequence[ArrayLike]) -> float:
 
 
 def axis_table(axis: Axis, unit: str, decades: float) -> dict[str, Any]:
-    """Make the table of an axis."""
+    """Make the table of an axis for Plotly, without colours and range, from a unit and the decades it covers."""
     shown: dict[str, Any] = {
         "title": {"text": f"{axis.words} [{unit}]" if unit else axis.words, "standoff": 6},
         "zeroline": False,

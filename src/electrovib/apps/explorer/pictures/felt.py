@@ -27,7 +27,11 @@ _FREQUENCIES: Final = np.geomspace(LOWEST, HIGHEST, 120)
 
 
 def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
-    """Plot the lines of the spectrum that perception evaluates, from 1 Hz to 2 kHz, and the level at which a sine is felt."""
+    """Plot the lines of the spectrum that perception evaluates, from 1 Hz to 2 kHz, and the level at which a sine is felt.
+
+    The one plot has a bar for each line, and the amplitude over frequency of a single sine at the detection
+    threshold; there is none where nothing varies.
+    """
     lines = percept.spectrum
     kept = (lines.frequency >= LOWEST) & (lines.frequency <= HIGHEST) & (lines.amplitude > 0)
     if not np.any(kept):
@@ -65,12 +69,12 @@ def felt(percept: Percept, scenario: Scenario) -> list[dict[str, Any]]:
 
 
 def detection(percept: Percept, scenario: Scenario) -> tuple[NDArray[Any], str]:
-    """Return the amplitude of a single sine of a certain level over frequency, and its name.
+    """Return the amplitude (n,) [N or m] of a single sine of a certain level over frequency, and its name.
 
-    Returns `amplitude` (n,) [N or m].
-
-    A = 10^(L/20) / (max_c w_c(f) |C(f)|) with level L, weights w_c of the channels and compliance C of the skin: the inverse
-    of the level that `electrovib.perceive` computes for one line.
+    A = 10^(L/20) / (max_c w_c(f) |C(f)|) with level L, weights w_c of the channels and compliance C of the
+    skin: the inverse of the level that `electrovib.perceive` computes for one line. NaN where no channel is
+    sensitive. The level is that of the detection threshold, measured or published; without any, that at which
+    the sine is felt as strongly as the drive.
     """
     person = scenario.perception or Perception()
     given = person.compliance or scenario.finger

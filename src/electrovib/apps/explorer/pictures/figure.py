@@ -32,24 +32,11 @@ _LEGEND: Final = 520.0
 
 @dataclass(frozen=True)
 class PlottedCurve:
-    """A line of a plot.
+    """A line of a plot, with `x` and `y` (n,) in SI.
 
-    Parameters
-    ----------
-    x, y : array_like, shape (n,)
-        In SI.
-    name : str
-        In the legend; curves of the same name share an entry.
-    colour : str
-        As ``#rrggbb``.
-    dash : str
-        As Plotly calls it.
-    fill_from : array_like, shape (n,), optional
-        Lower edge of a band whose upper edge is `y`; the band is filled and has no line.
-    width : float
-        Width of the line, in points.
-    in_legend : bool
-        Whether the legend names it; the text on hover always does.
+    Curves of the same `name` share an entry of the legend; the text on hover always has it. `colour` is
+    ``#rrggbb``, `dash` as Plotly calls it. `fill_from` (n,) is the lower edge of a band whose upper edge is
+    `y`; the band is filled and has no line.
     """
 
     x: ArrayLike
@@ -63,7 +50,10 @@ class PlottedCurve:
 
 
 def figure(title: str, x: Axis, y: Axis, curves: Sequence[PlottedCurve]) -> dict[str, Any]:
-    """Make the table of a plot."""
+    """Make the tables ``data``, ``layout`` and ``config`` of a plot for Plotly, without colours of the page.
+
+    The title is also the accessible name of the plot.
+    """
     x_unit, x_scale = unit_of(x, [each.x for each in curves])
     y_unit, y_scale = unit_of(y, _heights(curves))
     data: list[dict[str, Any]] = []

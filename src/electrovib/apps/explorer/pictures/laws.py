@@ -18,7 +18,7 @@ _COLOURS: Final = (*COLOURS, *FURTHER_COLOURS)
 
 
 def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]]:
-    """Plot the force of each law over time and over frequency."""
+    """Plot the force of each law over time and over frequency; the law of the page has a solid line."""
     cases = {type(shown.scenario.force).__name__: shown, **others}
     plots = []
     for title, signal, coordinate, x in (

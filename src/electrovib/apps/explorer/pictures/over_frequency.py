@@ -22,7 +22,11 @@ FREQUENCY: Final = Axis("frequency", "Hz", is_logarithmic=True)
 def over_frequency(
     shown: Computed, pinned: Sequence[Computed] = (), *, band: Mapping[str, NDArray[Any]] | None = None
 ) -> list[dict[str, Any]]:
-    """Plot the mean force, the time constant of each layer, its share of the voltage, and the impedance."""
+    """Plot the mean force, the time constant of each layer, its share of the voltage, and the impedance.
+
+    Results that are pinned have dashed curves. `band` has ``frequency`` [Hz], ``low`` and ``high`` [N] of a
+    population of fingers, each of shape (n,).
+    """
     plots = [_force(shown, pinned, band), _time_constant(shown), _shares(shown), _impedance(shown, pinned)]
     return [plot for plot in plots if plot is not None]
 

@@ -32,7 +32,7 @@ _FORCES: Final = {
 
 
 def over_time(shown: Computed, pinned: Sequence[Computed] = ()) -> list[dict[str, Any]]:
-    """Plot voltages, attraction, friction and fields over time."""
+    """Plot voltages, attraction, friction and fields over time; results that are pinned have dashed curves."""
     plots = [
         _signals("Voltage", Axis("voltage", "V"), _VOLTAGES, shown, pinned),
         _signals("Drive current", Axis("current", "A"), _CURRENTS, shown, pinned),

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
-    """Plot each signal of a recording with the same signal of the page."""
+    """Plot each signal of a recording with the same signal of the page; the modulus of complex ones."""
     plots = []
     for name in map(str, measured.data_vars):
         dims = measured[name].dims
