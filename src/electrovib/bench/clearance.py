@@ -27,7 +27,10 @@ def cleared(
 ) -> tuple[Limits, CheckResult]:
     """Check what the generator plays against the strictest of all declared limits, or refuse it.
 
-    `times`, `voltages` (n,) [s].
+    `times` (n,) [s] at which the points of the generator begin, and their `voltages` (n,) [V] at the input of
+    the scenario's amplifier. The limits are the strictest of scenario, bench and current limiter; voltage and
+    current are always declared. Refused are a current limiter that allows more than the smallest declared
+    current, and every limit that is exceeded or could not be compared.
     """
     limiter = settings.current_limiter
     places = [LimitsFrom("the bench", settings.limits)]

@@ -21,7 +21,10 @@ _LONGEST: Final = 1 << 20
 
 
 def connect(resources: Mapping[str, str]) -> dict[str, Connection]:
-    """Connect to instruments."""
+    """Connect to the instruments, each by its role and address.
+
+    If one cannot be reached, the connections made before are closed.
+    """
     missing = [role for role, address in resources.items() if not address]
     if missing:
         raise InputError(
@@ -50,15 +53,7 @@ def _open(address: str) -> Connection:
 
 
 class SocketConnection:
-    """A connection by TCP, with messages that end with a line feed.
-
-    Parameters
-    ----------
-    host : str
-        Name or address.
-    port : int
-        Number of the port.
-    """
+    """A connection by TCP, with messages that end with a line feed."""
 
     def __init__(self, host: str, port: int) -> None:
         self._socket = socket.create_connection((host, port), timeout=TIMEOUT)
@@ -100,13 +95,7 @@ class SocketConnection:
 
 
 class VisaConnection:
-    """A connection by VISA (GPIB, RS-232, LXI, USB); needs pyvisa.
-
-    Parameters
-    ----------
-    address : str
-        VISA resource.
-    """
+    """A connection by VISA (GPIB, RS-232, LXI, USB) to a resource; needs pyvisa."""
 
     def __init__(self, address: str) -> None:
         try:

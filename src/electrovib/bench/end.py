@@ -59,7 +59,11 @@ def saved(
     force: bool = False,
     stopped: str = "",
 ) -> tuple[xarray.Dataset | None, list[str]]:
-    """Keep what was read as it is, until it is saved as a Trace."""
+    """Keep what was read as it is, until it is saved as a Trace.
+
+    The Trace is returned if it could be made and saved, and in words where the data are, or why not.
+    `stopped` is why the run was stopped, empty for a complete one; the file is then that of `incomplete`.
+    """
     if output is not None and stopped:
         output = incomplete(output)
     raw, sentences = (None, []) if output is None else _kept(record, output)

@@ -23,17 +23,7 @@ _ATTEMPTS = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Instruments:
-    """Drivers of the instruments of a bench.
-
-    Parameters
-    ----------
-    generator : Hp33120a
-        Waveform generator.
-    oscilloscope : TektronixTds3014b
-        Oscilloscope.
-    enable : EnableDriver or None
-        Enable line of the amplifier; None without one.
-    """
+    """Drivers of the instruments of a bench; `enable` is None without an enable line of the amplifier."""
 
     generator: Hp33120a
     oscilloscope: TektronixTds3014b
@@ -50,7 +40,7 @@ class Instruments:
         )
 
     def to_zero(self) -> list[str]:
-        """Disable the high voltage and set the generator to 0 V, whatever fails."""
+        """Disable the high voltage and set the generator to 0 V, whatever fails; return what could not be confirmed."""
         failures = []
         if self.enable is not None:
             failures += _attempted(self.enable.disable, "the high voltage is not confirmed as disabled")

@@ -27,15 +27,7 @@ class Connection(Protocol):
 
 
 class Link:
-    """The connection to one instrument, whose failures become sentences that name it.
-
-    Parameters
-    ----------
-    name : str
-        Role of the instrument, for messages: ``"generator"``.
-    connection : Connection
-        Carries the messages.
-    """
+    """The connection to one instrument, whose failures become sentences that name it by its role."""
 
     def __init__(self, name: str, connection: Connection) -> None:
         self.name = name
@@ -68,7 +60,10 @@ class Link:
             self._refuse(query, f"answered '{_quoted(reply)}', where a number was expected")
 
     def ask_block(self, query: str) -> bytes:
-        """Send a query and return the data of the block that answers it."""
+        """Send a query and return the data of the block that answers it.
+
+        A reply is refused that is no block, or holds fewer or more bytes than it states.
+        """
         reply = self._exchange(query)
         digits = reply[1:2]
         if reply[:1] != b"#" or not digits.isdigit() or digits == b"0":

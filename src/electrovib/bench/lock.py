@@ -24,7 +24,11 @@ def lock_file(resources: Mapping[str, str]) -> Path:
 
 @contextmanager
 def one_process(resources: Mapping[str, str]) -> Iterator[str]:
-    """Hold the lock of a bench."""
+    """Hold the lock of a bench, or refuse if another process holds it.
+
+    It gives what the last process left in the file: empty if that ended in order, ``running ...`` if it was
+    killed.
+    """
     path = lock_file(resources)
     with path.open("a+", encoding="utf-8") as file:
         if not _take(file):

@@ -80,14 +80,17 @@ class BenchPlan:
         return self.check.value("peak current") or 0.0
 
     def voltage(self, time: ArrayLike) -> NDArray[np.float64]:
-        """Return the voltage of the plate in the full burst."""
+        """Return the voltage of the plate [V] in the full burst, at times after the trigger [s]; 0 outside."""
         times = np.asarray(time, dtype=float)
         inside = (times >= 0) & (times <= self.duration)
         values = _plate_voltage(self.scenario, np.clip(times, 0, self.duration))
         return np.where(inside, values, 0.0)
 
     def ranges(self, fraction: float = 1.0) -> dict[int, tuple[float, float]]:
-        """Return the range of each input of the oscilloscope."""
+        """Return the lowest and highest voltage [V] of each input of the oscilloscope.
+
+        `fraction` is the peak of the burst over that of the full one.
+        """
         found = {}
         extremes = self._extremes()
         for name, channel in self.settings.channels().items():
@@ -161,7 +164,12 @@ class BenchPlan:
 
 
 def make_plan(scenario: Scenario, settings: BenchSettings) -> BenchPlan:
-    """Plan a run and refuse what cannot be played safely."""
+    """Plan a run and refuse what cannot be played safely.
+
+    The voltage to be played is the drive, times the gain of the scenario's own amplifier if it has one. A
+    drive is refused that is no finite voltage which begins and ends at 0 V, is longer than allowed, does not
+    fit the generator, or exceeds a limit; every limit at once.
+    """
     check_drivers(settings)
     duration = _finite_duration(scenario, settings)
     at_rest = scenario.replace({"time.initial_state": {"model": AtRest.__name__}, "time.duration": duration})

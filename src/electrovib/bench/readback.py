@@ -21,7 +21,10 @@ READINGS: Final = 2.0
 
 
 def refuse_beyond(plan: BenchPlan, record: RunRecord, name: str, step: float) -> None:
-    """Refuse a voltage of the plate, or a current, whose peak or root mean square exceeds its limit."""
+    """Refuse a ``"voltage"`` of the plate, or a ``"current"``, whose peak or root mean square exceeds its limit.
+
+    `step` is the difference of two readings [V or A].
+    """
     unit = _UNITS[name]
     values = record.channels[name]
     during = (record.time >= 0) & (record.time <= plan.duration)
@@ -36,7 +39,10 @@ def refuse_beyond(plan: BenchPlan, record: RunRecord, name: str, step: float) ->
 
 
 def refuse_scaled(plan: BenchPlan, record: RunRecord, *, fraction: float, step: float) -> None:
-    """Refuse a full burst whose voltage would exceed its limit, by the voltage read back in the low-voltage burst."""
+    """Refuse a full burst whose voltage would exceed its limit, by the voltage read back in the low-voltage burst.
+
+    `fraction` is the peak of that burst over that of the full one, `step` the difference of two readings [V].
+    """
     limit = plan.limits.voltage
     assert limit is not None
     reached, resolution = _scale(plan, record, fraction) * plan.peak, step / fraction
@@ -64,7 +70,12 @@ def _scale(plan: BenchPlan, record: RunRecord, fraction: float) -> float:
 
 
 def compare(plan: BenchPlan, record: RunRecord, *, fraction: float, step: float) -> list[str]:
-    """Compare the voltage that was read back with the plan."""
+    """Compare the voltage that was read back with the plan, and say what was found.
+
+    A run is stopped if scale, shape, or the voltage before the burst differ by more than the tolerance of the
+    bench. `fraction` is the peak of the burst over that of the full one, `step` the difference of two
+    readings [V].
+    """
     times, found = record.time, record.channels["voltage"]
     wanted, peak = fraction * plan.voltage(times), fraction * plan.peak
     tolerance = plan.settings.burst.tolerance

@@ -167,18 +167,8 @@ def _refuse(words: str) -> bool:
 class BenchRun:
     """One run: the sequence of steps, and what is done however it ends.
 
-    Parameters
-    ----------
-    plan : BenchPlan
-        What is played.
-    connections : mapping of str to Connection, or None
-        By role; None to connect to the addresses of the bench file.
-    clock : BenchClock
-        For waiting.
-    confirm : callable
-        Asks the operator.
-    report : callable, optional
-        Called with the name of each step.
+    Without `connections`, by role, it connects to the addresses of the bench file. `confirm` asks the
+    operator; `report` is called with the name of each step.
     """
 
     def __init__(

@@ -35,22 +35,9 @@ _MARGIN: Final = 5.0
 class RunRecord:
     """What a run has read so far; it is saved also when the run is stopped.
 
-    Parameters
-    ----------
-    steps : list of str
-        Names of the steps that were begun.
-    instruments : dict of str to str
-        Identity of each instrument.
-    settings : dict of str to str
-        Settings as read back last, by query.
-    burst : str
-        The burst to which `time` and `channels` belong; empty before the first.
-    time : ndarray, shape (n,)
-        Times after the trigger [s].
-    channels : dict of str to ndarray
-        Role to plate voltage [V], current [A] or force [N], shape (n,).
-    statements : list of str
-        Results of the comparisons.
+    `steps` were begun; `instruments` are their identities, `settings` those read back last, by query. `time`
+    (n,) [s] after the trigger and `channels`, by role plate voltage [V], current [A] or force [N], each (n,),
+    belong to the `burst`, which is empty before the first; `statements` are the results of the comparisons.
     """
 
     steps: list[str] = field(default_factory=list)
@@ -65,20 +52,9 @@ class RunRecord:
 class BurstSequence:
     """Plays a plan on instruments, step by step.
 
-    Parameters
-    ----------
-    plan : BenchPlan
-        What is played.
-    instruments : Instruments
-        On which.
-    clock : BenchClock
-        For waiting.
-    confirm : callable
-        Asks the operator to do something and returns whether it was confirmed; used without an enable line.
-    check : callable
-        Raises if the process was asked to end; called before anything that raises the voltage, and while waiting.
-    report : callable, optional
-        Called with the name of each step before it begins.
+    `confirm` asks the operator to do something and returns whether it was confirmed; it is used without an
+    enable line. `check` raises if the process was asked to end; it is called before anything that raises the
+    voltage, and while waiting. `report` is called with the name of each step before it begins.
     """
 
     def __init__(
@@ -100,7 +76,7 @@ class BurstSequence:
         self._burst_name = ""
 
     def play(self) -> RunRecord:
-        """Run all steps in their order."""
+        """Run all steps in their order up to the first deviation, which leaves the bench in the state of that step."""
         work: dict[str, Callable[[], None]] = {
             "identify": self._identify,
             "disable": lambda: self._switch(on=False),
@@ -170,8 +146,8 @@ class BurstSequence:
     def _burst(self, name: str, fraction: float) -> None:
         """Play one burst and read the voltage back, and the current where it is recorded.
 
-        All settings are read again just before the trigger. With an enable line its state is read while the burst runs, and
-        the high voltage is disabled before the record is transferred.
+        All settings are read again just before the trigger. With an enable line its state is read while the
+        burst runs, and the high voltage is disabled before the record is transferred.
         """
         oscilloscope, enable = self.instruments.oscilloscope, self.instruments.enable
         self._read_back(fraction)

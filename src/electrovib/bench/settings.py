@@ -262,7 +262,10 @@ class BenchSettings(Model):
 
 
 def read_settings(source: str | Path | Mapping[str, Any] | BenchSettings | None = None) -> BenchSettings:
-    """Read the settings of a set-up."""
+    """Read the settings of a set-up; by default that of Vezzoli et al. 2014.
+
+    Mistakes are refused all at once; where a declaration for safety is missing, with the lines to add.
+    """
     if isinstance(source, BenchSettings):
         _refuse_undeclared(source.to_dict(), "the bench")
         return source

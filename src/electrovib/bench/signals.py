@@ -21,8 +21,9 @@ _REPEATED: Final = "SIGALRM"
 class Stops:
     """What has asked the process to end while a bench is in use: the first signal raises once, later ones only wait.
 
-    An exception in a signal handler can be lost: Python only prints what a callback raises, and a compiled library whose
-    import is interrupted raises an ImportError instead. So the signal is kept too, and `check` raises for it again.
+    An exception in a signal handler can be lost: Python only prints what a callback raises, and a compiled
+    library whose import is interrupted raises an ImportError instead. So the signal is kept too, and `check`
+    raises for it again.
     """
 
     def __init__(self) -> None:
@@ -51,7 +52,12 @@ class Stops:
 
 @contextmanager
 def stopping_signals() -> Iterator[Stops]:
-    """Raise KeyboardInterrupt or `BenchStopped` at the first signal that asks the process to end, and keep it."""
+    """Raise KeyboardInterrupt or `BenchStopped` at the first signal that asks the process to end, and keep it.
+
+    With `is_held` set nothing is raised any more. A signal that came then, or whose exception was lost, is
+    sent again after the block, unless the block raises. Only the main thread receives signals; in another one
+    nothing is changed.
+    """
     stops = Stops()
     if threading.current_thread() is not threading.main_thread():
         yield stops

@@ -25,7 +25,11 @@ _TIMES: Final = 1001
 def trace_of(
     plan: BenchPlan, record: RunRecord, *, about: Mapping[str, str | int | float], stopped: str = ""
 ) -> xarray.Dataset:
-    """Make a Trace of a run, complete or not."""
+    """Make a Trace of a run from the trigger on, complete or, for the reason `stopped`, not.
+
+    It has the planned ``drive_voltage``, and what was read back. The voltage before the trigger is stated in
+    the attribute ``comparisons``.
+    """
     after = record.time >= 0
     if after.any() and record.channels:
         times, fraction = record.time[after], plan.fraction if record.burst.startswith("low") else 1.0

@@ -20,7 +20,7 @@ OSCILLOSCOPES: Final[Mapping[str, type[TektronixTds3014b]]] = {"tektronix_tds301
 
 
 def check_drivers(settings: BenchSettings) -> None:
-    """Refuse names of drivers that do not exist."""
+    """Refuse names of drivers that do not exist, with the nearest name."""
     asked = (
         ("generator.driver", settings.generator.driver, GENERATORS),
         ("oscilloscope.driver", settings.oscilloscope.driver, OSCILLOSCOPES),

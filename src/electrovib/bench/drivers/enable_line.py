@@ -12,30 +12,22 @@ if TYPE_CHECKING:
 
 
 class EnableDriver:
-    """Enables and disables the high voltage, and reads the state back.
-
-    Parameters
-    ----------
-    link : Link
-        To the instrument that holds the line.
-    line : EnableLine
-        Its commands, from the bench file.
-    """
+    """Enables and disables the high voltage by the commands of the bench file, and reads the state back."""
 
     def __init__(self, link: Link, line: EnableLine) -> None:
         self.link = link
         self._line = line
 
     def enable(self) -> None:
-        """Enable the high voltage."""
+        """Enable the high voltage, and refuse a line that does not read back as enabled."""
         self._switch(self._line.on, self._line.enabled, "enabled")
 
     def disable(self) -> None:
-        """Disable the high voltage."""
+        """Disable the high voltage, and refuse a line that does not read back as disabled."""
         self._switch(self._line.off, self._line.disabled, "disabled")
 
     def confirm(self) -> None:
-        """Read the state back without a change."""
+        """Read the state back without a change, and refuse a line that does not read back as enabled."""
         self._expect(self._line.enabled, "enabled", "while the high voltage was on")
 
     def _switch(self, command: str, wanted: str, state: str) -> None:

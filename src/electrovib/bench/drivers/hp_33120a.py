@@ -56,15 +56,7 @@ _MOST_ERRORS: Final = 20
 
 
 class Hp33120a:
-    """Driver of the HP / Agilent 33120A.
-
-    Parameters
-    ----------
-    link : Link
-        To the instrument.
-    also : str
-        A further model that the user has named; empty for none.
-    """
+    """Driver of the HP / Agilent 33120A; `also` is a further model that the user has named, empty for none."""
 
     models: Final = ("33120A",)
     largest_code: Final = waveforms.LARGEST_CODE
@@ -83,7 +75,7 @@ class Hp33120a:
         return identify(self.link, self.models, self._also, "generator.accept_model")
 
     def zero(self) -> None:
-        """Put out 0 V, constant: ``APPLy:DC DEF,DEF,0``, and read it back."""
+        """Put out 0 V, constant: ``APPLy:DC DEF,DEF,0``, and refuse a generator that reports anything else."""
         self.link.write("APPL:DC DEF,DEF,0")
         shape, offset = self.link.ask("FUNC:SHAP?"), self.link.ask_number("VOLT:OFFS?")
         if not shape.upper().startswith("DC") or abs(offset) > 1e-3:
@@ -112,7 +104,7 @@ class Hp33120a:
         self._refuse_errors()
 
     def set_load(self) -> None:
-        """Set a load of high impedance, and read it back."""
+        """Set a load of high impedance, and refuse another one, with which the voltage would be twice what is set."""
         self.link.write("OUTP:LOAD INF")
         load = self.link.ask_number("OUTP:LOAD?")
         if not load >= HIGH_IMPEDANCE * (1 - 1e-6):
@@ -124,7 +116,8 @@ class Hp33120a:
     def download(self, codes: NDArray[np.int16], duration: float, amplitude: float) -> None:
         """Load a waveform and select it as a burst.
 
-        `codes` (n,).
+        `codes` (n,) are from -2047 to 2047, the first and the last 0; `duration` is that of one cycle [s],
+        and `amplitude` the voltage between the lowest and the highest code into a high impedance [V].
         """
         fewest, most, largest = self.fewest_points, self.most_points, max(int(codes.max()), -int(codes.min()))
         if not fewest <= codes.size <= most or largest > self.largest_code:
@@ -158,7 +151,7 @@ class Hp33120a:
 
     @staticmethod
     def expected(points: int, duration: float, amplitude: float) -> dict[str, Any]:
-        """Return what `settings` has to report."""
+        """Return what `settings` has to report by query, a text or a number; arguments as for `download`."""
         return {
             "FUNC:SHAP?": "USER", "FUNC:USER?": "VOLATILE", "DATA:ATTR:POIN? VOLATILE": points,
             "FREQ?": 1 / duration, "VOLT?": amplitude, "VOLT:OFFS?": 0.0, "VOLT:UNIT?": "VPP",
@@ -183,7 +176,10 @@ class Hp33120a:
 
 
 def mismatches(found: Mapping[str, str], expected: Mapping[str, Any], tolerance: float = 1e-3) -> list[str]:
-    """Compare settings that were read back with those that were set."""
+    """Compare replies with the settings that were expected, by query: one sentence for each difference.
+
+    A count, of type int, has to agree exactly. `tolerance` of another number is relative, and absolute for 0.
+    """
     wrong = []
     for query, wanted in expected.items():
         reply = found.get(query, "")

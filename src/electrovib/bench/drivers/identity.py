@@ -13,7 +13,12 @@ if TYPE_CHECKING:
 
 
 def identify(link: Link, models: Collection[str], also: str, setting: str) -> str:
-    """Ask an instrument for its maker and model, and refuse a model that the driver was not written for."""
+    """Ask an instrument for its maker and model, and refuse a model that the driver was not written for.
+
+    `models` are those of the driver, as the second field of the reply to ``*IDN?``; `also` is a further one
+    that the user has named, empty for none, and `setting` the dotted path of the setting that names it. The
+    whole reply is returned.
+    """
     reply = link.ask("*IDN?")
     fields = [field.strip() for field in reply.split(",")]
     model = fields[1] if len(fields) > 1 else ""

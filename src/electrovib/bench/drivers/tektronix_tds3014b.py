@@ -57,15 +57,7 @@ _KEY: Final = re.compile(r":?(?:WFMPR?E?:)?([A-Z_]+)\s+(.+)", re.IGNORECASE | re
 
 
 class TektronixTds3014b:
-    """Driver of the Tektronix TDS3014B.
-
-    Parameters
-    ----------
-    link : Link
-        To the instrument.
-    also : str
-        A further model that the user has named; empty for none.
-    """
+    """Driver of the Tektronix TDS3014B; `also` is a further model that the user has named, empty for none."""
 
     models: Final = ("TDS3014B", "TDS3014")
 
@@ -78,7 +70,7 @@ class TektronixTds3014b:
         return identify(self.link, self.models, self._also, "oscilloscope.accept_model")
 
     def set_time(self, duration: float) -> float:
-        """Set the record so that it begins before the trigger and lasts longer than the burst."""
+        """Set a record that begins before the trigger and lasts longer than the burst; return its length [s]."""
         scale = time_scale(duration)
         for command in (
             "HEAD OFF", f"HOR:RECO {RECORD}", f"HOR:MAI:SCA {scale:.3E}", f"HOR:TRIG:POS {BEFORE:g}", "ACQ:MOD SAM",
@@ -89,7 +81,7 @@ class TektronixTds3014b:
         return DIVISIONS * scale
 
     def set_channel(self, channel: int, low: float, high: float) -> float:
-        """Set an input so that its record holds a range of voltages."""
+        """Set an input so that its record holds a range of voltages; return the difference of two readings [V]."""
         scale = volt_scale(low, high)
         for setting in ("COUP DC", "POS 0", f"SCA {scale:.3E}", f"OFFS {(low + high) / 2:.6E}"):
             self.link.write(f"CH{channel}:{setting}")
@@ -112,7 +104,7 @@ class TektronixTds3014b:
 
     @staticmethod
     def expected(duration: float, ranges: dict[int, tuple[float, float]]) -> dict[str, Any]:
-        """Return what `settings` has to report for a burst [s] and the ranges of the inputs [V]."""
+        """Return what `settings` has to report by query, for a burst [s] and the ranges of the inputs [V]."""
         found: dict[str, Any] = {
             "HOR:RECO?": RECORD, "HOR:MAI:SCA?": time_scale(duration), "HOR:TRIG:POS?": BEFORE, "ACQ:MOD?": "SAMPLE",
             "ACQ:STOPA?": "SEQUENCE", "TRIG:A:MOD?": "NORMAL", "TRIG:A:EDGE:SOU?": "EXT",
@@ -139,9 +131,9 @@ class TektronixTds3014b:
         return self.link.ask_number("ACQ:STATE?") == 0
 
     def record(self, channel: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Read the record of an input.
+        """Read the record of an input: times relative to the trigger (n,) [s], and voltages at the input (n,) [V].
 
-        Returns `times`, `voltages` (n,) [s].
+        A record is refused whose preamble and curve disagree, or that has another form than was set.
         """
         for command in (
             f"DAT:SOU CH{channel}",
@@ -177,7 +169,7 @@ def time_scale(duration: float) -> float:
 
 
 def volt_scale(low: float, high: float) -> float:
-    """Return the voltage per division for a range."""
+    """Return the voltage per division for a range [V], with a tenth of the range to spare on either side."""
     return _scale(1.2 * (high - low) / HEIGHT, _VOLTS, _FINEST, _COARSEST)
 
 

@@ -16,7 +16,10 @@ TRIGGER_IGNORED = '-211,"Trigger ignored"'
 
 
 def matches(pattern: str, header: str) -> bool:
-    """Return whether a header is a form of a command."""
+    """Return whether each part of a header, as sent without question mark, is the short or the long form of a command.
+
+    The pattern has the letters of the short form in capitals: ``"VOLTage:OFFSet"``.
+    """
     parts, given = pattern.split(":"), header.upper().split(":")
     return len(parts) == len(given) and all(
         part in (_short(wanted), wanted.upper()) for part, wanted in zip(given, parts, strict=True)
@@ -28,13 +31,7 @@ def _short(word: str) -> str:
 
 
 class TwinInstrument:
-    """A simulated instrument: takes messages, and keeps its replies until they are fetched.
-
-    Parameters
-    ----------
-    identity : str
-        Its reply to ``*IDN?``.
-    """
+    """A simulated instrument: takes messages, and keeps its replies until they are fetched."""
 
     def __init__(self, identity: str) -> None:
         self.identity = identity

@@ -13,17 +13,7 @@ if TYPE_CHECKING:
 
 
 class TwinEnable(TwinInstrument):
-    """Switches the high voltage of a simulated bench by the commands of its bench file.
-
-    Parameters
-    ----------
-    clock : BenchClock
-        Time of the simulated bench.
-    plant : TwinPlant
-        Whose high voltage is switched.
-    line : EnableLine
-        Commands.
-    """
+    """Switches the high voltage of a simulated bench by the commands of its bench file."""
 
     def __init__(self, clock: BenchClock, plant: TwinPlant, line: EnableLine) -> None:
         super().__init__("ELECTROVIB,ENABLE,0,0")

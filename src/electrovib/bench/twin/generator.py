@@ -64,15 +64,7 @@ class _OutputState:
 
 
 class TwinGenerator(TwinInstrument):
-    """Simulated HP 33120A.
-
-    Parameters
-    ----------
-    clock : BenchClock
-        Time of the simulated bench.
-    identity : str
-        Reply to ``*IDN?``.
-    """
+    """Simulated HP 33120A."""
 
     def __init__(self, clock: BenchClock, identity: str = "HEWLETT-PACKARD,33120A,0,8.0-5.0-1.0") -> None:
         super().__init__(identity)
@@ -132,10 +124,7 @@ class TwinGenerator(TwinInstrument):
         return 2.0 if self._load == 50.0 else 1.0
 
     def voltage(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the voltage of the open output.
-
-        `times` (n,) [s]; returns `voltage` (n,) [V].
-        """
+        """Return the voltage of the open output [V] at times up to now [s]."""
         starts = np.array([each.since for each in self._history])
         which = np.searchsorted(starts, times, side="right") - 1
         found = np.zeros(times.shape)

@@ -27,17 +27,7 @@ class Probed(Protocol):
 
 
 class TwinOscilloscope(TwinInstrument):
-    """Simulated TDS3014B.
-
-    Parameters
-    ----------
-    clock : BenchClock
-        Time of the simulated bench.
-    probed : Probed
-        What is connected to its inputs.
-    identity : str
-        Reply to ``*IDN?``.
-    """
+    """Simulated TDS3014B; `probed` is what is connected to its inputs."""
 
     def __init__(
         self,

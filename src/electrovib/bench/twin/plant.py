@@ -25,16 +25,8 @@ _NOISE: Final = 0.3
 class TwinPlant:
     """Amplifier with a switch, plate, finger and sensors of a simulated bench.
 
-    Parameters
-    ----------
-    settings : BenchSettings
-        Gains, ratios and calibrations, taken as exact.
-    finger : Scenario
-        The finger on the plate; its drive is replaced by the voltage of the plate.
-    generator : TwinGenerator
-        Source of the amplifier's input.
-    seed : int
-        Seed of the noise.
+    Gains, ratios and calibrations of the bench file are taken as exact; the voltage of the plate replaces the
+    drive of `finger`.
     """
 
     def __init__(
@@ -54,20 +46,14 @@ class TwinPlant:
         return self._switched[-1][1]
 
     def plate_voltage(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the voltage of the plate.
-
-        `times` (n,) [s]; returns `voltage` (n,) [V].
-        """
+        """Return the voltage of the plate [V] at times up to now [s]."""
         starts = np.array([start for start, _ in self._switched])
         states = np.array([on for _, on in self._switched])
         on = states[np.searchsorted(starts, times, side="right") - 1]
         return np.where(on, self._settings.amplifier.gain * self._generator.voltage(times), 0.0)
 
     def input_voltage(self, channel: int, times: NDArray[np.float64], trigger: float) -> NDArray[np.float64]:
-        """Return the voltage at an input of the oscilloscope, with noise.
-
-        `times` (n,) [s]; returns `voltage` (n,) [V].
-        """
+        """Return the voltage [V] at an input of the oscilloscope, with noise; without a channel noise alone."""
         found = {each.input: (name, each) for name, each in self._settings.channels().items()}
         if channel not in found:
             return np.zeros(times.shape)

@@ -33,13 +33,7 @@ class Answering(Protocol):
 
 
 class TwinState(TwinInstrument):
-    """Answers questions about the plate, which no real instrument would, and switches the high voltage as an operator.
-
-    Parameters
-    ----------
-    bench : SimulatedBench
-        Whose plate it observes.
-    """
+    """Answers questions about the plate, which no real instrument would, and switches the high voltage as an operator."""
 
     def __init__(self, bench: SimulatedBench) -> None:
         super().__init__("ELECTROVIB,STATE,0,0")
@@ -56,7 +50,10 @@ def void(value: object) -> None:
 
 
 def serve(instrument: Answering, lock: threading.Lock) -> int:
-    """Answer on a port of the loopback interface, in threads that end with the process."""
+    """Answer on a port of the loopback interface, in threads that end with the process, and return its number.
+
+    The lock is held during each message: the instruments share one plate.
+    """
     server = socket.create_server((HOST, 0))
     threading.Thread(target=_accept, args=(server, instrument, lock), daemon=True).start()
     port: int = server.getsockname()[1]

@@ -22,16 +22,7 @@ if TYPE_CHECKING:
 class SimulatedBench:
     """Simulated instruments of a bench file, with a finger.
 
-    Parameters
-    ----------
-    settings : BenchSettings
-        The set-up.
-    finger : Scenario
-        The finger on the plate.
-    seed : int
-        Seed of the noise.
-    clock : BenchClock, optional
-        By default simulated time, which passes only while the program waits.
+    The `clock` is by default simulated time, which passes only while the program waits.
     """
 
     def __init__(
