@@ -103,10 +103,7 @@ def maximum(scenario: Scenario) -> float | None:
 
 
 def maximum_of(*, gap_resistivity: float, skin: Material, resistance: float = 0.0) -> float:
-    """Return the frequency of the largest mean attraction of the chain [Hz]; NaN without one, as for `maximum`.
-
-    `gap_resistivity` of the gap [ohm m], `resistance` of the body [ohm].
-    """
+    """Return the frequency of the largest mean attraction of the chain [Hz]; NaN without one, as for `maximum`."""
     scenario = aliabbasi_2024.chain(gap_resistivity=gap_resistivity, skin=skin, resistance=resistance)
     found = maximum(scenario)
     return math.nan if found is None else found

@@ -112,10 +112,7 @@ def corner(*, gap: float, gap_resistivity: float) -> float:
 
 
 def rises_to(scenario: Scenario, *, share: float) -> float:
-    """Return the lowest frequency from 0.01 Hz to 2 MHz at which the mean attraction has a share of its largest value [Hz].
-
-    A share of 0.5 is -3 dB of the field.
-    """
+    """Return the lowest frequency [Hz] at which the mean attraction has a share of its largest value; 0.5 is -3 dB."""
     force = mean_force(scenario, phasors(scenario, _BAND), amplitude=100.0)
     after = int(np.argmax(force >= share * force.max()))
     if after == 0:

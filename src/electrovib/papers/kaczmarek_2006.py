@@ -184,10 +184,7 @@ def verdict(*, ratio: float) -> str:
 
 
 def polarity_of_laws(scenario: Scenario) -> dict[str, tuple[float, str]]:
-    """Compute the polarity ratio of every registered force law on the layers and the pulse of a scenario.
-
-    Each law has its ratio and a verdict; NaN and the reason where it cannot be computed on these layers.
-    """
+    """Compute the polarity ratio of every registered force law, and a verdict; NaN and the reason where there is none."""
     found = {}
     for name, law in find_members(ForceLaw).items():
         try:

@@ -131,10 +131,7 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def harmonics(signal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the peak amplitudes at multiples of the modulation frequency, the mean first.
-
-    `signal` is one period of the modulation, evenly sampled.
-    """
+    """Return the mean, and the peak amplitudes of all harmonics, of one period of modulation that is evenly sampled."""
     spectrum = np.abs(np.fft.rfft(signal)) / len(signal)
     spectrum[1:] *= 2
     return np.asarray(spectrum)

@@ -142,10 +142,7 @@ _NONE = "not in the field calculation"
 
 @functools.cache
 def scenarios() -> dict[str, Scenario]:
-    """Return the clutch with an air gap of 1 um.
-
-    ``field_50`` and ``field_3`` are of the field calculations, ``relaxor`` has the film as fitted.
-    """
+    """Return the clutch with an air gap of 1 um: as in the field calculations, and with the film as fitted."""
     dielectric = {"model": "Constant", "permittivity": HIGH}
     field_50 = preset(
         title="Rauf 2025, figure 2b: clutch with a dielectric of permittivity 50",

@@ -102,9 +102,9 @@ def scenarios() -> dict[str, Scenario]:
 
 
 def sliding_over_rest(*, gap: float) -> tuple[float, float]:
-    """Compare a sliding finger with a resting one, without body and electrode, at 100 kHz.
+    """Compare a sliding finger with a resting one at 100 kHz, without body and electrode.
 
-    Ratios, sliding over at rest: magnitude of the impedance, and mean attraction in the gap [m].
+    Ratios, sliding over rest: magnitude of the impedance, and mean attraction in the gap.
     """
     at = np.array([_CARRIER])
     found = []

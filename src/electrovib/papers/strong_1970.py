@@ -96,10 +96,7 @@ def attraction(law: str, *, voltage: float) -> float:
 
 
 def against_frequency(*, low: float, high: float) -> tuple[float, float]:
-    """Compare two frequencies [Hz] at one peak voltage.
-
-    Ratios, high over low frequency: mean attraction, and current density.
-    """
+    """Compare two frequencies [Hz] at one peak voltage: ratios, high over low, of mean attraction and current density."""
     display = scenarios()["display"]
     section = phasors(display, np.array([low, high]))
     force = mean_force(display, section, amplitude=VOLTAGE)

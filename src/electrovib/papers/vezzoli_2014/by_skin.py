@@ -32,10 +32,7 @@ class TrapeziumForce:
 
 @dataclass(frozen=True)
 class Shape:
-    """Figure 7 with one skin.
-
-    `rise` is F(10 kHz)/F(100 Hz), `saturation` F(10 kHz)/largest F, `before` F(5 kHz)/F(10 kHz).
-    """
+    """Figure 7 with one skin: F(10 kHz)/F(100 Hz), F(10 kHz)/largest F and F(5 kHz)/F(10 kHz)."""
 
     rise: float
     saturation: float

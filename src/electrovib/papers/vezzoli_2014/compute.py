@@ -92,10 +92,7 @@ def ramp_for(scenario: Scenario, *, force: float) -> float:
 
 
 def lateral_decay(scenario: Scenario) -> float:
-    """Time in which the lateral force above that of the load falls to 1/e after a step of the voltage, simulated [s].
-
-    The skin of the scenario has one relaxation time, the friction is that of Coulomb.
-    """
+    """Time [s] in which the lateral force above that of the load falls to 1/e after a step of the voltage, simulated."""
     step = {"drive": {"model": "Step", "level": values.VOLTAGE}}
     time = np.array([0.0, 5e-3, 10e-3])
     trace = simulate(scenario.replace(step), time=time)
@@ -149,9 +146,10 @@ def floating_factor(scenario: Scenario, *, capacitance: float) -> float:
 
 
 def causality_residual(material: Material, *, ramp: float = 20e-3, before: float = 1e-3) -> float:
-    """Compute the response of the law as printed `before` a ramp begins [s], as a share of its peak; 0 for a causal law.
+    """Compute the response of the law as printed before a ramp begins, as a share of its peak; 0 for a causal law.
 
-    |v_e(-before)|/max |v_e|, by a discrete Fourier transform over a period long against skin and ramp, 0.2 s after 4 s at 0 V.
+    It is |v_e(-before)|/max |v_e| with times [s], by a discrete Fourier transform over a period long against
+    skin and ramp, 0.2 s after 4 s at 0 V.
     """
     period, count = 8.0, 1 << 20
     time = np.arange(count) * period / count - period / 2
@@ -168,10 +166,7 @@ def causality_residual(material: Material, *, ramp: float = 20e-3, before: float
 
 
 def static_force(law: str, *, gap: float | None = None, skin: float = values.SKIN_THICKNESS) -> float:
-    """Compute the attraction [N] at 1000 V on the paper's film without conduction, by a force law.
-
-    Without a gap [m] it is that in a vanishing one.
-    """
+    """Compute the attraction [N] at 1000 V on the paper's film without conduction; by default in a vanishing gap."""
     base = scenarios()["fig6_static" if gap is None else "fig6_gap"]
     changes: dict[str, Any] = {
         "force.model": law,

@@ -13,7 +13,7 @@ from electrovib.study.reproduction import Row, Table, verdict_over
 
 @dataclass(frozen=True)
 class DecayReading:
-    """One reading, as a sentence, of a time that the paper prints; `tau` [s] is that of the effective voltage under it."""
+    """One reading, as a sentence, of a time that is printed, with the time constant of the effective voltage [s]."""
 
     name: str
     tau: float

@@ -30,7 +30,7 @@ class Outcome:
 
 
 def outcome(candidate: Candidate, *, ramp: float = RAMP, hold: float = HOLD) -> Outcome:
-    """Simulate a candidate; `ramp` and `hold` are those of the trapezoidal pulse [s]."""
+    """Simulate the trapezoidal pulse, of ramps and a hold [s], under a candidate."""
     scenario = candidate.scenario(ramp=ramp, hold=hold)
     end = 2 * ramp + hold + 0.1
     time = np.unique(np.concatenate([np.linspace(0, end, 3001), [ramp, ramp + hold, 2 * ramp + hold]]))
