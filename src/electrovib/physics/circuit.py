@@ -27,16 +27,9 @@ _RESISTANCE = Quantity("ohm", 0, 1e12, "resistance of the body", _BODY)
 class SeriesElement:
     """A resistance plus a capacitor with its leak: Z(s) = resistance + elastance/(s + rate).
 
-    Parameters
-    ----------
-    resistance : float
-        ohm.
-    elastance : float
-        One over the capacitance [1/F]; 0 for none.
-    rate : float
-        One over leak resistance times capacitance [1/s]; 0 for a capacitor that does not leak.
-    charge : float
-        Net charge of the body at time 0 [C].
+    `resistance` [ohm]; `elastance`, one over the capacitance [1/F], 0 for none; `rate`, one over leak
+    resistance times capacitance [1/s], 0 for a capacitor that does not leak; net `charge` of the body at time
+    0 [C].
     """
 
     resistance: float = 0.0

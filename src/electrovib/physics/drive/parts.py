@@ -129,16 +129,10 @@ class Tones(_Gated):
 
 @dataclass(frozen=True)
 class Smooth(_Gated):
-    """A voltage given by a formula that is smooth while it is on.
+    """A voltage given by a formula that is smooth while it is on, between two times [s].
 
-    Parameters
-    ----------
-    formula, derivative : callable
-        Voltage [V] and its rate of change [V/s] at times [s].
-    start, stop : float
-        Times of switching on and off [s].
-    highest_frequency : float
-        Highest frequency of its oscillation [Hz], which a solver has to resolve.
+    `formula` and `derivative` give voltage [V] and its rate of change [V/s] at times [s]; `highest_frequency`
+    of its oscillation [Hz] has to be resolved by a solver.
     """
 
     formula: Callable[[Real], Real]
@@ -167,14 +161,7 @@ class Smooth(_Gated):
 class Chirped(Smooth):
     """A sine whose frequency changes linearly with time: amplitude times sin 2 pi (first t + sweep t^2/2).
 
-    Parameters
-    ----------
-    amplitude : float
-        Peak voltage [V].
-    first : float
-        Frequency at time 0 [Hz].
-    sweep : float
-        Rate of change of the frequency [Hz/s].
+    Peak `amplitude` [V], `first` frequency at time 0 [Hz], rate of change `sweep` of the frequency [Hz/s].
     """
 
     amplitude: float

@@ -28,13 +28,8 @@ _gauss = functools.cache(np.polynomial.legendre.leggauss)
 class GaussianGaps:
     """Gaussian distribution of gaps, whose part at or below 0 is in contact.
 
-    Parameters
-    ----------
-    mean : float
-        Mean of the Gaussian [m], 0 or more; above 0 it is near the mean gap of the whole contact.
-    rms : float
-        Standard deviation of the Gaussian [m], above 0.
-
+    `mean` of the Gaussian [m], 0 or more, which above 0 is near the mean gap of the whole contact, and its
+    standard deviation `rms` [m].
     """
 
     mean: float
@@ -80,14 +75,9 @@ class GaussianGaps:
 
 @dataclass(frozen=True)
 class Pull:
-    """Attraction per area of the whole contact, in two parts.
+    """Attraction per area of the whole contact [Pa], in two parts: that of the contact spots and that of the gaps.
 
-    Parameters
-    ----------
-    spots : float or ndarray
-        Contribution of the contact spots, over the whole area [Pa].
-    gaps : float or ndarray
-        Contribution of all other places, over the whole area [Pa].
+    Each is the contribution over the whole area.
     """
 
     spots: NDArray[np.float64]

@@ -94,26 +94,11 @@ class Dispersion:
 class Substance:
     """One material of the library.
 
-    Parameters
-    ----------
-    name : str
-        What a scenario writes: ``material = "silica"``.
-    aliases : tuple of str
-        Other names under which it is found.
-    meaning : str
-        What it is, in a few words.
-    kind : str
-        ``"glass"``, ``"oxide"``, ``"polymer film"``, ``"coating"`` or ``"ferroelectric polymer"``.
-    permittivity : tuple of SourcedValue
-        Relative permittivities; the first one is taken where there is no dispersion.
-    dispersion : Dispersion, optional
-        Model over frequency; one permittivity at all frequencies without it.
-    conductivity : SourcedValue, optional
-        Conductivity at zero frequency [S/m]; taken as 0 without it.
-    conductivity_bound : SourcedValue, optional
-        Where a source gives a lower bound of the resistivity alone: the upper bound of the conductivity [S/m].
-    strengths : tuple of BreakdownStrength
-        Breakdown strengths [V/m].
+    A scenario writes its `name`, ``material = "silica"``, and finds it under its `aliases` too. `kind` is
+    ``"glass"``, ``"oxide"``, ``"polymer film"``, ``"coating"`` or ``"ferroelectric polymer"``. The first
+    `permittivity` is taken at all frequencies where there is no `dispersion`; the `conductivity` at zero
+    frequency [S/m] is taken as 0 without a value. Where a source gives a lower bound of the resistivity
+    alone, `conductivity_bound` is the upper bound of the conductivity [S/m].
     """
 
     name: str
