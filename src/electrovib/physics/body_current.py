@@ -27,11 +27,16 @@ class CurrentThreshold:
     value : float
         Current [A].
     statistic : str
-        Statistic of the current that it is compared with: ``"peak"`` or ``"rms"``.
+        ``"peak"`` or ``"rms"``: the statistic of the current that it is compared with.
     of : str
-        ``"current"``, of the amplifier into plate, stray capacitance and finger, or ``"body_current"``, through the finger.
-    conditions, source, status : str
-        Conditions under which the source states it, the source, and how it was read.
+        Current that is compared: ``"current"``, of the amplifier into plate, stray capacitance and finger, or
+        ``"body_current"``, through the finger.
+    conditions : str
+        Conditions under which the source states it.
+    source : str
+        Publication.
+    status : str
+        How the source was read: ``"full text"``, ``"second-hand"`` or ``"unverified"``.
     """
 
     name: str

@@ -52,7 +52,7 @@ class ReturnPath(Model, family=True):
         """Return the impedance of the return path, without a second contact."""
 
     def second_contact(self, first_area: float) -> float:
-        """Return the area of the first contact over that of the second; 0 without a second contact.
+        """Return the area of the first contact over that of the second.
 
         Parameters
         ----------
@@ -62,7 +62,7 @@ class ReturnPath(Model, family=True):
         Returns
         -------
         area_ratio : float
-            Area of the first contact over that of the second, dimensionless.
+            Area of the first contact over that of the second, dimensionless; 0 without a second contact.
         """
         del first_area
         return 0.0

@@ -158,10 +158,22 @@ class MassSpringDamper(Finger):
         return self.damping / (2 * math.sqrt(self.stiffness * self.mass))
 
     def at_speed(self, speed: float) -> MassSpringDamper:
-        """Return the fingertip without `growth`, with the mass and stiffness of a sliding speed [m/s]; itself without growth.
+        """Return the fingertip with its mass and stiffness at a sliding speed.
 
-        The slopes were measured from 0.02 to 0.1 m/s. A speed at which mass or stiffness is not positive is
-        refused.
+        Parameters
+        ----------
+        speed : float
+            Sliding speed [m/s]; the slopes were measured from 0.02 to 0.1.
+
+        Returns
+        -------
+        MassSpringDamper
+            Fingertip without `growth` and with the mass and stiffness of that speed; itself if no growth is declared.
+
+        Raises
+        ------
+        InputError
+            If the mass or the stiffness is not positive at that speed.
         """
         if self.growth is None:
             return self
