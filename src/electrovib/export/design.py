@@ -50,7 +50,11 @@ def write_design(
     amplifier_present: bool = False,
     force: bool = False,
 ) -> list[str]:
-    """Write the result of a design."""
+    """Write the result of a design, and return what was written with its notes.
+
+    The suffix decides: ``.toml`` is the scenario with the result in it, ``.json`` all numbers, any other the
+    drive as a waveform, whose largest voltage and current have to be declared.
+    """
     place = Path(path)
     check_design_file(place, edge=edge, force=force)
     suffix = place.suffix.lower()

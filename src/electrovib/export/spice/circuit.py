@@ -23,22 +23,8 @@ if TYPE_CHECKING:
 class BuiltCircuit:
     """The circuit from the amplifier through finger and body to ground.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario of which the circuit is built.
-    start : Start
-        Initial voltages of the capacitors.
-    reductions : dict of str to Reduction
-        Polarisation of each layer as Debye terms.
-    slabs : dict of str to LayerElements
-        Layers of the first contact.
-    all_slabs : list of LayerElements
-        Layers of the first and of a second contact.
-    nodes : list of str
-        Nodes in the order of the circuit.
-    blocks : list of list of str
-        Elements of the netlist, grouped.
+    `slabs` are the layers of the first contact, `all_slabs` also those of a second one, `nodes` in the order
+    of the circuit, and `blocks` the elements of the netlist, grouped.
     """
 
     scenario: Scenario

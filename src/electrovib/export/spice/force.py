@@ -16,7 +16,12 @@ if TYPE_CHECKING:
 
 
 def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tuple[list[str], dict[str, str]]:
-    """Return the sources of a force law."""
+    """Return the sources of a force law, and the node of each of its linear quantities.
+
+    The voltage of node ``force`` is the attraction in newton. `second` is the area of the first contact over
+    that of a second one; 0 without one. A law that is no formula of voltages and currents of the circuit is
+    refused.
+    """
     amplitudes = _readings(law, section)
     names, nodes = Names(), {}
     lines = [

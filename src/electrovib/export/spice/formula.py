@@ -31,14 +31,8 @@ _MOST_FACTORS = 4
 class Formula:
     """A number that a behavioural source computes; arithmetic on it gives the formula of the result.
 
-    Parameters
-    ----------
-    text : str
-        Formula in the syntax of ngspice: a name, a call, or an expression in brackets.
-
-    Notes
-    -----
-    Elementary functions of numpy become those of ngspice. Comparisons and conversions to a number raise TypeError.
+    Its `text` is a name, a call, or an expression in brackets. Elementary functions of numpy become those of
+    ngspice; comparisons and conversions to a number raise TypeError.
     """
 
     def __init__(self, text: str) -> None:

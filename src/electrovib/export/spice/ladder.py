@@ -29,26 +29,10 @@ class Branch:
 
 @dataclass(frozen=True, kw_only=True)
 class LayerElements:
-    """A layer between two nodes of the circuit.
+    """A layer of one contact between two nodes of the circuit; its `path` is its name in the scenario.
 
-    Parameters
-    ----------
-    path : str
-        Name of the layer in the scenario.
-    name : str
-        Name of the layer in the circuit.
-    plate_side, finger_side : str
-        Nodes on both sides.
-    layer : Layer
-        Thickness, conduction and leak.
-    reduction : Reduction
-        Polarisation as Debye terms.
-    area : float
-        Area of this contact [m2].
-    field : float
-        Initial field in the capacitor above all relaxations [V/m].
-    relaxed : tuple of float
-        Initial fields in the capacitors of the relaxations, fastest last [V/m].
+    `field` is the initial field in the capacitor above all relaxations, `relaxed` those in the capacitors of
+    the relaxations, the fastest last [V/m].
     """
 
     path: str

@@ -15,14 +15,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class MeterReading:
-    """A sum of voltages and currents of the circuit, each with a factor.
+    """A sum of voltages and currents of the circuit in the syntax of ngspice, each with its weight.
 
-    Parameters
-    ----------
-    weights : mapping of str to float
-        Voltage or current, in the syntax of ngspice, to its factor.
-    transfer : Transfer or None
-        The same quantity in modes, where the initial state of the circuit needs it.
+    `transfer` is the same quantity in modes, where the initial state of the circuit needs it.
     """
 
     weights: Mapping[str, float]
@@ -67,12 +62,8 @@ class MeterReading:
 class FilterToBuild:
     """A filter that is added to the circuit when a reading is passed through it.
 
-    Parameters
-    ----------
-    transfer : Transfer
-        Transfer function with real poles and without a free part.
-    build : callable
-        Function that adds the filter of a transfer function after a reading and returns the reading of its output.
+    Its transfer function has real poles and no free part; `build` adds it after a reading and returns the
+    reading of its output.
     """
 
     transfer: Transfer

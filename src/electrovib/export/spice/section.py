@@ -45,16 +45,8 @@ class ReadLayer:
 class ReadSection:
     """The stack as readings of the circuit, to which the filters of a law are added.
 
-    Parameters
-    ----------
-    slabs : mapping of str to LayerElements
-        Layers of the first contact, from the plate to the finger.
-    start : Start
-        Initial voltages of the capacitors.
-    area : float
-        Area of the first contact [m2].
-    elements : list of str
-        Elements of the filters.
+    `slabs` are the layers of the first contact, from the plate to the finger, `area` is that of the first
+    contact, and `elements` are those of the filters.
     """
 
     slabs: dict[str, LayerElements]
@@ -106,8 +98,8 @@ class ReadSection:
     def interface_displacement(self) -> MeterReading:
         """Displacement at the interface of plate and finger, for a stack without a gap.
 
-        If the last layer of the plate does not conduct, it is the charge on that layer; else it is the
-        integral of the current, on a separate capacitor.
+        It is the charge on the last layer of the plate if that does not conduct, else the integral of the
+        current, on a separate capacitor.
         """
         last = beside_interface(self.roles, "plate")
         charged = any(slab.layer.initial_charge for slab in self.slabs.values())

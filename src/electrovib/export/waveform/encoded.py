@@ -14,12 +14,8 @@ if TYPE_CHECKING:
 class Scaling:
     """Relation of the voltage of the drive to what a file or an instrument holds.
 
-    Parameters
-    ----------
-    full_scale : float or None
-        Voltage of the drive at full scale of a format with a full scale [V]; its largest voltage if absent.
-    gain : float
-        Voltage of the drive over that of the instrument [1].
+    `full_scale` is the voltage of the drive at full scale [V], None for its largest voltage; `gain` the
+    voltage of the drive over that of the instrument.
     """
 
     full_scale: float | None = None
@@ -30,18 +26,8 @@ class Scaling:
 class Encoded:
     """Samples as a format can hold them.
 
-    Parameters
-    ----------
-    waveform : Waveform
-        What was sampled.
-    voltages : ndarray, shape (n,)
-        Voltages of the drive that the file represents, after rounding [V].
-    codes : ndarray, shape (n,), or None
-        Whole numbers in the file; None for a format of floating-point numbers.
-    full_scale : float or None
-        Voltage of the drive at full scale [V].
-    notes : tuple of str
-        How to play the file so that it gives these voltages.
+    `voltages` are those of the drive that the file represents after rounding [V], `codes` its whole numbers,
+    None for floating-point numbers; the `notes` state how to play the file so that it gives these voltages.
     """
 
     waveform: Waveform

@@ -64,9 +64,10 @@ def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
 
 
 def codes_of(voltages: Real, full: float) -> Real:
-    """Return the codes of voltages, without an offset: code 0 is 0 V whatever the amplitude.
+    """Return the codes of voltages, from -2047 to 2047; none is clipped.
 
-    `voltages` (n,) [V]; returns `codes` (n,).
+    There is no offset: code 0 is 0 V whatever the amplitude, and code 2047 the voltage `full` of the drive
+    [V].
     """
     codes: Real = np.rint(voltages / full * LARGEST_CODE)
     if not np.all(np.abs(codes) <= LARGEST_CODE):
