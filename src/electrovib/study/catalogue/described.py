@@ -25,7 +25,10 @@ NAMES = (
 
 
 def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:
-    """List what a paper offers by name."""
+    """Yield the kind of each thing that a paper offers by name, and ``author_year/name`` with a few words.
+
+    The kind is ``"run"``, ``"skin"``, ``"material"`` or ``"stack"``.
+    """
     for key, scenario in getattr(module, "scenarios", dict)().items():
         yield "run", f"electrovib run {name}/{key} ({scenario.title})"
     for key, skin in getattr(module, "skins", dict)().items():
@@ -79,7 +82,7 @@ def _source(model: type[Model], default: Any, needed: str) -> str:
 
 
 def values(module: ModuleType) -> Table | None:
-    """Return the values of a paper's ready-made scenarios, with the source of each value."""
+    """Return the values of a paper's ready-made scenarios with the source of each, or None without scenarios."""
     found: dict[tuple[str, str], list[str]] = {}
     for scenario in getattr(module, "scenarios", dict)().values():
         for path, value, quantity in scenario.parameters():
@@ -99,7 +102,11 @@ def _several(shown: list[str]) -> str:
 
 
 def claims(module: ModuleType) -> dict[str, str]:
-    """Read what a paper claims, and what it does not claim, from the docstring of its module."""
+    """Read what a paper claims, and what it does not claim, from the docstring of its module.
+
+    The keys are ``claims``, ``does not claim``, and ``here`` for what the docstring states after that about
+    the computation here; the first two are required of a paper.
+    """
     text = plain_text(inspect.getdoc(module) or "")
     found = re.search(r"Claims: (.*?)\s*Does not claim: (.*)", text)
     if not found:
@@ -110,7 +117,7 @@ def claims(module: ModuleType) -> dict[str, str]:
 
 
 def bibtex(module: ModuleType, name: str) -> str:
-    """Write a paper's citations as BibTeX entries."""
+    """Write a paper's citations as BibTeX entries, the first with the key `name`."""
     citations = getattr(module, "CITATIONS", ())
     if not citations:
         return bibtex_of(module.CITATION, name)

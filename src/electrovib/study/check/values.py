@@ -23,17 +23,10 @@ if TYPE_CHECKING:
 class CheckedValues:
     """Values of a run that limits are compared with.
 
-    Parameters
-    ----------
-    largest : dict of str to float
-        Value by the name of the limit that it is compared with, the largest absolute one at switch-on too; NaN where it is not
-        known, infinite where it has no bound.
-    rms : dict of str to float
-        Root-mean-square of ``voltage``, ``current`` and ``body_current`` over the run, NaN where it is not known.
-    breakdown : list of Diagnostic
-        Of each layer with a known strength, and of air.
-    end : float
-        Last time of the run [s].
+    `largest` has, by the name of the limit, the largest absolute value, at switch-on too: NaN where it is not
+    known, infinite where it has no bound. `rms` has ``voltage``, ``current`` and ``body_current``, NaN where
+    it is not known. `breakdown` is of each layer with a known strength and of air; `end` is the last time of
+    the run [s].
     """
 
     largest: dict[str, float]
@@ -43,7 +36,11 @@ class CheckedValues:
 
 
 def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedValues:
-    """Solve a scenario for the values that limits are compared with."""
+    """Solve a scenario for the values that limits are compared with.
+
+    They are those from time 0 to the last output time, or of one period of a periodic state. Without
+    `mean_squares`, which take most of the time, root mean squares are not known.
+    """
     expanded = Expanded(scenario, mechanics=False)
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None
