@@ -14,16 +14,8 @@ _ALWAYS: Final = ("scenario", "progress")
 class DesignForm:
     """One form of the question.
 
-    Parameters
-    ----------
-    name : str
-        What is sought, as it is named in messages.
-    needs : tuple of str
-        Arguments that have to be given; the first decides that this form is meant.
-    example : str
-        Arguments as typed in Python.
-    load : callable
-        Returns the function of the form, which takes the scenario and keyword arguments, and returns a `Designed`.
+    `name` is what is sought, as messages name it; of the arguments in `needs`, which have to be given, the
+    first decides that this form is meant; `load` returns its function of the scenario and keyword arguments.
     """
 
     name: str

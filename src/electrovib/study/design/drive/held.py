@@ -32,22 +32,11 @@ _PROBE: Final = 1e-9
 class HeldForce:
     """Largest constant force within limits, by a slow voltage and over the frequency of a carrier.
 
-    Parameters
-    ----------
-    duration : float
-        Time for which the slow voltage holds its force [s].
-    direct : float
-        Force that the slow voltage holds [N].
-    carriers : ndarray, shape (n,)
-        Frequencies of the carrier [Hz].
-    forces : dict of float to ndarray, shape (n,)
-        By the stray capacitance [F]: mean force of a carrier of the largest amplitude [N].
-    amplitudes : dict of float to ndarray, shape (n,)
-        By the stray capacitance [F]: that amplitude of the plate voltage [V].
-    limits : dict of str to float
-        Limits of voltage [V] and current [A].
-    title : str
-        Title of the scenario.
+    - `duration`, `direct`: time for which the slow voltage holds its force [s], and that force [N].
+    - `carriers`: frequencies of the carrier [Hz].
+    - `forces`, `amplitudes`: by the stray capacitance [F], mean force of a carrier of the largest amplitude
+      [N], and that amplitude of the plate voltage [V].
+    - `limits`: of voltage [V] and current [A]; `title`: of the scenario.
     """
 
     duration: float
@@ -70,7 +59,8 @@ def held_force(
 ) -> HeldForce:
     """Compute the largest constant force that a slow voltage and a carrier hold within declared limits.
 
-    `carriers` (n,) [Hz].
+    The largest voltage and the largest current have to be declared. The carriers are from 100 Hz to 100 kHz
+    by default, the stray capacitance [F] is that of the scenario.
     """
     found = read_scenario(scenario, changes=set)
     bounds = Bounds.of(found, limits)

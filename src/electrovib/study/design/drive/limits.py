@@ -22,14 +22,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bounds:
-    """The strictest declared limits of a design.
+    """The strictest declared limits of a design, those of an amplifier with limits among them.
 
-    Parameters
-    ----------
-    declared : dict of str to DeclaredLimit
-        By the name of the limit; those of an amplifier with limits are among them.
-    saturation : float or None
-        Largest voltage that the amplifier aims at [V].
+    `saturation` is the largest voltage that the amplifier aims at [V].
     """
 
     declared: dict[str, DeclaredLimit]
@@ -70,7 +65,11 @@ class Bounds:
         return self.saturation / abs(amplifier.gain)
 
     def overload(self, scenario: Scenario) -> dict[str, float]:
-        """Compare a drive with the limits, by the values that `electrovib.check` compares."""
+        """Return the largest value of a drive over each declared limit, as `electrovib.check` compares them.
+
+        For the energy it is the root, so that each is proportional to the drive; NaN where the value is not
+        known.
+        """
         values = _largest(scenario, rms=any(name.startswith("rms_") for name in self.declared))
         found = {}
         for name, limit in self.declared.items():

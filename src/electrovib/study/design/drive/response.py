@@ -25,20 +25,13 @@ _BESIDE: Final = 1e-3
 class SampleResponse:
     """Linear response to the samples of a drive in the window of the target, its ramps at both ends included.
 
-    Parameters
-    ----------
-    lead : int
-        Intervals of the ramps before and after the window.
-    spread : ndarray, shape (samples, unknowns)
-        All samples from those in the window.
-    knots, middles : ndarray, shape (intervals + 1, unknowns) and (intervals, unknowns)
-        Amplitude of the force law at the samples of the window, and between them, in its unit per volt.
-    currents : ndarray, shape (rows, unknowns)
-        Current of the amplifier on both sides of all samples [A/V].
-    body_currents : ndarray, shape (rows, unknowns)
-        The same through the finger [A/V].
-    per_square : float
-        Force over the squared amplitude, in N over the square of its unit.
+    - `lead`: intervals of the ramps before and after the window.
+    - `spread`, shape (samples, unknowns): all samples from those in the window.
+    - `knots`, `middles`, shapes (intervals + 1, unknowns) and (intervals, unknowns): amplitude of the force
+      law at the samples of the window and between them, in its unit per volt.
+    - `currents`, `body_currents`, shape (rows, unknowns): of the amplifier and through the finger on both
+      sides of all samples [A/V].
+    - `per_square`: force over the squared amplitude.
     """
 
     lead: int
@@ -51,7 +44,10 @@ class SampleResponse:
 
 
 def sample_response(played: Played, count: int, lead: int) -> SampleResponse:
-    """Return the linear response to the samples in a window, from the response to one hat."""
+    """Return the linear response to the samples in a window of `count` intervals, from the response to one hat.
+
+    A force law with more than one amplitude is refused.
+    """
     total = count + 2 * lead
     hat = np.zeros(total + 1)
     hat[1] = 1.0
@@ -96,9 +92,9 @@ def _on_both_sides(row: Real, at: Indices, total: int) -> Real:
 
 
 def _shifted(row: Real, total: int) -> Real:
-    """Return the matrix from samples to a response, whose column i is the response to a hat at sample i.
+    """Return the matrix (n, total + 1) from samples to a response, whose column i is the response to a hat at sample i.
 
-    `row` (n,); returns `matrix` (n, total + 1).
+    `row` (n,) is that to the hat at sample 1; the column of sample 0, which is 0 V, is 0.
     """
     from scipy.linalg import toeplitz
 
@@ -120,11 +116,10 @@ def _spread(count: int, lead: int) -> Real:
 
 
 def inverse_of(response: SampleResponse) -> Real:
-    """Return the regularised inverse of a response, from the amplitude at the samples to their voltages.
+    """Return the regularised inverse (unknowns, intervals + 1) of a response, from amplitudes at the samples to voltages.
 
-    Returns `inverse` (unknowns, intervals + 1).
-
-    The amplitude between two samples is to be the mean of both, so that no oscillation between samples is free.
+    The amplitude between two samples is to be the mean of both, so that no oscillation between samples is
+    free.
     """
     from scipy.linalg import cho_factor, cho_solve
 

@@ -30,14 +30,10 @@ _PRECISION: Final = 1e-10
 class Trade:
     """A force that is quadratic in a factor of each sample, with limits that are linear in it.
 
-    Parameters
-    ----------
-    knots, middles : ndarray, shape (intervals + 1, samples) and (intervals, samples)
-        Root of the force at the samples and between them, from the factors [N^(1/2)].
-    wanted : ndarray, shape (intervals,)
-        Mean force over each interval [N].
-    bounded : ndarray, shape (rows, samples)
-        Quantities over their limits [1], from the factors: between -1 and 1.
+    - `knots`, `middles`, shapes (intervals + 1, samples) and (intervals, samples): root of the force at the
+      samples and between them, from the factors [N^(1/2)].
+    - `wanted`, shape (intervals,): mean force over each interval [N].
+    - `bounded`, shape (rows, samples): quantities over their limits from the factors, between -1 and 1.
     """
 
     knots: Real
@@ -67,10 +63,7 @@ class Trade:
         return np.asarray(2 * ((ends * at) @ self.knots + (4 * off * between) @ self.middles))
 
     def reduced(self, spread: Real) -> Trade:
-        """Return the same for fewer unknowns, of which the factors are linear functions.
-
-        `spread` (samples, unknowns).
-        """
+        """Return the same for fewer unknowns, from which `spread` (samples, unknowns) gives the factors."""
         return Trade(
             knots=self.knots @ spread,
             middles=self.middles @ spread,
@@ -81,16 +74,10 @@ class Trade:
 
 @dataclass(frozen=True, kw_only=True)
 class BestFactor:
-    """Factor with the smallest misfit that several searches have found.
+    """Factor of the amplitude at each sample, 0 or more, with the smallest misfit that several searches have found.
 
-    Parameters
-    ----------
-    factor : ndarray, shape (samples,)
-        Amplitude over that of the target [1], 0 or more.
-    searches : int
-        Searches from different starts, over at most 16 values of the factor.
-    agreeing : int
-        How many of them ended within 1 % of the smallest root mean square of the departure among them.
+    `searches` began at different starts, over at most 16 values of the factor; `agreeing` of them ended
+    within 1 % of the smallest root mean square of the departure.
     """
 
     factor: Real
@@ -101,13 +88,13 @@ class BestFactor:
 def best_factor(trade: Trade, scale: float) -> BestFactor:
     """Return the factor of the amplitude at each sample that follows the target best within the limits.
 
-    The misfit has local minima: parts of the target compete for the same charge and voltage. Sequential
-    quadratic programming (SLSQP of SciPy) over straight lines between at most 16 values of the factor
-    therefore begins at several points, the same at each call: the scaled target, factors that are held from
-    the beginning as long as the limits allow, in one quarter of the time or to the end, and 5 points that
-    fill the range evenly. With more samples the search is repeated over at most 80 values, from the first
-    three of these starts and from the best result for few values. Results are scaled back by their rounding
-    beyond the limits.
+    `scale` is the multiple of the target that is within the limits, below 1. The misfit has local minima:
+    parts of the target compete for the same charge and voltage. Sequential quadratic programming over
+    straight lines between at most 16 values of the factor therefore begins at several points, the same at
+    each call: the scaled target, factors that are held from the beginning as long as the limits allow, in one
+    quarter of the time or to the end, and 5 points that fill the range evenly. With more samples the search
+    is repeated over at most 80 values, from the first three of these starts and from the best result for few
+    values. Results are scaled back by their rounding beyond the limits.
     """
     size = trade.knots.shape[1]
     few = trade.reduced(spread := _spread(size, min(size, _FEW_UNKNOWNS)))

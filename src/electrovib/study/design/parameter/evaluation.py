@@ -27,17 +27,7 @@ _MORE: Final = 5.0
 
 
 class Evaluation:
-    """The wanted quantity as a function of some parameters.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the values that stay fixed.
-    wanted : Wanted
-        The quantity.
-    free : tuple of str
-        Dotted paths of the parameters.
-    """
+    """The wanted quantity as a function of the parameters at the dotted paths `free`; all others keep their values."""
 
     def __init__(self, scenario: Scenario, wanted: Wanted, free: tuple[str, ...]) -> None:
         self.wanted = wanted
@@ -47,7 +37,10 @@ class Evaluation:
         self.most = min(allowed().time, max(_LEAST, _MORE * estimate(scenario)))
 
     def __call__(self, values: Mapping[str, float]) -> float:
-        """Compute the quantity."""
+        """Compute the quantity for values in SI by path; NaN where it is not known.
+
+        Paths that are absent keep the value of the scenario.
+        """
         point = {path: float(value) for path, value in values.items()}
         with budget(time=self.most):
             if self.wanted.is_felt:

@@ -35,16 +35,8 @@ _Point: TypeAlias = tuple[float, float]
 class Root:
     """A value of the variable at which the function has the wanted value.
 
-    Parameters
-    ----------
-    value : float
-        Of the variable, in its unit.
-    reached : float
-        Of the function, in its unit.
-    until : float or None
-        Other end of an interval in which the function has the wanted value throughout.
-    is_extreme : bool
-        Whether the function reaches the wanted value without crossing it.
+    `until` is the other end of an interval in which it has this value throughout; `is_extreme` means that it
+    does not cross it.
     """
 
     value: float
@@ -54,7 +46,11 @@ class Root:
 
 
 def solutions(function: Function, target: float) -> tuple[list[Root], list[float], int]:
-    """Find all values at which a function has a wanted value, between the values at which it is known."""
+    """Find all values at which a function has a wanted value, between the values at which it is known.
+
+    Returned are the roots in increasing order, the values at which the function passes the wanted value
+    discontinuously, and how often it passes beyond the first `MOST_SOLUTIONS` times.
+    """
     points = function.known
     met = _met(points, target)
     found = _exact(function, points, met, target)
@@ -72,7 +68,10 @@ def solutions(function: Function, target: float) -> tuple[list[Root], list[float
 
 
 def look_between(function: Function, target: float, *, most_added: int) -> bool:
-    """Halve the distances of the values among many crossings until no further crossing appears."""
+    """Halve the distances of the values among many crossings until no further crossing appears.
+
+    Returned is whether their number has settled; it has where there are fewer than `MANY`.
+    """
     added, quiet = 0, 0
     counted = _count(function, target)
     while counted >= MANY and quiet < QUIET:

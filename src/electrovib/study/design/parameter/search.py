@@ -27,18 +27,9 @@ class CannotBeComputedError(Exception):
 
 @dataclass
 class Function:
-    """A function of one variable that remembers its values and where it has none.
+    """A function of one variable that remembers its values, NaN where it has none, and there the reason in `refused`.
 
-    Parameters
-    ----------
-    compute : callable
-        Function of the variable.
-    values : dict of float to float
-        Computed values; NaN where there is none.
-    refused : dict of float to str
-        Reason where it has none.
-    coarse : set of float
-        Values of the variable at which it was computed before any refinement.
+    `coarse` has the values of the variable at which it was computed before any refinement.
     """
 
     compute: Callable[[float], float]
@@ -92,7 +83,7 @@ def explore(function: Function, values: Iterable[float], *, most_added: int = MO
 
 
 def middle(first: float, second: float) -> float:
-    """Return the middle of two values in their natural coordinate."""
+    """Return the geometric mean of two values of the same sign, else the arithmetic one."""
     if coordinate(first, second):
         return math.copysign(math.sqrt(abs(first)) * math.sqrt(abs(second)), first)
     return 0.5 * (first + second)
@@ -113,8 +104,7 @@ def _is_bent(before: tuple[float, float], here: tuple[float, float], after: tupl
 def sharpen_extremes(function: Function, target: float) -> None:
     """Refine the extremes of a function that can decide whether the wanted value is reached.
 
-    Those between which the function could reach the wanted value, and the largest and the smallest value of
-    all.
+    They are those between which the function could reach it, and the largest and the smallest value of all.
     """
     points = function.known
     values = [value for _, value in points]
@@ -156,7 +146,11 @@ def _extreme(function: Function, low: float, high: float, side: int) -> None:
 
 
 def coordinates(low: float, high: float) -> tuple[Callable[[float], float], tuple[float, float]]:
-    """Return the natural coordinate between two values: the logarithm where both have the same sign."""
+    """Return the natural coordinate between two values: the logarithm where both have the same sign.
+
+    The inverse, which at the ends gives exactly the given values, comes first; then the coordinates of both,
+    the smaller first.
+    """
     if not coordinate(low, high):
         return (lambda u: u), (low, high)
     sign = math.copysign(1.0, low)

@@ -41,16 +41,8 @@ _NO_INPUTS: Final = ("time", "frequency", "limits")
 class Influence:
     """How the value of the free parameter follows another parameter at the constant wanted quantity.
 
-    Parameters
-    ----------
-    path : str
-        Dotted path of the other parameter.
-    at : float
-        Its value, in its unit.
-    unit : str
-        Its SI unit.
-    elasticity : float
-        Relative change of the free parameter over that of the other one [1].
+    `at` is the value of the other parameter in its `unit`; `elasticity` is the relative change of the free
+    parameter over that of the other one.
     """
 
     path: str
@@ -63,18 +55,10 @@ class Influence:
 class NeededValues:
     """Distribution of the value that is needed, over draws from a space.
 
-    Parameters
-    ----------
-    title : str
-        Of the space.
-    values : ndarray, shape (n,)
-        Value of the free parameter for each draw, in its SI unit; NaN where a draw has none in the range.
-    seed : int
-        Seed of the draws.
-    is_linear : bool
-        Whether the values were propagated linearly from the medians of the space.
-    remarks : tuple of str
-        About the space: what is unverified, and what was not drawn.
+    - `values`: of the free parameter for each draw; NaN where a draw has none in the range.
+    - `is_linear`: whether they were propagated linearly from the medians of the space.
+    - `title`, `seed`: of the space and of the draws; `remarks`: what of the space is unverified, and what was
+      not drawn.
     """
 
     title: str
@@ -125,9 +109,10 @@ def inputs_of(scenario: Scenario, free: str) -> tuple[str, ...]:
 def influences(
     evaluation: Evaluation, at: Mapping[str, float], paths: tuple[str, ...]
 ) -> tuple[Influence, ...]:
-    """Compute by the implicit function theorem how the free parameter follows others.
+    """Compute by the implicit function theorem how the free parameter follows others, the largest first.
 
-    With the quantity q(x, p), d ln x / d ln p = -(dq / d ln p) / (dq / d ln x), by central differences.
+    With the quantity q(x, p), d ln x / d ln p = -(dq / d ln p) / (dq / d ln x), by central differences; empty
+    where the derivative by the free parameter x is 0 or not known.
     """
     free = evaluation.wanted.free
     own = slope(evaluation, at, free)
@@ -166,7 +151,11 @@ def propagated(
     linear: bool,
     progress: Callable[[int, int], None] | None = None,
 ) -> NeededValues:
-    """Compute the distribution of the value that is needed."""
+    """Compute the distribution of the value that is needed, one value for each draw.
+
+    `start` is the value found for the scenario as it is, not 0. With `linear` the logarithm of the value is
+    taken as linear in those of the parameters, from their medians, whose own value has to lie in the range.
+    """
     paths = tuple(path for path in space.paths if path != wanted.free)
     remarks = list(space.remarks)
     if len(paths) < len(space.paths):

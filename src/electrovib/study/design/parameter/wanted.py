@@ -29,32 +29,13 @@ _EXAMPLE = "'mean electrostatic_force = 50 mN'"
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """A quantity, the value that it should have, and the parameter that is free.
+    """A quantity with its wanted value, and the parameter that is free, each in its SI unit.
 
-    Parameters
-    ----------
-    name : str
-        Name of the quantity.
-    meaning : str
-        Its meaning in words.
-    unit : str
-        Its SI unit.
-    value : float
-        Wanted value, in that unit.
-    is_felt : bool
-        Whether it is a quantity of perception.
-    at : float or None
-        Time of a signal that is wanted at one time [s]; None of a statistic over time.
-    free : str
-        Dotted path of the free parameter.
-    declared : Quantity
-        Declaration of the free parameter.
-    begin : float
-        Its value in the scenario, in its SI unit.
-    low, high : float
-        Range in which it is sought, in its SI unit.
-    is_narrowed : bool
-        Whether that range was given, and is not the declared one.
+    - `name`, `meaning`, `unit`, `value`: of the quantity; `is_felt`: whether it is one of perception.
+    - `at`: time of a signal that is wanted at one time [s]; None of a statistic over time.
+    - `free`, `declared`: dotted path of the free parameter, and its declaration.
+    - `begin`, `low`, `high`: its value in the scenario, and the range in which it is sought.
+    - `is_narrowed`: whether that range was given, and is not the declared one.
     """
 
     name: str
@@ -88,7 +69,12 @@ class Wanted:
 def read_wanted(
     scenario: Scenario, *, want: WantSource, free: str, between: BetweenSource | None = None
 ) -> Wanted:
-    """Read what is wanted of which parameter."""
+    """Read what is wanted of which parameter, and report every mistake at once.
+
+    `want` is ``"mean electrostatic_force = 50 mN"``, or the name and the value in SI or as text; the name is
+    that of a quantity of a sweep, or of a signal at one time, ``"electrostatic_force at 20 ms"``. `between`
+    is ``"10 V:400 V"`` or both ends.
+    """
     problems: list[str] = []
     name, meaning, unit, value, is_felt, at = "", "", "1", math.nan, False, None
     with gathered(problems):
