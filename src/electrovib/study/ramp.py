@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 def ramped(waveform: Waveform, ramp: float) -> Waveform:
     """Multiply a waveform by an envelope that rises linearly from 0 to 1 and falls back to 0 at its end.
 
-    With samples s and envelope e, the straight line between two products departs from the product of two
-    straight lines by at most |ds de|/4; a held product departs from s e(t) by at most |s de|. Either is added
-    to the error of the samples.
+    Either ramp is rounded to whole samples, one at least. With samples s and envelope e, the straight line
+    between two products departs from the product of two straight lines by at most |ds de|/4; a held product
+    departs from s e(t) by at most |s de|. Either is added to the error of the samples.
     """
     last = len(waveform.times) - 1
     if not (math.isfinite(ramp) and ramp > 0):
@@ -37,9 +37,6 @@ def ramped(waveform: Waveform, ramp: float) -> Waveform:
 
 
 def envelope_of(last: int, count: int) -> Real:
-    """Return the envelope of a waveform.
-
-    Returns `envelope` (last + 1,).
-    """
+    """Return the envelope (last + 1,) of a waveform from 0 to 1, with `count` intervals of either ramp."""
     places = np.arange(last + 1)
     return np.minimum(1.0, np.minimum(places, last - places) / count)

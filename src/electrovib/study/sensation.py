@@ -21,16 +21,10 @@ THRESHOLD, COMPLIANCE = "perception.threshold", "perception.compliance"
 
 @dataclass(frozen=True, kw_only=True)
 class Sensation:
-    """Level above the detection threshold, with everything that is not known of it.
+    """Lowest and highest level above the detection threshold [dB] of the channel that is excited most.
 
-    Parameters
-    ----------
-    channel : str
-        Channel that is excited most.
-    low, high : float
-        Lowest and highest level above the threshold [dB].
-    left : dict of str to float
-        For each assumed one of `THRESHOLD` and `COMPLIANCE`: half the range that would remain if it were measured [dB].
+    `left` has, for each assumed one of `THRESHOLD` and `COMPLIANCE`, half the range that would remain if it
+    were measured [dB].
     """
 
     channel: str
@@ -40,7 +34,11 @@ class Sensation:
 
 
 def thresholds_of(person: Perception) -> list[tuple[Channel, float, float]]:
-    """Return each channel with the lowest and highest amplitude at weight 1 that is just felt [dB re 1 m]."""
+    """Return each channel with the lowest and highest amplitude at weight 1 that is just felt [dB re 1 m].
+
+    The person's own threshold, with its uncertainty, holds for all channels; without it those that have been
+    published hold, and a channel without one is absent.
+    """
     if person.threshold is not None:
         level, doubt = float(decibels(person.threshold)), person.threshold_uncertainty or 0.0
         return [(channel, level - doubt, level + doubt) for channel in person.channels]
@@ -60,7 +58,10 @@ def skins_of(found: Lines, given: Any) -> list[Any]:
 
 
 def sensation_of(found: Lines, person: Perception, given: Any) -> Sensation | None:
-    """Compare a spectrum with the detection threshold."""
+    """Compare a spectrum of force or displacement with the detection threshold; None where nothing moves, or none is known.
+
+    `given` are the mechanics of the skin, an object with a compliance.
+    """
     known = thresholds_of(person)
     skins = skins_of(found, given)
     levels = np.array([[_level(found, channel, skin) for channel, *_ in known] for skin in skins])
@@ -90,7 +91,7 @@ def _level(found: Lines, channel: Channel, skin: Any) -> float:
 def just_felt(found: Lines, person: Perception, given: Any, frequency: Real) -> tuple[Real, Real]:
     """Compute the lowest and highest amplitude of a single sine that is just felt, over frequency.
 
-    `frequency` (n,); returns `low`, `high` (n,) [N or m].
+    In newton or metre, as the spectrum has it; infinite where no channel is sensitive.
     """
     known = thresholds_of(person)
     given_skins = [

@@ -17,11 +17,9 @@ BINS: Final = 2_000
 def envelope(
     x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Keep the lowest and the highest point of each stretch of a long record.
+    """Keep the lowest and the highest point of each stretch of a long record, and its first and last point.
 
-    `x`, `y` (n,); returns `x`, `y` (n,).
-
-    A stretch without any number stays a gap. First and last point are kept.
+    A stretch without any number stays a gap; a record of at most `LONG` points comes back whole.
     """
     if len(y) <= LONG:
         return x, y

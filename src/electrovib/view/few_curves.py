@@ -19,7 +19,11 @@ _SAME, _SAME_OVER_DECADES = 0.02, 0.1
 
 
 def few_curves(panel: Panel) -> tuple[Panel, ...]:
-    """Split a panel into panels of at most five curves."""
+    """Split a panel into panels of at most five curves, each of which begins with the first curve as a reference.
+
+    Curves that differ nowhere by more than 2 %, or 10 % on a logarithmic axis, are drawn as one with all
+    their names.
+    """
     same = _SAME_OVER_DECADES if panel.log_y else _SAME
     groups = _groups([curve for curve in panel.curves if curve.kind != "points"], same)
     points = [curve for curve in panel.curves if curve.kind == "points"]

@@ -25,7 +25,11 @@ def page(
     judged_note: str = "",
     **content: Any,
 ) -> str:
-    """Fill a template."""
+    """Fill a template; its texts are escaped, figures from `markup` are not.
+
+    `judged` has the diagnostics of what the numbers of the page were computed from, by a label where it is
+    several; it is empty where no number was computed from a scenario.
+    """
     told = {label: found for label, found in judged.items() if found}
     mark = unsigned(Form.PAGE)
     return filled(template, mark=mark, judged=told, judged_note=judged_note, **content)

@@ -26,15 +26,10 @@ SAME: Final = 1e-9
 class Gain:
     """What is reached with one limit relaxed and all others kept.
 
-    Parameters
-    ----------
-    limits : tuple of str
-        Quantities whose limits are relaxed; one, unless no single one gains anything.
-    relaxed : PlateCandidate or None
-        Best candidate with the limit `RELAXED` times as large; None if no candidate is better than the best one, or
-        if there are several limits.
-    without : PlateCandidate
-        Best candidate without the limit.
+    - `limits`: quantities whose limits are relaxed; one, unless no single one gains anything.
+    - `relaxed`: best candidate with the limit `RELAXED` times as large; None if no candidate is better than
+      the best one, or if there are several limits.
+    - `without`: best candidate without the limit.
     """
 
     limits: tuple[str, ...]
@@ -49,7 +44,11 @@ def best_of(
     relaxed: Collection[str] = (),
     factor: float = math.inf,
 ) -> PlateCandidate | None:
-    """Find the candidate that is best in the first objective; of equal ones, in the next."""
+    """Find the candidate that is best in the first objective; of equal ones, in the next.
+
+    None if none within the limits, of which the relaxed ones are multiplied by `factor`, has a known first
+    objective.
+    """
     name = objectives[0].name
     left = [
         each
@@ -75,7 +74,11 @@ def is_better(one: PlateCandidate, other: PlateCandidate, objective: Objective) 
 def gains_of(
     best: PlateCandidate, candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]
 ) -> list[Gain]:
-    """Find the limits that bind: those without which a candidate would be better than the best one."""
+    """Find the limits that bind: those without which a candidate would be better in the first objective than the best one.
+
+    The largest gain comes first. Where no single limit gains anything, the limits that the best of all
+    candidates exceeds together are returned.
+    """
     found = []
     singles = {each.forbidden_by[0]: None for each in candidates if len(each.forbidden_by) == 1}
     for name in singles:
@@ -96,7 +99,7 @@ def gains_of(
 
 
 def efficient(candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]) -> list[PlateCandidate]:
-    """Return the Pareto set of the candidates within all limits, in the order of the first objective."""
+    """Return the Pareto set of the candidates within all limits, from the best to the worst in the first objective."""
     allowed = [each for each in candidates if each.is_allowed]
     if not allowed:
         return []

@@ -49,7 +49,10 @@ def find_plate(
     refine: int = ROUNDS,
     progress: Callable[[int, int], None] | None = None,
 ) -> PlateDesign:
-    """Compare every combination of materials and parameters with all limits, and find the Pareto set."""
+    """Compare every combination of materials and parameters with all limits, and find the Pareto set.
+
+    The arguments are those of `electrovib.design_plate`.
+    """
     given = read_scenario(scenario, changes=set)
     problems: list[str | Problem] = []
     axes: dict[str, Any] = {}

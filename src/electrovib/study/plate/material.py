@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def layer_of(scenario: Scenario, layer: str) -> str:
-    """Find the layer whose material is varied."""
+    """Find the layer whose material is varied: the only one of the plate if no name is given."""
     known = scenario.stack.layers
     plate = [name for name, role in scenario.stack.roles.items() if role == "plate"]
     if layer and layer not in known:
@@ -28,7 +28,11 @@ def layer_of(scenario: Scenario, layer: str) -> str:
 
 
 def members_of(scenario: Scenario, layer: str, materials: Sequence[str]) -> dict[str, Scenario]:
-    """Return the scenario with each material in a layer."""
+    """Return the scenario with each material in a layer.
+
+    A material is one of the library, or ``author_year/name`` of a paper. A breakdown field that the layer
+    declares belongs to its own material and is omitted.
+    """
     problems: list[str | Problem] = []
     found: dict[str, Scenario] = {}
     for text in materials:

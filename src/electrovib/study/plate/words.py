@@ -47,7 +47,11 @@ def place_of(design: PlateDesign, candidate: PlateCandidate) -> str:
 
 
 def answer(design: PlateDesign) -> str:
-    """Return the sentences with which a result begins."""
+    """Return the sentences with which a result begins.
+
+    They name the best candidate, the binding limit, what relaxing it gains, counts, and the doubts on which
+    the result rests.
+    """
     best, first = design.best, design.objectives[0]
     if best is None:
         return _none(design)
@@ -180,7 +184,7 @@ def _doubts(best: PlateCandidate) -> list[str]:
 
 
 def tables(design: PlateDesign) -> tuple[Table, ...]:
-    """Lay a result out as tables."""
+    """Lay a result out: limits at the best candidate, the Pareto set, and how many candidates each limit forbids."""
     found = []
     if design.best is not None:
         found.append(_limits_table(design, design.best))

@@ -17,16 +17,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Asked:
-    """Quantities of each case.
+    """Quantities of each case, those of the solution and those of perception.
 
-    Parameters
-    ----------
-    solved : tuple of Named
-        Quantities of the solution.
-    felt : tuple of str
-        Quantities of perception.
-    units : dict of str to (str, str)
-        Unit and meaning of every quantity, in the given order.
+    `units` has unit and meaning of every quantity, in the given order.
     """
 
     solved: tuple[Named, ...]

@@ -23,7 +23,11 @@ _FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1
 
 
 def parse_over(scenario: Scenario, texts: Sequence[str]) -> dict[str, Real]:
-    """Read the option ``--over``."""
+    """Read the option ``--over`` as values in SI by dotted path.
+
+    ``path=from:to:n`` gives evenly spaced values, ``path=from:to:nlog`` evenly spaced ones in the logarithm;
+    with units.
+    """
     found: dict[str, Real] = {}
     problems: list[str] = []
     for text in texts:

@@ -92,16 +92,8 @@ def sweep(
 class Cases:
     """Cases of a sweep, each with its own diagnostics.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Swept scenario.
-    axes : dict of str to ndarray
-        Dotted path to values in SI.
-    asked : Asked
-        Quantities of each case.
-    cases : list of Case
-        Every combination, the last path running fastest.
+    `axes` has the values in SI by dotted path; of the `cases`, one for every combination, the last path runs
+    fastest.
     """
 
     scenario: Scenario
@@ -118,7 +110,7 @@ def sweep_cases(
     records: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Cases:
-    """Solve a scenario at every combination of the values of some parameters, and return each case with its diagnostics."""
+    """Solve the cases of `sweep`, and return each with its diagnostics."""
     scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
     named, _ = with_current_names(scenario, over)

@@ -32,20 +32,13 @@ _TIMES: Final = 73
 class RenderingHardware:
     """Force of the rendered voltage, and what the declared limits allow of it.
 
-    Parameters
-    ----------
-    force_gain : float
-        Mean force over the squared amplitude of the carrier; without a carrier the force over the squared voltage [N/V^2].
-    carrier : float
-        Frequency of the carrier [Hz]; 0 without one.
-    ramp : float
-        Duration of a ramp between the largest amplitude and 0 V [s].
-    largest_amplitude : float
-        Of the drive [V].
-    largest_slope : float
-        Largest rate of change of the drive for which slew rate and currents stay within their limits [V/s].
-    bound : str
-        Limit that determines the largest amplitude, in words.
+    - `force_gain`: mean force over the squared amplitude of the carrier; without a carrier the force over the
+      squared voltage [N/V^2].
+    - `carrier`: its frequency; 0 without one.
+    - `ramp`: duration of a ramp between the largest amplitude and 0 V.
+    - `largest_slope`: rate of change of the drive up to which slew rate and currents stay within their limits
+      [V/s].
+    - `bound`: limit that determines the largest amplitude, in words.
     """
 
     force_gain: float
@@ -65,18 +58,11 @@ class RenderingHardware:
 class CurrentBound:
     """Bound of the current of a linear stack from the slope and the size of the voltage.
 
-    Parameters
-    ----------
-    charges : ndarray, shape (n,)
-        Charge per volt that has flowed a time t after a step [F], for each of n times.
-    rates : ndarray, shape (n,)
-        Upper bound of the current per volt at that time after a step [S].
-
-    Notes
-    -----
-    The current of a passive stack of resistances and capacitances after a step is positive and falls. For a voltage that is
-    0 before time 0, with slopes up to S and sizes up to V, the last t seconds contribute at most S q(t), and everything
-    before them at most 2 V i(t), for every t: |i| <= min over t of S q(t) + 2 V i(t).
+    `charges` are those per volt that have flowed at several times t after a step [F], `rates` upper bounds of
+    the current per volt then [S]. The current of a passive stack of resistances and capacitances after a step
+    is positive and falls. For a voltage that is 0 before time 0, with slopes up to S and sizes up to V, the
+    last t seconds contribute at most S q(t), and everything before them at most 2 V i(t), for every t: |i| <=
+    min over t of S q(t) + 2 V i(t).
     """
 
     charges: Real
@@ -91,15 +77,18 @@ class CurrentBound:
         return float(np.min(slope * self.charges + 2 * voltage * self.rates))
 
     def slope(self, current: float, voltage: float) -> float:
-        """Return the largest slope for which the current stays within a limit."""
+        """Return the largest slope for which the current stays within a limit.
+
+        It is 0 or less if the voltage alone can exceed the limit.
+        """
         return float(np.max((current - 2 * voltage * self.rates) / self.charges))
 
 
 def current_bound(scenario: Scenario) -> CurrentBound:
     """Return the bound of the current into the contact, from the response to a voltage that rises linearly.
 
-    The current under v = s t is s q(t) with the charge q(t) that a step of 1 V has moved. Because i falls,
-    i(t) is at most (q(t) - q(t'))/(t - t') for every earlier t'.
+    Stray capacitance is not in it. The current under v = s t is s q(t) with the charge q(t) that a step of 1
+    V has moved. Because i falls, i(t) is at most (q(t) - q(t'))/(t - t') for every earlier t'.
     """
     times = np.concatenate([[0.0], np.geomspace(_SHORTEST, _LONGEST, _TIMES)])
     ramp = sampled(np.array([0.0, _LONGEST]), np.array([0.0, 1.0]))
@@ -119,7 +108,11 @@ def hardware(
     frequency: float,
     ramp: float,
 ) -> RenderingHardware:
-    """Return the largest amplitude and slope that the limits allow, and the gain of the force."""
+    """Return the largest amplitude and slope that the limits allow, and the gain of the force.
+
+    `carrier` is 0 without one, and the force is then taken at `frequency`. The largest amplitude leaves the
+    current of one ramp to 0 V.
+    """
     if scenario.drive.quantity != "voltage":
         raise InputError("prescribes a current, and a texture is rendered by a voltage", path="drive")
     found = carrier_gain(scenario, [carrier or frequency])

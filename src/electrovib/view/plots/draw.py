@@ -50,7 +50,7 @@ def finish(
     drawn: Sequence[Line] = (),
     note: str = "",
 ) -> None:
-    """Label the axes in words and units, and explain the lines."""
+    """Label the axes in words and units, and explain the lines; the vertical axis counts from `base`."""
     label_axis(ax.xaxis, *x)
     label_axis(ax.yaxis, *y, base=base)
     if not np.all(np.isfinite(ax.dataLim.intervaly)):

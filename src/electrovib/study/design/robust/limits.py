@@ -56,10 +56,10 @@ class MemberLimits:
         return checked(member, limits=self._limits)
 
     def best_within(self, covered: Covered, failing: float) -> float | None:
-        """Return the value with the largest share of the draws among those that exceed no limit; None if all that were tried do.
+        """Return the value with the largest share of the draws among those that exceed no limit.
 
         On either side of the failing value the first value of a grid that is allowed is sought, and the limit
-        between it and the next one is bracketed.
+        between it and the next one is bracketed; None if every value that was tried exceeds a limit.
         """
         wanted = self._fingers.wanted
         values = first_values(wanted.low, wanted.high, wanted.begin)
