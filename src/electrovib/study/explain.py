@@ -22,11 +22,7 @@ def static_permittivity(scenario: Scenario, name: str) -> float:
 
 
 def explain(scenario: Scenario, *, ratio: float) -> str:
-    """Explain a static force by evaluation surface, permittivity and gap, without a full stop.
-
-    `ratio` is the static force over that of the Maxwell stress in the gap; the text states where the known
-    reasons do not give it.
-    """
+    """Explain by surface, permittivity and gap a static force that is `ratio` times the Maxwell stress in the gap."""
     expected, words = _reason(scenario)
     if expected is None:
         said = f"{words}: {ratio:.4g} of the Maxwell stress in the gap here"
@@ -119,11 +115,7 @@ def _odd(leak: Conduction) -> bool:
 
 
 def in_time(scenario: Scenario, *, early: float, late: float) -> str:
-    """Explain how the force changes while the voltage is held, and which layer causes it.
-
-    The text begins with a verb and has no full stop; `early` and `late` are the attraction just after a step
-    and 50 ms later [N].
-    """
+    """Explain how the force changes from just after a step to 50 ms later, and which layer causes it."""
     if early <= 0:
         return "starts at 0 N"
     names, change = conducting(scenario), late / early

@@ -173,10 +173,7 @@ def _late(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
 
 
 def measured_lines(trace: xarray.Dataset, *, window: float) -> tuple[Lines, ...]:
-    """Compute the spectrum of each window of a measured displacement, friction force or attraction.
-
-    The windows overlap by half [s]; a shorter record is one window.
-    """
+    """Compute the spectrum of each window of a measured Trace; the windows overlap by half."""
     name = next((name for name in SIGNALS if name in trace), None)
     if name is None:
         raise InputError(f"this Trace has no signal to feel: it needs one of {', '.join(SIGNALS)}")

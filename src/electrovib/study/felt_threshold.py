@@ -85,10 +85,7 @@ def _proportional(scenario: Scenario) -> None:
 
 
 def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
-    """Compute the threshold voltage of a drive relative to that of another drive of the same peak [dB].
-
-    Above 0 the second is felt at a lower voltage.
-    """
+    """Compute the threshold voltage of a drive relative to that of another drive of the same peak [dB]."""
     for each in (first, second):
         _proportional(each)
     felt = [felt_level(scenario, person, samples=samples) for scenario in (second, first)]

@@ -158,11 +158,7 @@ def _moves(found: Lines, scenario: Scenario) -> bool:
 
 
 def felt_level(scenario: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
-    """Compute the amplitude of a sine at the best frequency that is felt as strongly as a drive.
-
-    In metre, or in newton where the displacement is taken as proportional to the force; proportional to the
-    square of the voltage.
-    """
+    """Compute the amplitude of a sine at the best frequency that is felt as strongly [m, or N without mechanics]."""
     given = person.compliance or getattr(scenario, "finger", None)
     windows = force_lines(scenario, window=person.window, samples=samples)
     return float(10 ** (max(_level(found, person, given) for found in windows) / 20))

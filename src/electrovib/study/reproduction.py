@@ -200,10 +200,7 @@ class Reproduction:
         return tuple(sorted(self.rows, key=lambda row: (not row.leads, VERDICTS.index(row.verdict))))
 
     def count(self) -> str:
-        """Count the rows of each verdict, printed numbers and statements in words apart; empty without rows.
-
-        For instance ``3 numbers of the paper: 1 disagree, 2 reproduced; 1 statement in words: 1 open``.
-        """
+        """Count the rows of each verdict, printed numbers and statements in words apart; empty without rows."""
         if not self.rows:
             return ""
         compared = [row for row in self.rows if row.verdict in COMPARED]

@@ -36,8 +36,7 @@ class Sensation:
 def thresholds_of(person: Perception) -> list[tuple[Channel, float, float]]:
     """Return each channel with the lowest and highest amplitude at weight 1 that is just felt [dB re 1 m].
 
-    The person's own threshold, with its uncertainty, holds for all channels; without it those that have been
-    published hold, and a channel without one is absent.
+    Published thresholds stand in for one of the person; a channel without any is absent.
     """
     if person.threshold is not None:
         level, doubt = float(decibels(person.threshold)), person.threshold_uncertainty or 0.0
@@ -58,10 +57,7 @@ def skins_of(found: Lines, given: Any) -> list[Any]:
 
 
 def sensation_of(found: Lines, person: Perception, given: Any) -> Sensation | None:
-    """Compare a spectrum of force or displacement with the detection threshold; None where nothing moves, or none is known.
-
-    `given` are the mechanics of the skin, an object with a compliance.
-    """
+    """Compare a spectrum with the detection threshold; None where nothing moves, or no threshold is known."""
     known = thresholds_of(person)
     skins = skins_of(found, given)
     levels = np.array([[_level(found, channel, skin) for channel, *_ in known] for skin in skins])
@@ -89,10 +85,7 @@ def _level(found: Lines, channel: Channel, skin: Any) -> float:
 
 
 def just_felt(found: Lines, person: Perception, given: Any, frequency: Real) -> tuple[Real, Real]:
-    """Compute the lowest and highest amplitude of a single sine that is just felt, over frequency.
-
-    In newton or metre, as the spectrum has it; infinite where no channel is sensitive.
-    """
+    """Compute the lowest and highest amplitude of a single sine that is just felt; infinite where none is."""
     known = thresholds_of(person)
     given_skins = [
         1.0 if skin is None else np.abs(skin.compliance(frequency)) for skin in skins_of(found, given)

@@ -18,11 +18,7 @@ AREA: Final = 1e-4
 
 @dataclass(frozen=True, kw_only=True)
 class PlateStack:
-    """A plate and a skin at the full voltage, with the source of their values.
-
-    `film` and `skin` are the thicknesses of the insulator and of the stratum corneum; `gaps` are those at
-    which the Maxwell stress in the gap is shown; `status` is one of `electrovib.core.checks.STATUSES`.
-    """
+    """A plate and a skin at the full voltage, with the source of their values; `film` and `skin` are thicknesses [m]."""
 
     name: str
     status: str

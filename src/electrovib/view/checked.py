@@ -35,7 +35,7 @@ def check_outcome_file(path: str | Path, *, inputs: Iterable[Path] = (), force: 
 
 
 def write_check(result: CheckResult, path: str | Path, *, force: bool = False) -> Path:
-    """Write the result of a check: ``.csv``, a row for each limit, comparison and number, or ``.json`` or ``.html``, everything."""
+    """Write the result of a check as ``.csv``, a row for each limit, comparison and number, ``.json`` or ``.html``."""
     place = Path(path)
     form = _form(place)
     text = {Form.TABLE: as_csv, Form.CHECK: as_json, Form.PAGE: as_html}[form](result)

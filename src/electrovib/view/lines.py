@@ -80,10 +80,7 @@ def has(traces: Traces, name: str) -> bool:
 
 
 def lines(traces: Traces, name: str, along: str) -> list[Line]:
-    """Find the lines of one signal along ``"time"`` or ``"frequency"``; Traces without it are omitted.
-
-    Colours distinguish Traces, else the values of a sweep, else layers; dashes distinguish the rest.
-    """
+    """Find the lines of one signal along ``"time"`` or ``"frequency"``; Traces without it are omitted."""
     known = labelled(traces)
     arrays = {label: trace[name] for label, trace in known.items() if name in trace}
     if not arrays:
@@ -95,10 +92,7 @@ def lines(traces: Traces, name: str, along: str) -> list[Line]:
 def lines_of(
     arrays: Mapping[str, xarray.DataArray], along: str, known: Mapping[str, xarray.Dataset]
 ) -> list[Line]:
-    """Find the lines of labelled arrays, as `lines` does for a signal.
-
-    `known` has all Traces of the plot, so that each keeps its colour where another lacks the signal.
-    """
+    """Find the lines of labelled arrays, as `lines` does for a signal, with the colours of all Traces in `known`."""
     found: list[Line] = []
     labels = list(known)
     for label, array in arrays.items():

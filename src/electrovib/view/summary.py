@@ -80,9 +80,8 @@ def opening(trace: xarray.Dataset) -> str:
 def key_numbers(trace: xarray.Dataset, *, quick: bool = False) -> dict[str, str]:
     """Return the largest and mean values of a Trace; of a sweep, the range of its quantities.
 
-    Of a run they are its quantities, independent of the output times; where these cannot be computed, or with
-    `quick` would take as long as the run, they are the largest values at the output times, and the text says
-    so.
+    Of a run they are its quantities, independent of the output times; where these cannot be computed, or
+    would take as long as the run with `quick`, the largest values at the output times, and the text says so.
     """
     if is_sweep(trace):
         return quantity_ranges(trace)
@@ -125,8 +124,8 @@ def quantities_of_run(
 ) -> dict[str, float]:
     """Compute quantities of the scenario of a Trace, which do not depend on its output times.
 
-    None for a recording, a part of a run, or a scenario that cannot be computed here; with `quick` none of a
-    solver that advances in steps.
+    It gives none for a recording, for a part of a run and where they cannot be computed; with `quick` none of
+    a solver that advances in steps.
     """
     scenario = scenario_or_none(trace) if "solver" in trace.attrs else None
     if scenario is None or not trace.sizes.get("time"):

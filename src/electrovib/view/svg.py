@@ -32,10 +32,7 @@ def to_png(figure: Figure, *, resolution: float = 150.0) -> bytes:
 
 
 def inline(svg: str, *, name: str, words: str) -> str:
-    """Turn an SVG file into an element of an HTML page, with `name` put before every identifier.
-
-    One page has several figures; `words` say what this one shows, for readers who cannot see it.
-    """
+    """Turn an SVG file into an element of an HTML page, with `name` before every identifier and `words` as description."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", body)
     body = body.replace("xlink:href=", "href=")

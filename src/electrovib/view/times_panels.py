@@ -18,10 +18,7 @@ _AFTER: Final = 8.0
 
 
 def times_panels(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[Panel]:
-    """Make the figures of the first three edges of each direction, with the best form, and of the first three oscillations.
-
-    Where a sensor was taken out, the force of that form is shown too.
-    """
+    """Make the figures of the first three edges of each direction, with the best form, and of three oscillations."""
     panels = []
     if found is not None:
         words = found.signal.replace("_", " ")

@@ -51,10 +51,7 @@ def typeset(text: str) -> str:
 
 
 def prefix_for(largest: float, unit: str) -> tuple[str, float]:
-    """Choose the prefix, and its factor, under which the largest number of a linear axis lies between 1 and 1000.
-
-    Pure numbers, decibels and degrees take none.
-    """
+    """Choose the prefix, and its factor, under which the largest number of an axis lies between 1 and 1000."""
     if unit not in KINDS or unit == "1" or not math.isfinite(largest) or largest <= 0:
         return "", 1.0
     power = 2 if re.match(r"[A-Za-z]+2", unit) else 1

@@ -20,10 +20,7 @@ OPTIONS = ".options method=gear reltol=1e-6 vntol=1e-12 abstol=1e-15 trtol=1"
 
 
 def analyses(timing: Timing, grid: FrequencyGrid, *, smallest_charge: float) -> list[str]:
-    """Return the analyses over time, from the given initial state, and over frequency for a drive of 1 V or 1 A.
-
-    `smallest_charge` is the change of charge below which it counts as rounding [C].
-    """
+    """Return the analyses over time, from the given initial state, and over frequency for a drive of 1 V or 1 A."""
     decades = math.log10(grid.high / grid.low)
     density = max(1, math.ceil((grid.samples - 1) / decades * (1 - 1e-9)))
     step = number(timing.step)

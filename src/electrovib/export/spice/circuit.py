@@ -21,11 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(kw_only=True)
 class BuiltCircuit:
-    """The circuit from the amplifier through finger and body to ground.
-
-    `slabs` are the layers of the first contact, `all_slabs` also those of a second one, `nodes` in the order
-    of the circuit, and `blocks` the elements of the netlist, grouped.
-    """
+    """The circuit from the amplifier through finger and body to ground, with the elements of the netlist in blocks."""
 
     scenario: Scenario
     start: Start

@@ -29,11 +29,7 @@ class Branch:
 
 @dataclass(frozen=True, kw_only=True)
 class LayerElements:
-    """A layer of one contact between two nodes of the circuit; its `path` is its name in the scenario.
-
-    `field` is the initial field in the capacitor above all relaxations, `relaxed` those in the capacitors of
-    the relaxations, the fastest last [V/m].
-    """
+    """A layer of one contact between two nodes; the initial fields in its relaxations end with the fastest [V/m]."""
 
     path: str
     name: str

@@ -15,10 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class MeterReading:
-    """A sum of voltages and currents of the circuit in the syntax of ngspice, each with its weight.
-
-    `transfer` is the same quantity in modes, where the initial state of the circuit needs it.
-    """
+    """A weighted sum of voltages and currents of the circuit; `transfer` is the same quantity in modes, if needed."""
 
     weights: Mapping[str, float]
     transfer: Transfer | None = None

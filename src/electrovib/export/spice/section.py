@@ -43,11 +43,7 @@ class ReadLayer:
 
 @dataclass(kw_only=True)
 class ReadSection:
-    """The stack as readings of the circuit, to which the filters of a law are added.
-
-    `slabs` are the layers of the first contact, from the plate to the finger, `area` is that of the first
-    contact, and `elements` are those of the filters.
-    """
+    """The stack of the first contact, from plate to finger, as readings of the circuit, to which filters are added."""
 
     slabs: dict[str, LayerElements]
     roles: Mapping[str, Role]

@@ -29,10 +29,7 @@ COUPLING: Final = (
 
 
 def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
-    """Return the samples as shares of full scale in 24 bits, rounded towards 0 so that none is enlarged.
-
-    Without a full scale the largest voltage is just below it; a gain is refused.
-    """
+    """Return the samples as shares of full scale in 24 bits, rounded towards 0 so that none is enlarged."""
     if scaling.gain != 1.0:
         raise InputError(
             "belongs to an instrument (--as); a WAV file has a full scale",

@@ -25,10 +25,7 @@ NAMES = (
 
 
 def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:
-    """Yield the kind of each thing that a paper offers by name, and ``author_year/name`` with a few words.
-
-    The kind is ``"run"``, ``"skin"``, ``"material"`` or ``"stack"``.
-    """
+    """Yield what a paper offers by name: ``run``, ``skin``, ``material`` or ``stack``, and its name with a few words."""
     for key, scenario in getattr(module, "scenarios", dict)().items():
         yield "run", f"electrovib run {name}/{key} ({scenario.title})"
     for key, skin in getattr(module, "skins", dict)().items():
@@ -102,11 +99,7 @@ def _several(shown: list[str]) -> str:
 
 
 def claims(module: ModuleType) -> dict[str, str]:
-    """Read what a paper claims, and what it does not claim, from the docstring of its module.
-
-    The keys are ``claims``, ``does not claim``, and ``here`` for what the docstring states after that about
-    the computation here; the first two are required of a paper.
-    """
+    """Read from a paper's docstring what it claims, what it does not claim, and, as ``here``, what is said after that."""
     text = plain_text(inspect.getdoc(module) or "")
     found = re.search(r"Claims: (.*?)\s*Does not claim: (.*)", text)
     if not found:

@@ -46,10 +46,7 @@ def families() -> dict[type[Model], str]:
 
 
 def places() -> dict[type[Model], str]:
-    """Find the dotted path at which a scenario first holds the members of each family; a family that none holds is absent.
-
-    `ANY_LAYER` stands for the name of a layer.
-    """
+    """Find the dotted path at which a scenario first holds the members of each family, with `ANY_LAYER` for a layer."""
     found: dict[type[Model], str] = {}
     waiting: list[tuple[type[Model], str]] = [(Scenario, "")]
     seen: set[type[Model]] = set()

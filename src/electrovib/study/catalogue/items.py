@@ -29,11 +29,7 @@ PAPERS, SCENARIOS, LIBRARY = "papers", "scenarios", "material library"
 
 @dataclass(frozen=True)
 class Item:
-    """One thing of the catalogue: a model class, the module of a paper, or what a paper offers.
-
-    `former` are names that it had, `aliases` other names of the same thing, and `texts` are searched by their
-    labels.
-    """
+    """One thing of the catalogue: a model class, the module of a paper, or what a paper offers, with texts to search."""
 
     thing: Any
     record: Listed
@@ -55,10 +51,7 @@ class Item:
 
 
 def everything(*, own: bool = False) -> Iterator[Item]:
-    """Yield models by family, parts of a scenario without a choice, papers, and what papers offer ready-made.
-
-    With `own`, what other packages contribute is omitted.
-    """
+    """Yield models by family, parts of a scenario without a choice, papers, and what papers offer ready-made."""
     yield from model_items(own=own)
     yield from _parts()
     yield from paper_items(own=own)

@@ -33,11 +33,7 @@ class LimitsFrom:
 
 @dataclass(frozen=True)
 class DeclaredLimit:
-    """The strictest of the limits that were declared for one quantity.
-
-    `name` is the parameter of `Limits`, in whose unit `value` is; `source` also has the less strict values of
-    other places.
-    """
+    """The strictest limit of one quantity in its unit; `source` also has the less strict values of other places."""
 
     name: str
     value: float

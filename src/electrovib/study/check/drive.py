@@ -35,11 +35,7 @@ def with_drive(scenario: Scenario, drive: DriveSource) -> Scenario:
 
 
 def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
-    """Read a drive from a file, a table or itself.
-
-    A file has columns of time [s] and voltage [V], joined by straight lines, or is an instrument's record
-    with one channel in volts. NaN and repeated time stamps are refused with their place.
-    """
+    """Read a drive from a file, a table or itself; a file has columns of time [s] and voltage [V], without NaN."""
     if isinstance(source, Drive):
         return source
     if isinstance(source, Mapping):

@@ -26,11 +26,7 @@ def limited_quantity(name: str) -> str:
 
 
 def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, words: str = "") -> CheckRow:
-    """Return the row of a declared limit, or that of a quantity without one.
-
-    `value` is infinite without a bound, NaN or None where it is not known; `words` replace those of the
-    limit.
-    """
+    """Return the row of a limit; the value is infinite without a bound, NaN or None where it is not known."""
     unit, words = unit_of_limit(name), words or WORDS[name]
     if value is None or math.isnan(value):
         value, reached = None, "is not known"

@@ -166,10 +166,7 @@ def series_resistor(
 
 
 def plate_capacitance(scenario: Scenario) -> float:
-    """Compute the capacitance of plate and gap under the contact at 1 kHz, plus the stray capacitance [F].
-
-    The finger is taken as a conductor.
-    """
+    """Compute the capacitance at 1 kHz of plate and gap under a conducting finger, plus the stray capacitance [F]."""
     roles, layers = scenario.stack.roles, scenario.stack.layers
     frequency = np.array(_PERMITTIVITY_AT)
     thickness = sum(

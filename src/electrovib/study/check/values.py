@@ -21,12 +21,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CheckedValues:
-    """Values of a run that limits are compared with.
+    """Values of a run that limits are compared with, by the name of the limit.
 
-    `largest` has, by the name of the limit, the largest absolute value, at switch-on too: NaN where it is not
-    known, infinite where it has no bound. `rms` has ``voltage``, ``current`` and ``body_current``, NaN where
-    it is not known. `breakdown` is of each layer with a known strength and of air; `end` is the last time of
-    the run [s].
+    The largest absolute ones include those at switch-on. A value is NaN where it is not known, infinite where
+    it has no bound.
     """
 
     largest: dict[str, float]
@@ -36,11 +34,7 @@ class CheckedValues:
 
 
 def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedValues:
-    """Solve a scenario for the values that limits are compared with.
-
-    They are those from time 0 to the last output time, or of one period of a periodic state. Without
-    `mean_squares`, which take most of the time, root mean squares are not known.
-    """
+    """Solve a scenario for the values of limits; root mean squares, which take most of the time, can be left out."""
     expanded = Expanded(scenario, mechanics=False)
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None

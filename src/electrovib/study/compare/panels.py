@@ -68,11 +68,7 @@ def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
 def over_parameter(
     scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real, highest: float = np.inf
 ) -> Panel:
-    """Return the figure of the static force of each law over a parameter, with breakdown of the air marked.
-
-    A parameter of the law of the scenario does not change other laws. `highest` is the voltage of the drive
-    above which the amplifier saturates [V].
-    """
+    """Return the figure of the static force of each law over a parameter; above `highest` the amplifier saturates [V]."""
     quantity = quantity_at(scenario, path)
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
@@ -121,10 +117,7 @@ def _sentence(words: str) -> str:
 
 
 def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
-    """Change the line style of curves that would hide others.
-
-    A curve is dashed where one lies under it over at least half of its length, dotted where more do.
-    """
+    """Draw a curve dashed where it covers another over at least half of its length, dotted where it covers more."""
     shown: list[Curve] = []
     for curve in curves:
         below = sum(_on_each_other(curve, other) for other in shown)

@@ -33,7 +33,7 @@ def _without_conduction(material: Material, path: str) -> dict[str, Any]:
 
 
 def static_force(scenario: Scenario, *, voltage: float) -> float:
-    """Compute the steady attraction at a constant voltage without conduction, at least 0 [N].
+    """Compute the steady attraction at a constant voltage without conduction.
 
     Of a law without a response in time it is twice its mean under a sine of 1 Hz.
     """

@@ -12,11 +12,7 @@ _ALWAYS: Final = ("scenario", "progress")
 
 @dataclass(frozen=True)
 class DesignForm:
-    """One form of the question.
-
-    `name` is what is sought, as messages name it; of the arguments in `needs`, which have to be given, the
-    first decides that this form is meant; `load` returns its function of the scenario and keyword arguments.
-    """
+    """One form of the question; the first argument in `needs` decides that it is meant, and `load` returns its function."""
 
     name: str
     needs: tuple[str, ...]

@@ -48,11 +48,7 @@ class CarrierGain:
             return np.where(np.asarray(force) == 0, 0.0, np.sqrt(ratio))
 
     def largest_amplitude(self, limits: Limits, *, slew: float | None = None) -> Real:
-        """Return the largest peak of the drive within declared limits; infinite where none is declared.
-
-        Of the limits, voltage, current and body current count, and the rate of change `slew` of the drive
-        [V/s or A/s].
-        """
+        """Return the largest peak of the drive within limits of voltage, currents and slope; infinite without one."""
         bounds = [np.full(len(self.frequency), np.inf)]
         for limit, gain in (
             (limits.voltage, self.voltage),

@@ -53,10 +53,7 @@ class PlateCandidate:
         return not self.forbidden_by
 
     def is_allowed_with(self, relaxed: Collection[str], factor: float) -> bool:
-        """Return whether no limit is exceeded when those of some quantities are multiplied by a factor.
-
-        An infinite factor omits these limits.
-        """
+        """Return whether no limit is exceeded when some are multiplied by a factor; an infinite one omits them."""
         return all(
             row.quantity in relaxed
             and (math.isinf(factor) or (row.margin is not None and row.margin * factor >= 1))
@@ -72,11 +69,7 @@ class PlateCandidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plates:
-    """What the candidates have in common.
-
-    `members` has the scenario with each material; `perceived` states whether it has a calibrated detection
-    threshold.
-    """
+    """What the candidates have in common; `perceived` states whether a detection threshold is calibrated."""
 
     members: Mapping[str, Scenario]
     declared: Mapping[str, DeclaredLimit]

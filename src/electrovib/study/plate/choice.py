@@ -44,10 +44,9 @@ def best_of(
     relaxed: Collection[str] = (),
     factor: float = math.inf,
 ) -> PlateCandidate | None:
-    """Find the candidate that is best in the first objective; of equal ones, in the next.
+    """Find the candidate within the limits that is best in the first objective; of equal ones, in the next.
 
-    None if none within the limits, of which the relaxed ones are multiplied by `factor`, has a known first
-    objective.
+    Limits of the `relaxed` quantities are multiplied by `factor`, or omitted where it is infinite.
     """
     name = objectives[0].name
     left = [

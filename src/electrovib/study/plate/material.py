@@ -28,11 +28,7 @@ def layer_of(scenario: Scenario, layer: str) -> str:
 
 
 def members_of(scenario: Scenario, layer: str, materials: Sequence[str]) -> dict[str, Scenario]:
-    """Return the scenario with each material in a layer.
-
-    A material is one of the library, or ``author_year/name`` of a paper. A breakdown field that the layer
-    declares belongs to its own material and is omitted.
-    """
+    """Return the scenario with each material in a layer, without the breakdown field that belongs to its own material."""
     problems: list[str | Problem] = []
     found: dict[str, Scenario] = {}
     for text in materials:

@@ -47,11 +47,7 @@ def place_of(design: PlateDesign, candidate: PlateCandidate) -> str:
 
 
 def answer(design: PlateDesign) -> str:
-    """Return the sentences with which a result begins.
-
-    They name the best candidate, the binding limit, what relaxing it gains, counts, and the doubts on which
-    the result rests.
-    """
+    """Return the sentences with which a result begins: best candidate, binding limit, gain, counts and doubts."""
     best, first = design.best, design.objectives[0]
     if best is None:
         return _none(design)

@@ -44,11 +44,7 @@ def analyse(
     seed: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sensitivity:
-    """Compute Sobol indices and local elasticities of a quantity, as `electrovib.sensitivity` describes.
-
-    The scenario is evaluated n (inputs + 2) times. A quantity that does not vary, or is not finite for some
-    draws, is refused.
-    """
+    """Compute Sobol indices and local elasticities of a quantity, as `electrovib.sensitivity` describes."""
     base = read_scenario(scenario)
     found = read_space(base, space)
     named = read_name(" ".join(quantity.split()), tuple(base.stack.layers))

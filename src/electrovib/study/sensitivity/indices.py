@@ -25,11 +25,7 @@ _SMALLEST: Final = 2.0**-53
 
 @dataclass(frozen=True, kw_only=True)
 class Indices:
-    """Sobol indices of all inputs.
-
-    The intervals, shape (2, inputs), are the ends of those of 95 %; `sample` (2 n,) has the function at
-    independent draws.
-    """
+    """Sobol indices of all inputs, ends (2, inputs) of 95 % intervals, and the function at 2 n independent draws."""
 
     first: Real
     total: Real

@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Asked:
-    """Quantities of each case, those of the solution and those of perception.
-
-    `units` has unit and meaning of every quantity, in the given order.
-    """
+    """Quantities of the solution and of perception, and unit and meaning of each in the given order."""
 
     solved: tuple[Named, ...]
     felt: tuple[str, ...]

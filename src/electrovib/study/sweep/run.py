@@ -90,11 +90,7 @@ def sweep(
 
 @dataclass(frozen=True)
 class Cases:
-    """Cases of a sweep, each with its own diagnostics.
-
-    `axes` has the values in SI by dotted path; of the `cases`, one for every combination, the last path runs
-    fastest.
-    """
+    """Cases of a sweep, of which the last path of `axes` runs fastest, each with its own diagnostics."""
 
     scenario: Scenario
     axes: dict[str, Real]

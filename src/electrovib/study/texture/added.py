@@ -18,11 +18,7 @@ if TYPE_CHECKING:
 
 
 def added_friction(texture: Texture, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
-    """Return the added friction of a texture, NaN where the model returned NaN or infinity.
-
-    `position` and `velocity` (n, 2) are given to the model as copies. A model that raises an exception, or
-    returns anything but n real numbers, is refused.
-    """
+    """Return the added friction of a texture, which is given copies; NaN where the model returned NaN or infinity."""
     try:
         found: Any = texture.added_friction(position.copy(), velocity.copy(), plate)
     except Exception as error:

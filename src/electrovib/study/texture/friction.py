@@ -48,10 +48,7 @@ class AttractionOfFriction:
         self.plate = RenderingPlate(normal_force=load, largest_added_friction=float(added[-1]))
 
     def force(self, added: Real) -> Real:
-        """Return the attraction of an added friction.
-
-        It is below 0 or above the largest one where no attraction of the hardware causes it.
-        """
+        """Return the attraction of an added friction, out of range where no attraction of the hardware causes it."""
         if self._slope is not None:
             return np.asarray(added / self._slope)
         share = added / self._added[-1]

@@ -77,10 +77,7 @@ class CurrentBound:
         return float(np.min(slope * self.charges + 2 * voltage * self.rates))
 
     def slope(self, current: float, voltage: float) -> float:
-        """Return the largest slope for which the current stays within a limit.
-
-        It is 0 or less if the voltage alone can exceed the limit.
-        """
+        """Return the largest slope within a limit of the current; 0 or less if the voltage alone can exceed it."""
         return float(np.max((current - 2 * voltage * self.rates) / self.charges))
 
 
@@ -110,8 +107,7 @@ def hardware(
 ) -> RenderingHardware:
     """Return the largest amplitude and slope that the limits allow, and the gain of the force.
 
-    `carrier` is 0 without one, and the force is then taken at `frequency`. The largest amplitude leaves the
-    current of one ramp to 0 V.
+    The gain is taken at the carrier, or at `frequency` where the carrier is 0.
     """
     if scenario.drive.quantity != "voltage":
         raise InputError("prescribes a current, and a texture is rendered by a voltage", path="drive")

@@ -67,11 +67,7 @@ def stopping_signals() -> Iterator[Stopping]:
 def play(
     stream: TextureStream, moves: Iterable[tuple[ArrayLike, float]], write: Callable[[Real], object]
 ) -> None:
-    """Render and write a stream until the positions end, and write its ramp to 0 V.
-
-    What ended it before is raised after the ramp: `StreamClosedError`, the exception of positions or output,
-    KeyboardInterrupt or SystemExit.
-    """
+    """Render and write a stream until the positions end, and its ramp to 0 V, before anything is raised."""
     with stopping_signals() as stopping:
         ended: BaseException | None = None
         try:

@@ -42,21 +42,13 @@ class Synthesis:
         return max(1, round(self.hardware.ramp * self.rate))
 
     def forces(self, position: Real, velocity: Real) -> Real:
-        """Return the wanted attraction at `position` and `velocity` (n, 2).
-
-        It is below 0 or above the largest one where it cannot be rendered, NaN where the texture returned NaN
-        or infinity.
-        """
+        """Return the wanted attraction, out of range where it cannot be rendered; NaN where the texture gives none."""
         added = added_friction(self.texture, position, velocity, self.friction.plate)
         with np.errstate(over="ignore"):
             return self.friction.force(added)
 
     def amplitudes(self, forces: Real) -> Real:
-        """Return the amplitude of the carrier, or the voltage without one.
-
-        A force that exceeds the largest one by rounding gives the largest amplitude; one below 0, which
-        `first_fault` finds, gives 0.
-        """
+        """Return the amplitude of the carrier, or the voltage without one; 0 for forces below 0."""
         hardware = self.hardware
         found = hardware.largest_amplitude * np.sqrt(np.maximum(forces / hardware.largest_force, 0.0))
         largest = hardware.largest_amplitude

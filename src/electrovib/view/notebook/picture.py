@@ -14,10 +14,7 @@ _RESOLUTION: Final = 192.0
 
 
 def picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:
-    """Draw the figure that holds these Axes: PNG, with width and height in pixels.
-
-    None for a figure of pyplot, which a notebook shows by itself at the end of the cell.
-    """
+    """Draw the figure of these Axes as PNG with width and height in pixels; None for one that pyplot shows by itself."""
     figure = axes.get_figure(root=True)
     if figure is None or figure.canvas.manager is not None:
         return None

@@ -35,7 +35,7 @@ class ShownLayer:
 
 @dataclass(frozen=True, kw_only=True)
 class ShownParameter:
-    """One parameter that has a value; `default` states that it is the model's own, `unverified` that its source is marked so."""
+    """One parameter that has a value; `default` marks the model's own, `unverified` a source that is marked so."""
 
     path: str
     value: str

@@ -52,7 +52,7 @@ def trace_html(trace: xarray.Dataset) -> str:
 
 
 def trace_text(trace: xarray.Dataset) -> str:
-    """Write a Trace or a sweep in a few lines: title, warnings, number of diagnostics in each state, key numbers, dimensions."""
+    """Write a Trace or a sweep in a few lines: title, warnings, states of the diagnostics, key numbers, dimensions."""
     found = _by_state(trace)
     lines = [_title(trace)]
     lines += [f"warning: {diagnostic['text']}" for diagnostic in found["warning"]]

@@ -69,10 +69,7 @@ def stack(source: Source, *, ax: Axes | None = None) -> Axes:
 
 
 def drawn_heights(thicknesses: Mapping[str, float]) -> dict[str, float]:
-    """Compute the height of each layer in the drawing, which grows with the logarithm of the thickness.
-
-    It is 1 for the thinnest and 2.5 for the thickest of a stack that covers three decades or more.
-    """
+    """Compute the heights of layers in the drawing, 1 to 2.5, which grow with the logarithm of the thickness."""
     least, most = min(thicknesses.values()), max(thicknesses.values())
     decades = max(_DECADES, math.log10(most / least))
     return {name: 1 + _RANGE * math.log10(each / least) / decades for name, each in thicknesses.items()}

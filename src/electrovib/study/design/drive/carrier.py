@@ -64,11 +64,7 @@ class _Grid:
 
 
 def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
-    """Return the carrier [Hz] that allows the largest force within the limits; of equal ones the lowest.
-
-    It is sought from the larger of 1 kHz and ten times the highest frequency of the target up to a hundred
-    times that.
-    """
+    """Return the carrier [Hz] that allows the largest force within the limits; of equal ones the lowest."""
     lowest = max(LOWEST, SLOWER * target.highest_frequency)
     candidates = lowest * 10.0 ** (np.arange(_DECADES * _PER_DECADE + 1) / _PER_DECADE)
     gain = carrier_gain(scenario, candidates)

@@ -57,11 +57,7 @@ def held_force(
     limits: LimitsSource | Sequence[LimitsSource] = None,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
 ) -> HeldForce:
-    """Compute the largest constant force that a slow voltage and a carrier hold within declared limits.
-
-    The largest voltage and the largest current have to be declared. The carriers are from 100 Hz to 100 kHz
-    by default, the stray capacitance [F] is that of the scenario.
-    """
+    """Compute the largest constant force that a slow voltage and a carrier hold within declared limits."""
     found = read_scenario(scenario, changes=set)
     bounds = Bounds.of(found, limits)
     missing = [f"limits.{name}" for name in NEEDED if bounds.value(name) is None]

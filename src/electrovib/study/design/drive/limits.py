@@ -22,10 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bounds:
-    """The strictest declared limits of a design, those of an amplifier with limits among them.
-
-    `saturation` is the largest voltage that the amplifier aims at [V].
-    """
+    """The strictest declared limits of a design, and the largest voltage that its amplifier aims at, if it has one."""
 
     declared: dict[str, DeclaredLimit]
     saturation: float | None = None
@@ -65,10 +62,9 @@ class Bounds:
         return self.saturation / abs(amplifier.gain)
 
     def overload(self, scenario: Scenario) -> dict[str, float]:
-        """Return the largest value of a drive over each declared limit, as `electrovib.check` compares them.
+        """Return the largest value of a drive over each declared limit, NaN where it is not known.
 
-        For the energy it is the root, so that each is proportional to the drive; NaN where the value is not
-        known.
+        For the energy it is the root of the ratio, so that each is proportional to the drive.
         """
         values = _largest(scenario, rms=any(name.startswith("rms_") for name in self.declared))
         found = {}

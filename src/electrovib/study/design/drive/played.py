@@ -24,10 +24,7 @@ _SIMPSON: Final = np.array([1.0, 4.0, 1.0]) / 6
 
 
 class Played:
-    """A scenario under a drive of straight lines between evenly spaced samples, from rest.
-
-    Its own drive counts only as a voltage or a current; `rate` is in samples per second.
-    """
+    """A scenario under a drive of straight lines between evenly spaced samples, `rate` per second, from rest."""
 
     def __init__(self, scenario: Scenario, rate: float) -> None:
         self.base = scenario
@@ -66,10 +63,7 @@ class Played:
         return np.asarray(record.solution.attraction)
 
     def means(self, force: Real, first: int, count: int, width: int) -> Real:
-        """Return the mean force over `count` groups of `width` intervals by Simpson's rule, from sample `first` on.
-
-        `force` (2 n - 1,) is that at the samples and between them.
-        """
+        """Return the mean of a result of `force` over successive groups of intervals, by Simpson's rule."""
         inside = force[2 * first : 2 * (first + count * width) + 1]
         intervals = _SIMPSON[0] * inside[:-2:2] + _SIMPSON[1] * inside[1:-1:2] + _SIMPSON[2] * inside[2::2]
         return np.asarray(np.mean(intervals.reshape(count, width), axis=1))

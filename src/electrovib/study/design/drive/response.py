@@ -44,10 +44,7 @@ class SampleResponse:
 
 
 def sample_response(played: Played, count: int, lead: int) -> SampleResponse:
-    """Return the linear response to the samples in a window of `count` intervals, from the response to one hat.
-
-    A force law with more than one amplitude is refused.
-    """
+    """Return the linear response to the samples in a window of `count` intervals, from the response to one hat."""
     total = count + 2 * lead
     hat = np.zeros(total + 1)
     hat[1] = 1.0
@@ -92,10 +89,7 @@ def _on_both_sides(row: Real, at: Indices, total: int) -> Real:
 
 
 def _shifted(row: Real, total: int) -> Real:
-    """Return the matrix (n, total + 1) from samples to a response, whose column i is the response to a hat at sample i.
-
-    `row` (n,) is that to the hat at sample 1; the column of sample 0, which is 0 V, is 0.
-    """
+    """Return the matrix whose column i is the response to a hat at sample i, from that at sample 1; column 0 is 0."""
     from scipy.linalg import toeplitz
 
     first = np.zeros(total + 1)

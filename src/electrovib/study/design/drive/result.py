@@ -118,10 +118,7 @@ class DesignedDrive:
 
     @functools.cached_property
     def harmonics(self) -> dict[int, float]:
-        """Amplitudes of the predicted force at multiples of the target's frequency, over the wanted one at that frequency [1].
-
-        Empty for a target without a frequency, or shorter than a period.
-        """
+        """Amplitudes at multiples of the target's frequency, over the wanted one at it; empty for a target without one."""
         return harmonics(self.edges, self.predicted, self.wanted, self.target.frequency)
 
     @property

@@ -74,11 +74,7 @@ class Trade:
 
 @dataclass(frozen=True, kw_only=True)
 class BestFactor:
-    """Factor of the amplitude at each sample, 0 or more, with the smallest misfit that several searches have found.
-
-    `searches` began at different starts, over at most 16 values of the factor; `agreeing` of them ended
-    within 1 % of the smallest root mean square of the departure.
-    """
+    """Factor of the amplitude at each sample with the smallest misfit, and how many of the searches agree on it."""
 
     factor: Real
     searches: int

@@ -37,10 +37,7 @@ class Evaluation:
         self.most = min(allowed().time, max(_LEAST, _MORE * estimate(scenario)))
 
     def __call__(self, values: Mapping[str, float]) -> float:
-        """Compute the quantity for values in SI by path; NaN where it is not known.
-
-        Paths that are absent keep the value of the scenario.
-        """
+        """Compute the quantity for values in SI by path; NaN where it is not known."""
         point = {path: float(value) for path, value in values.items()}
         with budget(time=self.most):
             if self.wanted.is_felt:

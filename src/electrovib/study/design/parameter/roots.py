@@ -33,10 +33,9 @@ _Point: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True)
 class Root:
-    """A value of the variable at which the function has the wanted value.
+    """A value, or an interval up to `until`, at which the function has the wanted value.
 
-    `until` is the other end of an interval in which it has this value throughout; `is_extreme` means that it
-    does not cross it.
+    At an extreme the function reaches this value without crossing it.
     """
 
     value: float
@@ -46,10 +45,10 @@ class Root:
 
 
 def solutions(function: Function, target: float) -> tuple[list[Root], list[float], int]:
-    """Find all values at which a function has a wanted value, between the values at which it is known.
+    """Find all values at which a function has a wanted value, in increasing order.
 
-    Returned are the roots in increasing order, the values at which the function passes the wanted value
-    discontinuously, and how often it passes beyond the first `MOST_SOLUTIONS` times.
+    Returned with them are the values at which it jumps across the wanted one, and how many crossings are not
+    listed.
     """
     points = function.known
     met = _met(points, target)
@@ -68,10 +67,7 @@ def solutions(function: Function, target: float) -> tuple[list[Root], list[float
 
 
 def look_between(function: Function, target: float, *, most_added: int) -> bool:
-    """Halve the distances of the values among many crossings until no further crossing appears.
-
-    Returned is whether their number has settled; it has where there are fewer than `MANY`.
-    """
+    """Halve the distances of the values among many crossings until no further crossing appears, and return whether so."""
     added, quiet = 0, 0
     counted = _count(function, target)
     while counted >= MANY and quiet < QUIET:

@@ -27,10 +27,7 @@ class CannotBeComputedError(Exception):
 
 @dataclass
 class Function:
-    """A function of one variable that remembers its values, NaN where it has none, and there the reason in `refused`.
-
-    `coarse` has the values of the variable at which it was computed before any refinement.
-    """
+    """A function of one variable that remembers its values, NaN where it has none, and there the reason in `refused`."""
 
     compute: Callable[[float], float]
     values: dict[float, float] = field(default_factory=dict)
@@ -102,10 +99,7 @@ def _is_bent(before: tuple[float, float], here: tuple[float, float], after: tupl
 
 
 def sharpen_extremes(function: Function, target: float) -> None:
-    """Refine the extremes of a function that can decide whether the wanted value is reached.
-
-    They are those between which the function could reach it, and the largest and the smallest value of all.
-    """
+    """Refine the extremes of a function that can decide whether the wanted value is reached."""
     points = function.known
     values = [value for _, value in points]
     if len(points) < 3:
@@ -146,11 +140,7 @@ def _extreme(function: Function, low: float, high: float, side: int) -> None:
 
 
 def coordinates(low: float, high: float) -> tuple[Callable[[float], float], tuple[float, float]]:
-    """Return the natural coordinate between two values: the logarithm where both have the same sign.
-
-    The inverse, which at the ends gives exactly the given values, comes first; then the coordinates of both,
-    the smaller first.
-    """
+    """Return the inverse of the natural coordinate between two values, and their own coordinates, the smaller first."""
     if not coordinate(low, high):
         return (lambda u: u), (low, high)
     sign = math.copysign(1.0, low)

@@ -39,10 +39,9 @@ _NO_INPUTS: Final = ("time", "frequency", "limits")
 
 @dataclass(frozen=True)
 class Influence:
-    """How the value of the free parameter follows another parameter at the constant wanted quantity.
+    """How the free parameter follows another one at the constant wanted quantity.
 
-    `at` is the value of the other parameter in its `unit`; `elasticity` is the relative change of the free
-    parameter over that of the other one.
+    The elasticity is the relative change of the free parameter over that of the other one, at its value `at`.
     """
 
     path: str
@@ -109,10 +108,9 @@ def inputs_of(scenario: Scenario, free: str) -> tuple[str, ...]:
 def influences(
     evaluation: Evaluation, at: Mapping[str, float], paths: tuple[str, ...]
 ) -> tuple[Influence, ...]:
-    """Compute by the implicit function theorem how the free parameter follows others, the largest first.
+    """Compute how the free parameter follows others, the largest first; empty where its own derivative is 0 or not known.
 
-    With the quantity q(x, p), d ln x / d ln p = -(dq / d ln p) / (dq / d ln x), by central differences; empty
-    where the derivative by the free parameter x is 0 or not known.
+    With the quantity q(x, p), d ln x / d ln p = -(dq / d ln p) / (dq / d ln x), by central differences.
     """
     free = evaluation.wanted.free
     own = slope(evaluation, at, free)
@@ -151,10 +149,9 @@ def propagated(
     linear: bool,
     progress: Callable[[int, int], None] | None = None,
 ) -> NeededValues:
-    """Compute the distribution of the value that is needed, one value for each draw.
+    """Compute the value that is needed for each draw.
 
-    `start` is the value found for the scenario as it is, not 0. With `linear` the logarithm of the value is
-    taken as linear in those of the parameters, from their medians, whose own value has to lie in the range.
+    With `linear` its logarithm is taken as linear in those of the parameters, from their medians.
     """
     paths = tuple(path for path in space.paths if path != wanted.free)
     remarks = list(space.remarks)

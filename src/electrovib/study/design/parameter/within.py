@@ -23,10 +23,9 @@ _NEAR: Final = 0.01
 
 @dataclass(frozen=True)
 class Obtainable:
-    """The value of the quantity nearest to the wanted one that no limit forbids, and that of the free parameter.
+    """The value of the quantity nearest to the wanted one that no limit forbids.
 
-    `row` is the limit that is reached there; None where the quantity itself does not come nearer to the
-    wanted value.
+    `row` is the limit that is reached there; None where the quantity itself does not come nearer.
     """
 
     value: float

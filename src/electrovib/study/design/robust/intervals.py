@@ -76,10 +76,7 @@ def by_solution(
 def intervals_of(
     quantity: Callable[[float], float], values: Real, low: float, high: float
 ) -> list[tuple[float, float]]:
-    """Return the ends of the intervals of a variable in which a function lies in a band.
-
-    They are sought between increasing `values`, two at least; `high` may be infinite.
-    """
+    """Return the intervals of a variable in which a function lies in a band, sought between increasing values."""
     points = [(at, quantity(at)) for at in values.tolist()]
     found: list[tuple[float, float]] = []
     for before, after in itertools.pairwise(points):

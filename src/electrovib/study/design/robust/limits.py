@@ -29,7 +29,7 @@ TRIED: Final = 24
 class MemberLimits:
     """The limits as a function of the free parameter, for the scenario as it is and a few draws.
 
-    `at` is the value of the free parameter at which the draws with the largest quantity are chosen.
+    Those draws are chosen that have the largest quantity at the value `at`.
     """
 
     def __init__(self, fingers: DrawnFingers, at: float, limits: Sequence[LimitsSource]) -> None:
@@ -56,10 +56,9 @@ class MemberLimits:
         return checked(member, limits=self._limits)
 
     def best_within(self, covered: Covered, failing: float) -> float | None:
-        """Return the value with the largest share of the draws among those that exceed no limit.
+        """Return the value with the largest share of the draws that exceeds no limit; None if none is found.
 
-        On either side of the failing value the first value of a grid that is allowed is sought, and the limit
-        between it and the next one is bracketed; None if every value that was tried exceeds a limit.
+        It is sought on a grid on either side of the failing value, and the limit there is bracketed.
         """
         wanted = self._fingers.wanted
         values = first_values(wanted.low, wanted.high, wanted.begin)

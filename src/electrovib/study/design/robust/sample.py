@@ -91,7 +91,7 @@ class DrawnFingers:
         return value
 
     def _together(self, at: float) -> Real | None:
-        """Return the mean force in arrays over fingers; None where it is not that of a sine, or differs from the general one.
+        """Return the mean force in arrays over fingers; None where it is not that of a sine, or not the general one.
 
         The force of a sine has harmonics 0 to 2, whose mean the samples of a period give exactly.
         """
@@ -123,11 +123,7 @@ class DrawnFingers:
         return [int(each) for each in np.unique(np.linspace(0, self.count - 1, _FEW).astype(int))]
 
     def is_quadratic(self) -> bool:
-        """Return whether the quantity of a few fingers is proportional to the square of the free parameter over its range.
-
-        It is compared at the present value, half and twice of it, and at the ends of the range, as far as
-        these are above 0.
-        """
+        """Return whether a few fingers have a quantity proportional to the square of the free parameter."""
         wanted, evaluation = self.wanted, self.evaluation()
         begin = reference(wanted)
         others = {begin / 2, 2 * begin, wanted.low, wanted.high} - {begin}

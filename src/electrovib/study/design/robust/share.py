@@ -37,10 +37,7 @@ class Covered:
         return int(np.count_nonzero((self.starts <= at) & (at <= self.ends)))
 
     def steps(self) -> tuple[Real, Real, NDArray[np.intp]]:
-        """Return the starts, ends and numbers of members of the pieces on which the same members fulfil the condition.
-
-        A single value, at which an interval begins where another one ends, is a piece too.
-        """
+        """Return the pieces on which the same members fulfil the condition: starts, ends and numbers of members."""
         edges = np.unique(np.concatenate([self.starts, self.ends]))
         if not len(edges):
             return np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.intp)
@@ -67,11 +64,7 @@ class Covered:
         return found
 
     def best(self) -> tuple[float, int]:
-        """Return the value at which the most members fulfil the condition, and their number.
-
-        It is the middle of the widest piece with that number, in the logarithm where its ends are above 0;
-        NaN without any interval.
-        """
+        """Return the value at which the most members fulfil the condition, NaN without any interval, and their number."""
         starts, ends, numbers = self.steps()
         if not len(numbers):
             return math.nan, 0
