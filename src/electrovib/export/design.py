@@ -50,11 +50,7 @@ def write_design(
     amplifier_present: bool = False,
     force: bool = False,
 ) -> list[str]:
-    """Write the result of a design, and return what was written with its notes.
-
-    The suffix decides: ``.toml`` is the scenario with the result in it, ``.json`` all numbers, any other the
-    drive as a waveform, whose largest voltage and current have to be declared.
-    """
+    """Write the scenario with the result (``.toml``), all numbers (``.json``) or the drive as a waveform."""
     place = Path(path)
     check_design_file(place, edge=edge, force=force)
     suffix = place.suffix.lower()

@@ -25,10 +25,9 @@ Pair = Callable[[float], "tuple[Scenario, Scenario]"]
 
 @dataclass(frozen=True)
 class ThresholdCurves:
-    """Threshold voltage of several drives over their fundamental frequency [Hz], by the name of the drive.
+    """Threshold voltage of each drive over its fundamental frequency, relative to the lowest of all [dB].
 
-    `level` is relative to the lowest of all [dB]; `voltage` is the peak at threshold [V], empty where the
-    threshold is not calibrated.
+    `voltage` is the peak at threshold [V]; it is empty where the threshold is not calibrated.
     """
 
     frequency: Real

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 def ramped(waveform: Waveform, ramp: float) -> Waveform:
     """Multiply a waveform by an envelope that rises linearly from 0 to 1 and falls back to 0 at its end.
 
-    Either ramp is rounded to whole samples, one at least. With samples s and envelope e, the straight line
-    between two products departs from the product of two straight lines by at most |ds de|/4; a held product
-    departs from s e(t) by at most |s de|. Either is added to the error of the samples.
+    With samples s and envelope e, the straight line between two products departs from the product of two
+    straight lines by at most |ds de|/4; a held product departs from s e(t) by at most |s de|. Either is added
+    to the error.
     """
     last = len(waveform.times) - 1
     if not (math.isfinite(ramp) and ramp > 0):

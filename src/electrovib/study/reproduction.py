@@ -138,11 +138,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Table:
-    """A table in words.
-
-    `id` names the file, without suffix, that holds the whole table; empty where there is none. `shown` are
-    the columns on the page from 0, all of them if empty. Without `on_page` only the file shows it.
-    """
+    """A table in words; the file `id`, if there is one, holds all of it, and the page the columns `shown`, or all."""
 
     title: str
     headings: tuple[str, ...]
@@ -156,11 +152,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Page:
-    """Explanations of a reproduction or a comparison, in full and shortened for the page.
-
-    `id` names the file, without suffix, that holds the whole explanation; empty where there is none. `brief`
-    has the paragraphs on the page, where they are shorter.
-    """
+    """Explanations, which the file `id`, if there is one, holds in full, and the page in the paragraphs of `brief`."""
 
     title: str
     paragraphs: tuple[str, ...]

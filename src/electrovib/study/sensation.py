@@ -23,8 +23,8 @@ THRESHOLD, COMPLIANCE = "perception.threshold", "perception.compliance"
 class Sensation:
     """Lowest and highest level above the detection threshold [dB] of the channel that is excited most.
 
-    `left` has, for each assumed one of `THRESHOLD` and `COMPLIANCE`, half the range that would remain if it
-    were measured [dB].
+    `left` is half the range that would remain if `THRESHOLD` or `COMPLIANCE`, where assumed, were measured
+    [dB].
     """
 
     channel: str

@@ -94,10 +94,9 @@ def waveform(
 ) -> Waveform:
     """Sample a drive evenly, at a given rate or at the lowest one whose error is a quarter of that allowed.
 
-    `rates` to choose from are by default 1, 2 and 5 times a power of ten, adjusted so that the last sample is
-    at the end. An error above `largest_error`, over the largest voltage, is not refused here. With a `ramp` a
-    sample after the end is that of the drive, otherwise 0 V. A drive that prescribes a current is refused,
-    and a discontinuity where samples are joined by straight lines.
+    Rates to choose from are by default 1, 2 and 5 times a power of ten, adjusted so that the last sample is
+    at the end. With a `ramp` a sample after the end is that of the drive, otherwise 0 V. A discontinuity is
+    refused where samples are joined by straight lines.
     """
     last = drive.duration if end is None else end
     _check(drive, last, rate, largest_error, most_points)
@@ -123,9 +122,8 @@ def waveform(
 def sampling_error(drive: Drive, times: Real, voltages: Real, *, held: bool, end: float) -> float:
     """Return the largest absolute difference of a drive and its samples at any time up to `end`.
 
-    It is exact for straight pieces and one tone, never too small for other drives: the difference is itself a
-    sum of closed forms, whose extremes `Drive.extremes` brackets. At a discontinuity both sides count, so
-    that straight lines between samples have an error of its whole height.
+    It is exact for straight pieces and one tone, never too small for others: the difference is a sum of
+    closed forms, whose extremes `Drive.extremes` brackets. At a discontinuity both sides count.
     """
     before = -voltages if not held else -np.append(0.0, voltages[:-1])
     before[0] = 0.0

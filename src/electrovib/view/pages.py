@@ -27,8 +27,7 @@ def page(
 ) -> str:
     """Fill a template; its texts are escaped, figures from `markup` are not.
 
-    `judged` has the diagnostics of what the numbers of the page were computed from, by a label where it is
-    several; it is empty where no number was computed from a scenario.
+    `judged` has the diagnostics of what the numbers were computed from, by a label where it is several.
     """
     told = {label: found for label, found in judged.items() if found}
     mark = unsigned(Form.PAGE)

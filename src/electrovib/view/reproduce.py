@@ -148,11 +148,7 @@ def _checksum(content: bytes) -> str:
 
 
 def contents_of(found: Reproduction) -> dict[str, bytes]:
-    """Make the files of a reproduction by name.
-
-    They are every figure twice and its curves, the whole tables and explanations that the page shortens,
-    ``numbers.json``, and ``report.html`` last.
-    """
+    """Make the files of a reproduction, figures, curves, whole tables and explanations, with ``report.html`` last."""
     from electrovib.view.curves import table_to_csv, to_csv
     from electrovib.view.reproduced_page import drawn, page_of
     from electrovib.view.svg import to_png, to_svg

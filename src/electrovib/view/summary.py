@@ -122,10 +122,9 @@ def key_numbers(trace: xarray.Dataset, *, quick: bool = False) -> dict[str, str]
 def quantities_of_run(
     trace: xarray.Dataset, names: Collection[str], *, quick: bool = False
 ) -> dict[str, float]:
-    """Compute quantities of the scenario of a Trace, which do not depend on its output times.
+    """Compute quantities of the scenario of a Trace, which do not depend on its output times, where that is possible.
 
-    It gives none for a recording, for a part of a run and where they cannot be computed; with `quick` none of
-    a solver that advances in steps.
+    With `quick` nothing is computed for a solver that advances in steps.
     """
     scenario = scenario_or_none(trace) if "solver" in trace.attrs else None
     if scenario is None or not trace.sizes.get("time"):

@@ -25,11 +25,7 @@ NOT_GIVEN: Final = "not given"
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRow:
-    """One physical parameter of one or several scenarios.
-
-    `values` has one for each scenario, with prefix and unit, a dash where it has none; equal `sources` are
-    given once.
-    """
+    """One physical parameter with its value in each scenario, a dash where it has none; equal sources are given once."""
 
     path: str
     values: tuple[str, ...]

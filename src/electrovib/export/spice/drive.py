@@ -24,10 +24,9 @@ MOST_TONES = 500
 
 
 def drive_sources(drive: Drive, timing: Timing) -> list[str]:
-    """Return the sources between the nodes ``drive`` and ``0``, one of them the unit source of the frequency response.
+    """Return the sources between the nodes ``drive`` and ``0``, one of them the unit source of the response.
 
-    The parts of a voltage are in series, those of a current in parallel. The only approximation is the edge
-    that replaces a step.
+    The only approximation is the edge that replaces a step.
     """
     lines, bottom = [], "0"
     current, parts = drive.quantity == "current", drive.parts()

@@ -16,11 +16,9 @@ if TYPE_CHECKING:
 
 
 def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tuple[list[str], dict[str, str]]:
-    """Return the sources of a force law, and the node of each of its linear quantities.
+    """Return the sources of a force law, and the nodes of its linear quantities; node ``force`` has the attraction.
 
-    The voltage of node ``force`` is the attraction in newton. `second` is the area of the first contact over
-    that of a second one; 0 without one. A law that is no formula of voltages and currents of the circuit is
-    refused.
+    `second` is the area of the first contact over that of a second one; 0 without one.
     """
     amplitudes = _readings(law, section)
     names, nodes = Names(), {}

@@ -57,11 +57,7 @@ class MeterReading:
 
 @dataclass(frozen=True, eq=False)
 class FilterToBuild:
-    """A filter that is added to the circuit when a reading is passed through it.
-
-    Its transfer function has real poles and no free part; `build` adds it after a reading and returns the
-    reading of its output.
-    """
+    """A filter with real poles and no free part, which `build` adds to the circuit after a reading."""
 
     transfer: Transfer
     build: Callable[[Transfer, MeterReading], MeterReading]

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
 class Scaling:
     """Relation of the voltage of the drive to what a file or an instrument holds.
 
-    `full_scale` is the voltage of the drive at full scale [V], None for its largest voltage; `gain` the
-    voltage of the drive over that of the instrument.
+    It has the voltage at full scale, None for the largest one, and the voltage over that of the instrument.
     """
 
     full_scale: float | None = None
@@ -24,11 +23,7 @@ class Scaling:
 
 @dataclass(frozen=True, kw_only=True)
 class Encoded:
-    """Samples as a format can hold them.
-
-    `voltages` are those of the drive that the file represents after rounding [V], `codes` its whole numbers,
-    None for floating-point numbers; the `notes` state how to play the file so that it gives these voltages.
-    """
+    """Samples as a format can hold them: voltages after rounding, and their whole numbers where it has such codes."""
 
     waveform: Waveform
     voltages: Real

@@ -35,11 +35,9 @@ _NOT_PRESENT: Final = (
 
 @dataclass(frozen=True, kw_only=True)
 class Playing:
-    """What is declared of the output that plays a file.
+    """What is declared of the output that plays a file, without an amplifier that is only assumed.
 
-    `edge` is the height of a step between held samples over its steepest slope [s], None for steps;
-    `scenario` is without the limits and the bandwidth of an amplifier that is only assumed, which
-    `is_assumed` states.
+    `edge` is the height of a step between held samples over its steepest slope [s]; None for steps.
     """
 
     held: bool

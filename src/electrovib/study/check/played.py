@@ -51,12 +51,10 @@ def cleared_as_played(
     name: str,
     consequence: str = "Nothing was written",
 ) -> CheckResult:
-    """Check samples that are held from one to the next, or refuse them with the remedy.
+    """Check samples that are held from one to the next, or refuse them with the filter or resistor that helps.
 
-    The remedy is the filter or resistor that would hold the limits. The samples are evenly spaced from 0.
-    `edge` is the height of a step over its steepest slope [s], counted up to the interval between two
-    samples; None where it is not declared, which counts as 0. `declare` tells in a message how it is
-    declared.
+    The samples are evenly spaced from 0. `edge` is the height of a step over its steepest slope [s], at most
+    their interval; None is 0, with `declare` in the message.
     """
     interval, declared = float(np.min(np.diff(times))), declared_limits(scenario, limits)
 

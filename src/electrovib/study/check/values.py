@@ -21,11 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CheckedValues:
-    """Values of a run that limits are compared with, by the name of the limit.
-
-    The largest absolute ones include those at switch-on. A value is NaN where it is not known, infinite where
-    it has no bound.
-    """
+    """Values of a run by the name of their limit; NaN where not known, infinite where they have no bound."""
 
     largest: dict[str, float]
     rms: dict[str, float]

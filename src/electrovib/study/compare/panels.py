@@ -117,7 +117,7 @@ def _sentence(words: str) -> str:
 
 
 def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
-    """Draw a curve dashed where it covers another over at least half of its length, dotted where it covers more."""
+    """Draw a curve dashed where it covers another one over at least half of its length, dotted for several."""
     shown: list[Curve] = []
     for curve in curves:
         below = sum(_on_each_other(curve, other) for other in shown)

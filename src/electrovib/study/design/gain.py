@@ -70,9 +70,8 @@ class CarrierGain:
 def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
     """Return force, currents and plate voltage of one sine per unit of its amplitude, at each frequency.
 
-    The force is that of the scenario's law and contact: mean F = g a^2 for the drive a sin(2 pi f t), behind
-    the amplifier, whose limits are neglected. Initial charges are not part of it. A force that is not
-    proportional to the square of the drive is refused.
+    The mean force is F = g a^2 for the drive a sin(2 pi f t), without initial charges and without the limits
+    of an amplifier; a force of another form is refused.
     """
     axis = np.atleast_1d(np.asarray(frequency, dtype=float))
     if axis.ndim != 1 or not np.all(np.isfinite(axis) & (axis > 0)):

@@ -32,11 +32,9 @@ _FELT_STATES: Final = {"detectable": PASS, "not detectable": FAIL}
 
 
 def judged_limits(declared: Mapping[str, DeclaredLimit], objectives: Sequence[Objective]) -> Limits:
-    """Return limits with which a run judges every quantity that a row shows.
+    """Return limits with which a run judges every quantity that a row shows, the largest possible where none is declared.
 
-    They are the declared ones, and for each other quantity the largest value that a limit may have. Root mean
-    squares and the rate of change take a run of their own, and are shown where they are declared or an
-    objective.
+    Root mean squares and the rate of change, which take a run of their own, need a limit or an objective.
     """
     asked = {LIMITED[each.name] for each in objectives if each.kind == LARGEST}
     values = {}
@@ -60,9 +58,7 @@ def rows_of(
 ) -> tuple[CheckRow, ...]:
     """Compare a candidate with declared limits, breakdown and perception; a row in the state ``"fail"`` forbids it.
 
-    The diagnostics are those of a run with the limits of `judged_limits`; `scenario` is called for limits
-    that a run does not judge. `level` is that above the detection threshold [dB], None without a calibrated
-    threshold.
+    `scenario` is called for limits that a run does not judge; `level` is above the detection threshold [dB].
     """
     largest = _largest(diagnostics)
     names = [name for name in WORDS if name in largest or name in declared or name not in ONLY_DECLARED]

@@ -19,9 +19,8 @@ Judged: TypeAlias = "tuple[Mapping[str, float], Sequence[Diagnostic]]"
 def over_all(cases: Sequence[Judged], *, words: Callable[[Mapping[str, float]], str]) -> list[dict[str, Any]]:
     """Keep of each diagnostic the case with the largest value relative to the limit.
 
-    A case is its values of the parameters, which `words` writes, and its diagnostics; those of one name, as
-    one for each layer, are identified by their order. Each result has ``at``, where it occurs, and ``cases``,
-    the number in this state; a diagnostic that was judged in some cases only has two entries.
+    Each has ``at``, the parameters of that case, and ``cases``, the number in its state; diagnostics of one
+    name are identified by their order, and one that was judged in some cases only has two entries.
     """
     found: dict[tuple[str, int], list[tuple[Mapping[str, float], Diagnostic]]] = {}
     for at, diagnostics in cases:

@@ -41,9 +41,7 @@ LARGEST: Final = (
 class Case:
     """One case of a sweep.
 
-    `at` has the parameters in SI by dotted path, `errors` are those of the quantities relative to the largest
-    value of their signals, `how` states solver, reason, errors and events, and `record` is the Trace of the
-    case, if records are kept.
+    `errors` are relative to the largest value of each signal; `how` states solver, reason, errors and events.
     """
 
     at: Mapping[str, float]

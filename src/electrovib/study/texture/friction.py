@@ -21,8 +21,8 @@ class AttractionOfFriction:
     """Attraction that adds a given friction force to the plate's own.
 
     A law that is linear in the attraction is inverted exactly; any other by a table of 16 385 values, linear
-    between them. A friction with memory is represented by the law of steady sliding that it follows. Refused
-    is a friction that does not increase with the attraction, or depends on the real contact area.
+    between them. A friction that does not increase with the attraction, or depends on the real contact area,
+    is refused.
     """
 
     def __init__(self, scenario: Scenario, largest_force: float) -> None:

@@ -33,11 +33,7 @@ _HEADINGS = (("time", "x", "y"), ("time", "x"), ("time", "position"))
 
 
 def read_texture(source: TextureSource) -> Texture:
-    """Read a texture from a TOML file, TOML text that begins with a brace, or a table; every mistake is reported at once.
-
-    A file has the table of a texture, alone or as ``[texture]``; names of files in it are relative to its
-    folder.
-    """
+    """Read a texture from a table, alone or as ``[texture]`` in a file, to whose folder names of files are relative."""
     if isinstance(source, Texture):
         return source
     table, folder = _table(source, "texture", _TEXTURE)
@@ -50,9 +46,8 @@ def read_texture(source: TextureSource) -> Texture:
 def read_path(source: PathSource, texture: Texture) -> FingerPath:
     """Read the path of the finger; every mistake is reported at once.
 
-    A speed such as ``"30 mm/s"`` is one stroke over the length of the texture, along x from x = 0, of a
-    picture along its middle; a file has the columns ``time`` and ``x`` (or ``position``), and ``y`` if there
-    is one.
+    A speed is one stroke over the length of the texture, along x from x = 0, of a picture along its middle; a
+    file has the columns ``time`` and ``x`` (or ``position``), and ``y`` if there is one.
     """
     if isinstance(source, FingerPath):
         return source

@@ -82,9 +82,8 @@ class Synthesis:
     def first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
         """Find the first sample at which the texture or a limit is not held, -1 if all are, and what is not held.
 
-        `before` is the amplitude of the sample before. With a carrier of angular frequency w the slope
-        between two samples is at most the root of a'^2 + (w a)^2, with the slope a' and the larger amplitude
-        a of both.
+        With a carrier of angular frequency w the slope between two samples is at most the root of a'^2 + (w
+        a)^2, with the slope a' and the larger amplitude a of both.
         """
         if len(ramped) == 0:
             return -1, ""

@@ -45,10 +45,9 @@ def design_drive(
 ) -> DesignedDrive:
     """Find the drive whose predicted electrostatic force is a target, or that follows it best within the limits.
 
-    The arguments are those of `electrovib.design`. The carrier is by default the one that allows the largest
-    force within the limits, from the larger of 1 kHz and ten times the highest frequency of the target on;
-    the rate 64 in a period of the carrier, or 40 in a period of the target. A force that is not proportional
-    to the square of the drive is refused. `progress` is not called: a design is one evaluation.
+    The carrier is by default the one that allows the largest force, from the larger of 1 kHz and ten times
+    the highest frequency of the target on; the rate 64 in a period of the carrier, or 40 in one of the
+    target. `progress` is not called: a design is one evaluation.
     """
     del progress
     if method not in METHODS:

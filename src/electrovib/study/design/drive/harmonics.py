@@ -17,10 +17,9 @@ MOST: Final = 5
 def harmonics(edges: Real, predicted: Real, wanted: Real, frequency: float | None) -> dict[int, float]:
     """Return amplitudes at 1 to 5 times a frequency, over the wanted amplitude at that frequency.
 
-    `edges` (n + 1,) are the ends of the intervals over which the forces (n,) are averaged. A multiple counts
-    where an interval is shorter than half a period of it; there is none without a frequency or a whole period
-    of it. By least squares of a constant and all sines over the last whole periods, without the first one if
-    there are several.
+    They are fitted to means over intervals by least squares of a constant and all sines over the last whole
+    periods, without the first one if there are several; a multiple needs intervals shorter than half its
+    period.
     """
     if frequency is None:
         return {}

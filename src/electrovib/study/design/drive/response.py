@@ -110,10 +110,9 @@ def _spread(count: int, lead: int) -> Real:
 
 
 def inverse_of(response: SampleResponse) -> Real:
-    """Return the regularised inverse (unknowns, intervals + 1) of a response, from amplitudes at the samples to voltages.
+    """Return the regularised inverse of a response, from amplitudes at the samples to their voltages.
 
-    The amplitude between two samples is to be the mean of both, so that no oscillation between samples is
-    free.
+    The amplitude between two samples is to be the mean of both, so that no oscillation between them is free.
     """
     from scipy.linalg import cho_factor, cho_solve
 

@@ -33,10 +33,7 @@ _Point: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True)
 class Root:
-    """A value, or an interval up to `until`, at which the function has the wanted value.
-
-    At an extreme the function reaches this value without crossing it.
-    """
+    """A value, or an interval up to `until`, with the wanted value of the function, which an extreme does not cross."""
 
     value: float
     reached: float
@@ -45,11 +42,7 @@ class Root:
 
 
 def solutions(function: Function, target: float) -> tuple[list[Root], list[float], int]:
-    """Find all values at which a function has a wanted value, in increasing order.
-
-    Returned with them are the values at which it jumps across the wanted one, and how many crossings are not
-    listed.
-    """
+    """Find all roots in increasing order, the values at which the function jumps across, and the number of further ones."""
     points = function.known
     met = _met(points, target)
     found = _exact(function, points, met, target)

@@ -23,12 +23,11 @@ _SMALLEST: Final = 1e-9
 
 
 def first_values(low: float, high: float, begin: float, *, sparse: bool = False) -> Real:
-    """Return the increasing values of a parameter at which a quantity is computed first.
+    """Return the increasing values of a parameter at which a quantity is computed first, `begin` among them.
 
-    They run from `low` to `high`, with `begin` if it lies between them: evenly spaced in the logarithm where
-    the range spans a decade, else evenly spaced. A range with zero inside or at an end has the value zero and
-    both scales on either side of it, down to 1e-4 of `begin`, or 1e-9 of the larger end where that is
-    greater. Half as many are returned if `sparse`, for a quantity that takes long.
+    They are evenly spaced in the logarithm where the range spans a decade, else evenly spaced. A range with
+    zero has the value zero and both scales on either side of it, down to 1e-4 of `begin`, or 1e-9 of the
+    larger end where that is greater.
     """
     if low >= 0:
         found = _side(low, high, begin, sparse)

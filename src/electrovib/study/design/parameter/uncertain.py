@@ -54,10 +54,8 @@ class Influence:
 class NeededValues:
     """Distribution of the value that is needed, over draws from a space.
 
-    - `values`: of the free parameter for each draw; NaN where a draw has none in the range.
-    - `is_linear`: whether they were propagated linearly from the medians of the space.
-    - `title`, `seed`: of the space and of the draws; `remarks`: what of the space is unverified, and what was
-      not drawn.
+    `values` has NaN where a draw has none in the range; `remarks` state what of the space is unverified or
+    was not drawn.
     """
 
     title: str

@@ -71,9 +71,7 @@ def read_wanted(
 ) -> Wanted:
     """Read what is wanted of which parameter, and report every mistake at once.
 
-    `want` is ``"mean electrostatic_force = 50 mN"``, or the name and the value in SI or as text; the name is
-    that of a quantity of a sweep, or of a signal at one time, ``"electrostatic_force at 20 ms"``. `between`
-    is ``"10 V:400 V"`` or both ends.
+    The quantity is one of a sweep, or a signal at one time: ``"electrostatic_force at 20 ms = 1 mN"``.
     """
     problems: list[str] = []
     name, meaning, unit, value, is_felt, at = "", "", "1", math.nan, False, None

@@ -27,10 +27,7 @@ TRIED: Final = 24
 
 
 class MemberLimits:
-    """The limits as a function of the free parameter, for the scenario as it is and a few draws.
-
-    Those draws are chosen that have the largest quantity at the value `at`.
-    """
+    """The limits for the scenario as it is and for those draws that have the largest quantity at the value `at`."""
 
     def __init__(self, fingers: DrawnFingers, at: float, limits: Sequence[LimitsSource]) -> None:
         self._fingers, self._limits = fingers, list(limits)

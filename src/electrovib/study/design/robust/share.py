@@ -103,9 +103,8 @@ def clopper_pearson(number: int, count: int) -> tuple[float, float]:
 def quantile_ranks(share: float, count: int) -> tuple[int, int]:
     """Return the ranks of the order statistics between which a quantile lies with a probability of at least 95 %.
 
-    They are 0 and count + 1 where the sample is too small for an end. The number of members below the
-    quantile is binomial, whatever the distribution; the probability is exact for a continuous one and larger
-    otherwise.
+    They are 0 and count + 1 where the sample is too small. The number of members below the quantile is
+    binomial, whatever the distribution; the probability is exact for a continuous one.
     """
     from scipy.stats import binom
 
