@@ -106,7 +106,6 @@ def _personal(path: str) -> bool:
 
 
 def _experiment(source: Source, changes: Mapping[str, Any]) -> tuple[Scenario | None, Any]:
-    """Find the scenario, or the measured Trace."""
     found = open_if_trace(source)
     if is_trace(found) and not changes and not {"scenario", "over"} & set(found.attrs):
         return None, found
@@ -134,7 +133,6 @@ def _compliance(given: Any) -> Compliance:
 
 
 def _level(found: Lines, person: Perception, given: Any) -> float:
-    """Return the highest level of all channels [dB]."""
     moved = found.amplitude * np.abs(_compliance(given)(found.frequency))
     return float(decibels(strongest(person, found.frequency, moved)))
 

@@ -31,7 +31,6 @@ class PlateStack:
     gaps: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Refuse an unknown status."""
         assert self.status in STATUSES
 
     def scenario(self, law: str, *, gap: float = 0.0) -> Scenario:

@@ -172,7 +172,6 @@ def _check(drive: Drive, end: float, rate: float | None, largest_error: float, m
 
 
 def _refuse_discontinuities(drive: Drive, end: float, peak: float) -> None:
-    """Refuse a drive that no straight lines between samples follow."""
     times, heights = drive.corners(end)
     steps = np.flatnonzero(np.abs(heights) > ZERO * peak)
     if len(steps):

@@ -90,7 +90,6 @@ def _found(paper: str, skin: str | None) -> Reproduction:
 
 
 def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), force: bool = False) -> None:
-    """Write all files of a reproduction, or none of them."""
     contents = contents_of(found)
     if folder.exists():
         _refuse_to_replace(contents, folder, inputs, force=force)

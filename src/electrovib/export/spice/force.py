@@ -43,7 +43,6 @@ def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tupl
 
 
 def _readings(law: ForceLaw, section: ReadSection) -> dict[str, MeterReading]:
-    """Return the linear quantities of a law."""
     try:
         found: dict[str, Any] = dict(law.amplitudes(section))
         effective = law.effective_voltage(section)

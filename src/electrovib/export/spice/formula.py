@@ -43,43 +43,33 @@ class Formula:
         raise TypeError("a formula has no value yet")
 
     def __add__(self, other: object) -> Formula:
-        """Write a sum."""
         return _joined(self, "+", other)
 
     def __radd__(self, other: object) -> Formula:
-        """Write a sum."""
         return _joined(other, "+", self)
 
     def __sub__(self, other: object) -> Formula:
-        """Write a difference."""
         return _joined(self, "-", other)
 
     def __rsub__(self, other: object) -> Formula:
-        """Write a difference."""
         return _joined(other, "-", self)
 
     def __mul__(self, other: object) -> Formula:
-        """Write a product."""
         return _joined(self, "*", other)
 
     def __rmul__(self, other: object) -> Formula:
-        """Write a product."""
         return _joined(other, "*", self)
 
     def __truediv__(self, other: object) -> Formula:
-        """Write a quotient."""
         return _joined(self, "/", other)
 
     def __rtruediv__(self, other: object) -> Formula:
-        """Write a quotient."""
         return _joined(other, "/", self)
 
     def __neg__(self) -> Formula:
-        """Write the negative."""
         return Formula(f"(0 - {self.text})")
 
     def __abs__(self) -> Formula:
-        """Write the magnitude."""
         return Formula(f"abs({self.text})")
 
     def __pow__(self, exponent: object) -> Formula:
@@ -96,7 +86,6 @@ class Formula:
         return magnitude if even == exponent else magnitude * self
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        """Write numpy's elementary functions."""
         name = ufunc.__name__
         if method != "__call__" or options:
             return NotImplemented

@@ -29,7 +29,6 @@ class MeterReading:
         return " + ".join(terms).replace("+ -", "- ") or "0"
 
     def __add__(self, other: MeterReading) -> MeterReading:
-        """Add."""
         weights = dict(self.weights)
         for name, weight in other.weights.items():
             weights[name] = weights.get(name, 0.0) + weight
@@ -37,7 +36,6 @@ class MeterReading:
         return MeterReading(weights, self.transfer + other.transfer if known else None)  # type: ignore[operator]
 
     def __sub__(self, other: MeterReading) -> MeterReading:
-        """Subtract."""
         return self + other * -1.0
 
     def __mul__(self, other: float | FilterToBuild) -> MeterReading:
@@ -51,7 +49,6 @@ class MeterReading:
     __rmul__ = __mul__
 
     def __truediv__(self, other: float) -> MeterReading:
-        """Divide by a number."""
         return self * (1 / float(other))
 
 

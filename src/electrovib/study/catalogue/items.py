@@ -146,7 +146,6 @@ def _not_runnable(module: ModuleType) -> bool:
 
 
 def _library() -> Iterator[Item]:
-    """Collect the materials of the library."""
     for substance in materials():
         material = Material.from_offer(substance)
         status = (
@@ -164,7 +163,6 @@ def _library() -> Iterator[Item]:
 
 
 def _offered() -> Iterator[Item]:
-    """Collect materials, skins and stacks that papers offer by name."""
     for function, kind in (("materials", "material"), ("skins", "skin"), ("stacks", "stack")):
         for name, thing in offers((function,)).items():
             author_year = name.partition("/")[0]

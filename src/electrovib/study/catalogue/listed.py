@@ -52,11 +52,9 @@ class Listing(Sequence[Listed]):
         return self._records[place]
 
     def __len__(self) -> int:
-        """Return how many records there are."""
         return len(self._records)
 
     def __repr__(self) -> str:
-        """Write what the command line prints."""
         return self._text().rstrip("\n")
 
     __str__ = __repr__

@@ -106,6 +106,5 @@ def _smallest(holds: Callable[[float], bool], low: float, high: float) -> float:
 
 
 def _two_digits(value: float, rounding: Callable[[float], int]) -> float:
-    """Round a positive value up or down to two digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 1)
     return rounding(value / step) * step

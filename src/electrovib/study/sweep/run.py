@@ -253,6 +253,5 @@ def _solved(
 
 
 def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:
-    """Format the values of a case with their units."""
     shown = (f"{path} = {format_quantity(value, units[path], digits=4)}" for path, value in point.items())
     return ", ".join(shown)

@@ -255,7 +255,6 @@ def _moving(scenario: Scenario, path: FingerPath) -> tuple[Scenario, str]:
 
 
 def _titled(scenario: Scenario, texture: Texture) -> Scenario:
-    """Return the scenario with the texture in its title."""
     of = f" on the plate of: {scenario.title}" if scenario.title else ""
     return scenario.model_copy(update={"title": f"{type(texture).__name__}{of}"})
 

@@ -120,5 +120,4 @@ def _blocks(
 
 
 def _words(error: BaseException) -> str:
-    """Return kind and text of an exception."""
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__

@@ -76,7 +76,6 @@ def _speed(text: str) -> float | None:
 
 
 def _refuse_no_file(source: str | Path) -> None:
-    """Refuse what is neither a speed nor a file."""
     path = Path(source)
     if not isinstance(source, str) or path.exists() or path.suffix.lower() in _DATA:
         return

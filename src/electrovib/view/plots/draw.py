@@ -86,7 +86,6 @@ def plain(label: str) -> str:
 
 
 def _legend(ax: Axes, handles: Sequence[Any], labels: list[str], note: str) -> None:
-    """Add the legend, where no curve runs."""
     common, short = shared_words(labels)
     title = "\n".join(part for part in (common, note) if part)
     legend_beside_no_curve(ax, handles, [_cut(label) for label in short], title)

@@ -47,7 +47,6 @@ class Evaluation:
             return float(self.prepared(point)[self.wanted.name])
 
     def _at_time(self, point: Mapping[str, float], time: float) -> float:
-        """Return the value of a signal at one time."""
         signal, layer = self.wanted.signal
         values = self.prepared.signals(point, names=[signal], time=[time])[signal]
         if layer:

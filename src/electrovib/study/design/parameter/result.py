@@ -143,7 +143,6 @@ class DesignedParameter:
         return tables_of(self)
 
     def __repr__(self) -> str:
-        """Return the sentences, a line each."""
         return "\n".join(self.lines)
 
     def to_dict(self) -> dict[str, Any]:

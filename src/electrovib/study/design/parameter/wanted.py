@@ -157,7 +157,6 @@ def _number(value: Any, unit: str, path: str) -> float:
 
 
 def _parameter(scenario: Scenario, free: object) -> tuple[Quantity, float]:
-    """Return the declaration of the free parameter and its value."""
     if not isinstance(free, str):
         why = "expected the dotted path of one parameter, for instance 'drive.amplitude'"
         raise InputError(why, path="free", value=shortened(repr(free), LONGEST_QUOTED))

@@ -109,7 +109,6 @@ class DesignedForShare:
         return lines_of(self)
 
     def __str__(self) -> str:
-        """Return the sentences, a line each."""
         return "\n".join(self.lines)
 
     def to_dict(self) -> dict[str, Any]:
