@@ -28,11 +28,10 @@ SIGNALS: Final = ("skin_displacement", "lateral_force", "electrostatic_force")
 
 @dataclass(frozen=True, kw_only=True)
 class Lines:
-    """Line spectrum of a signal, a force [N] or a displacement [m].
+    """Line spectrum of a signal, a force [N] or a displacement [m], with amplitudes from zero to peak.
 
-    - `frequency`, `amplitude`: of the lines, above 0 [Hz], and zero to peak.
-    - `swing`: half of the peak-to-peak value of the signal, its value just before the span included.
-    - `span`, `samples`: length of the period or window [s], and samples in it; `how`: the span in words.
+    `swing` is half of the peak-to-peak value, the value just before the span included; `how` is the span in
+    words.
     """
 
     frequency: Real
@@ -70,11 +69,10 @@ def lines(values: Real, *, span: float, before: float, signal: str, how: str) ->
 
 
 def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lines, ...]:
-    """Compute the spectrum of the friction force of a scenario.
+    """Compute the spectrum of the friction force of a scenario, with a step of at most 0.12 ms.
 
     A periodic drive has one, of a period of the steady state, whatever the initial state of the scenario; any
-    other drive one for each window, from rest, overlapping by half. `samples` is the least number in a period
-    or window; more are taken where the step would exceed 0.12 ms.
+    other drive one for each window, from rest, overlapping by half.
     """
     period = scenario.drive.period
     if period is None:

@@ -26,16 +26,14 @@ class Row:
     """One number of a paper beside ours, or a check of ours.
 
     - `id`, `what`: names for programs and for people.
-    - `paper`: what is printed, in `unit`; None where nothing is.
+    - `paper`: what is printed, in `unit`, which is SI or one of `SHOWN_UNITS`; None where nothing is.
     - `ours`: our number, or the lowest and highest over skins, fingers or causes, all under one law.
-    - `unit`: SI, or one of `SHOWN_UNITS`.
     - `verdict`: ``disagrees`` only with a printed number that ours does not reach; ``reproduced`` only where
-      the paper prints the number; ``consistent`` only with something that the paper states, as a number or in
-      words; ``open`` likewise, then the note says what the paper does not give; ``ours`` for a quantity and
-      ``check`` for an identity or a control, of which the paper says nothing.
+      the paper prints the number; ``consistent`` and ``open`` only with something that the paper states,
+      ``open`` where the note says what it does not give; ``ours`` and ``check`` where the paper says nothing.
     - `note`, `brief`: explanation for ``numbers.json``, and on the page where that is shorter.
-    - `stated`: what the paper states in words.
-    - `leads`: whether it is the paper's own reading of its main result, which is shown before all other rows.
+    - `stated`: what the paper states in words; `leads`: the paper's own reading of its main result, shown
+      first.
     """
 
     id: str
@@ -99,13 +97,11 @@ def verdict_over(paper: float | tuple[float, float], ours: tuple[float, float]) 
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """A line, or a band from `y` to `upper` when that is given.
+    """A line, or a band from `y` to `upper`, in SI; a NaN leaves a gap.
 
-    - `x`, `y`: in SI; a NaN leaves a gap.
-    - `kind`: ``"line"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``.
-    - `look`: place in the palette, the same in every panel for the same thing; `REFERENCE` for a reference or
-      a measured range, which is grey; by default the place in the panel.
-    - `drawn`: whether the figure shows it; the table of the curves always has it.
+    `kind` is ``"line"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``. `look` is the place in the
+    palette, `REFERENCE` for a reference in grey, by default the place in the panel. The table of the curves
+    has it even if it is not `drawn`.
     """
 
     label: str

@@ -36,14 +36,10 @@ _FINER: Final = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class Waveform:
-    """Evenly spaced samples of a drive.
+    """Evenly spaced samples of a drive, as they are played or written, at `rate` per second.
 
-    - `voltages`: as they are played or written; `rate`: samples per second.
-    - `held`: whether an instrument holds each sample until the next, rather than joining them by straight
-      lines.
-    - `peak`: largest absolute voltage of the drive.
-    - `error`: largest absolute difference from the drive at any time up to the last, between the samples too
-      [V].
+    With `held` an instrument holds each sample until the next; else straight lines join them. `error` is the
+    largest absolute difference from the drive at any time up to the last, between the samples too [V].
     """
 
     times: Real

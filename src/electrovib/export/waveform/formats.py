@@ -18,13 +18,10 @@ if TYPE_CHECKING:
 class WaveformFormat:
     """One format of files of waveforms.
 
-    - `encode` gives what the file can hold of samples and scaling, `content` the bytes of the file with its
-      notes.
-    - `form` is the mark of the file, None where the format has no place for one.
-    - `held` states whether a player holds each sample until the next, `played` whether an instrument can play
-      it, so that it has to begin and end at 0 V.
-    - `most_points` is None for the default; `rates` are those that players offer [Hz], any if empty; with
-      `whole_rate` a rate is a whole number of hertz.
+    `encode` gives what the file can hold of samples and scaling, and `content` its bytes with notes. A format
+    without a place for a mark has no `form`. With `held` a player holds each sample until the next; what is
+    `played` by an instrument has to begin and end at 0 V. Any rate will do if `rates` is empty, else those
+    that players offer [Hz].
     """
 
     name: str

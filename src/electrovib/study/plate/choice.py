@@ -24,12 +24,10 @@ SAME: Final = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Gain:
-    """What is reached with one limit relaxed and all others kept.
+    """What is reached with one limit relaxed and all others kept, or with several if no single one gains anything.
 
-    - `limits`: quantities whose limits are relaxed; one, unless no single one gains anything.
-    - `relaxed`: best candidate with the limit `RELAXED` times as large; None if no candidate is better than
-      the best one, or if there are several limits.
-    - `without`: best candidate without the limit.
+    `relaxed` is the best candidate with the limit `RELAXED` times as large, None if it gains nothing or there
+    are several; `without` is that without the limit.
     """
 
     limits: tuple[str, ...]

@@ -32,13 +32,10 @@ _TIMES: Final = 73
 class RenderingHardware:
     """Force of the rendered voltage, and what the declared limits allow of it.
 
-    - `force_gain`: mean force over the squared amplitude of the carrier; without a carrier the force over the
-      squared voltage [N/V^2].
-    - `carrier`: its frequency; 0 without one.
-    - `ramp`: duration of a ramp between the largest amplitude and 0 V.
-    - `largest_slope`: rate of change of the drive up to which slew rate and currents stay within their limits
-      [V/s].
-    - `bound`: limit that determines the largest amplitude, in words.
+    `force_gain` is the mean force over the squared amplitude of the carrier, or over the squared voltage
+    without one, when `carrier` is 0 [N/V^2]. `ramp` is the duration between the largest amplitude and 0 V. Up
+    to `largest_slope` slew rate and currents stay within their limits; `bound` names the limit of the
+    amplitude.
     """
 
     force_gain: float
@@ -58,9 +55,8 @@ class RenderingHardware:
 class CurrentBound:
     """Bound of the current of a linear stack from the slope and the size of the voltage.
 
-    `charges` are those per volt that have flowed at several times t after a step [F], `rates` upper bounds of
-    the current per volt then [S]. The current of a passive stack of resistances and capacitances after a step
-    is positive and falls. For a voltage that is 0 before time 0, with slopes up to S and sizes up to V, the
+    The current i of a passive stack of resistances and capacitances after a step of 1 V is positive and
+    falls; q is its charge. For a voltage that is 0 before time 0, with slopes up to S and sizes up to V, the
     last t seconds contribute at most S q(t), and everything before them at most 2 V i(t), for every t: |i| <=
     min over t of S q(t) + 2 V i(t).
     """

@@ -16,16 +16,13 @@ if TYPE_CHECKING:
 class FoundDrive:
     """Samples of a drive and the mean forces over successive intervals.
 
-    - `times`, `values`: evenly spaced from 0, samples [V, or A of a current drive]; `rate`: samples per
-      second.
-    - `edges`, shape (m + 1,): ends of the intervals over which forces are averaged [s].
-    - `wanted`, `predicted`, shape (m,): mean force of the target and of the full model over each interval
-      [N].
-    - `scale`: largest multiple of the target that is within the limits without a compromise; infinite without
-      limits.
+    - `times`, `values`: evenly spaced from 0, and samples [V, or A of a current drive].
+    - `edges`, `wanted`, `predicted`: ends of the intervals, and mean force of the target and of the full
+      model.
+    - `scale`: largest multiple of the target within the limits without a compromise; infinite without limits.
     - `limited`: samples at which a limit prevents the target; `ratios`: largest value over each limit.
-    - `searches`, `agreeing`: searches for the smallest misfit from different starts, 0 where none was needed,
-      and how many of them ended within 1 % of the smallest.
+    - `searches`, `agreeing`: searches for the smallest misfit, 0 where none was needed, and those within 1 %
+      of it.
     """
 
     times: Real

@@ -23,14 +23,12 @@ _BESIDE: Final = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class SampleResponse:
-    """Linear response to the samples of a drive in the window of the target, its ramps at both ends included.
+    """Linear response to the samples of a drive in the window of the target, its ramps of `lead` intervals included.
 
-    - `lead`: intervals of the ramps before and after the window.
     - `spread`, shape (samples, unknowns): all samples from those in the window.
     - `knots`, `middles`, shapes (intervals + 1, unknowns) and (intervals, unknowns): amplitude of the force
       law at the samples of the window and between them, in its unit per volt.
-    - `currents`, `body_currents`, shape (rows, unknowns): of the amplifier and through the finger on both
-      sides of all samples [A/V].
+    - `currents`, `body_currents`: of amplifier and finger on both sides of all samples [A/V].
     - `per_square`: force over the squared amplitude.
     """
 

@@ -30,10 +30,9 @@ _PRECISION: Final = 1e-10
 class Trade:
     """A force that is quadratic in a factor of each sample, with limits that are linear in it.
 
-    - `knots`, `middles`, shapes (intervals + 1, samples) and (intervals, samples): root of the force at the
-      samples and between them, from the factors [N^(1/2)].
-    - `wanted`, shape (intervals,): mean force over each interval [N].
-    - `bounded`, shape (rows, samples): quantities over their limits from the factors, between -1 and 1.
+    From the factors, `knots` and `middles` give the root of the force at the samples and between them
+    [N^(1/2)], and `bounded` quantities over their limits, between -1 and 1; `wanted` is the mean force over
+    each interval.
     """
 
     knots: Real
@@ -84,13 +83,11 @@ class BestFactor:
 def best_factor(trade: Trade, scale: float) -> BestFactor:
     """Return the factor of the amplitude at each sample that follows the target best within the limits.
 
-    `scale` is the multiple of the target that is within the limits, below 1. The misfit has local minima:
-    parts of the target compete for the same charge and voltage. Sequential quadratic programming over
-    straight lines between at most 16 values of the factor therefore begins at several points, the same at
+    The misfit has local minima: parts of the target compete for the same charge and voltage. Sequential
+    quadratic programming over at most 16 values of the factor therefore begins at several points, the same at
     each call: the scaled target, factors that are held from the beginning as long as the limits allow, in one
-    quarter of the time or to the end, and 5 points that fill the range evenly. With more samples the search
-    is repeated over at most 80 values, from the first three of these starts and from the best result for few
-    values. Results are scaled back by their rounding beyond the limits.
+    quarter of the time or to the end, and 5 points that fill the range evenly. With more samples it is
+    repeated over at most 80 values, from the first three starts and the best result for few values.
     """
     size = trade.knots.shape[1]
     few = trade.reduced(spread := _spread(size, min(size, _FEW_UNKNOWNS)))

@@ -50,15 +50,12 @@ class FoundValue:
 
 @dataclass(frozen=True, kw_only=True)
 class Explored:
-    """Where the quantity was computed.
+    """Where the quantity was computed, at `count` values of the free parameter.
 
-    - `count`: number of values of the free parameter.
-    - `lowest`, `highest`: value of the free parameter, and the smallest or largest quantity that was reached.
-    - `refused`: value of the free parameter to the reason why nothing could be computed there.
-    - `unknown`: number of values at which the quantity is not known.
-    - `jumps`: values at which the quantity passes the wanted value discontinuously.
-    - `beyond`: how often it passes the wanted value beyond the solutions that are listed.
-    - `is_settled`: False if finer values kept showing further solutions until the search ended.
+    `lowest` and `highest` are such a value and the quantity there, `refused` has the reasons where nothing
+    could be computed, and `unknown` values have no known quantity. The quantity passes the wanted value
+    discontinuously at the `jumps`, and `beyond` the listed solutions; `is_settled` is False if finer values
+    kept showing further ones.
     """
 
     count: int

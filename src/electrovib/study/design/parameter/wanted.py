@@ -31,11 +31,9 @@ _EXAMPLE = "'mean electrostatic_force = 50 mN'"
 class Wanted:
     """A quantity with its wanted value, and the parameter that is free, each in its SI unit.
 
-    - `name`, `meaning`, `unit`, `value`: of the quantity; `is_felt`: whether it is one of perception.
-    - `at`: time of a signal that is wanted at one time [s]; None of a statistic over time.
-    - `free`, `declared`: dotted path of the free parameter, and its declaration.
-    - `begin`, `low`, `high`: its value in the scenario, and the range in which it is sought.
-    - `is_narrowed`: whether that range was given, and is not the declared one.
+    Of the quantity are `name`, `meaning`, `unit`, `value`, and `at`, the time of a signal that is wanted at
+    one time; of the parameter its value `begin` in the scenario and the range, which is `is_narrowed` if it
+    was given.
     """
 
     name: str

@@ -22,11 +22,9 @@ if TYPE_CHECKING:
 class ShareAt:
     """Share of the fingers that have the wanted quantity at one value of the free parameter.
 
-    - `share`: of the draws from which the value was found.
-    - `fresh_share`: of as many further draws; unlike `share` it is no estimate at a value chosen with the
-      same draws.
-    - `interval`: 95 % confidence interval of the share of the population, from the further draws (Clopper and
-      Pearson).
+    `share` is that of the draws from which the value was found; `fresh_share`, of as many further draws, is
+    no estimate at a value chosen with the same draws; `interval` is its 95 % confidence interval (Clopper and
+    Pearson).
     """
 
     value: float
