@@ -29,7 +29,11 @@ PAPERS, SCENARIOS, LIBRARY = "papers", "scenarios", "material library"
 
 @dataclass(frozen=True)
 class Item:
-    """One thing of the catalogue: a model class, the module of a paper, or what a paper offers, with texts to search."""
+    """One thing of the catalogue: a model class, the module of a paper, or what a paper offers.
+
+    `former` are names that it had, `aliases` other names of the same thing, and `texts` are searched by their
+    labels.
+    """
 
     thing: Any
     record: Listed

@@ -45,7 +45,7 @@ LIMITED: Final = {limited_quantity(name): name for name in WORDS}
 def read_objectives(
     scenario: Scenario, paths: Sequence[str], maximise: Sequence[str], minimise: Sequence[str]
 ) -> tuple[Objective, ...]:
-    """Read objectives, to be maximised first: quantities of a sweep, those of `LIMITED`, or swept paths."""
+    """Read the names of objectives, those to be maximised first: quantities, those of `LIMITED`, or swept paths."""
     found: dict[str, Objective] = {}
     problems: list[str | Problem] = []
     for option, sign, names in (("maximise", -1, maximise), ("minimise", 1, minimise)):

@@ -33,7 +33,10 @@ _Point: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True)
 class Root:
-    """A value, or an interval up to `until`, with the wanted value of the function, which an extreme does not cross."""
+    """A value, or an interval up to `until`, at which the function has the wanted value.
+
+    At an extreme the function has this value without crossing it.
+    """
 
     value: float
     reached: float
@@ -60,7 +63,10 @@ def solutions(function: Function, target: float) -> tuple[list[Root], list[float
 
 
 def look_between(function: Function, target: float, *, most_added: int) -> bool:
-    """Halve the distances of the values among many crossings until no further crossing appears, and return whether so."""
+    """Halve the distances of the values among many crossings until no further crossing appears.
+
+    Returned is whether their number has settled.
+    """
     added, quiet = 0, 0
     counted = _count(function, target)
     while counted >= MANY and quiet < QUIET:

@@ -46,7 +46,7 @@ class Function:
         return self.values[at]
 
     def certain(self, at: float) -> float:
-        """Return the value, which ends a refinement where there is none."""
+        """Return the value; where there is none, CannotBeComputedError ends a refinement."""
         value = self(at)
         if not math.isfinite(value):
             raise CannotBeComputedError
