@@ -50,7 +50,7 @@ def write_design(
     amplifier_present: bool = False,
     force: bool = False,
 ) -> list[str]:
-    """Write the result of a design."""
+    """Write the scenario with the result (``.toml``), all numbers (``.json``) or the drive as a waveform."""
     place = Path(path)
     check_design_file(place, edge=edge, force=force)
     suffix = place.suffix.lower()

@@ -64,7 +64,7 @@ def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> lis
 def check_output(
     path: str | Path, sizes: Mapping[str, int], *, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
-    """Check before a long computation that `save` can write the output."""
+    """Check before a long computation that `save` can write the output; only the names of `sizes` count."""
     path = Path(path)
     _writer(path)
     suffix = path.suffix.lower()

@@ -22,7 +22,7 @@ def static_permittivity(scenario: Scenario, name: str) -> float:
 
 
 def explain(scenario: Scenario, *, ratio: float) -> str:
-    """Explain a static force by evaluation surface, permittivity and gap."""
+    """Explain by surface, permittivity and gap a static force that is `ratio` times the Maxwell stress in the gap."""
     expected, words = _reason(scenario)
     if expected is None:
         said = f"{words}: {ratio:.4g} of the Maxwell stress in the gap here"
@@ -115,7 +115,7 @@ def _odd(leak: Conduction) -> bool:
 
 
 def in_time(scenario: Scenario, *, early: float, late: float) -> str:
-    """Explain how the force changes while the voltage is held, and which layer causes it."""
+    """Explain how the force changes from just after a step to 50 ms later, and which layer causes it."""
     if early <= 0:
         return "starts at 0 N"
     names, change = conducting(scenario), late / early

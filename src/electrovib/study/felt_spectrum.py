@@ -28,24 +28,10 @@ SIGNALS: Final = ("skin_displacement", "lateral_force", "electrostatic_force")
 
 @dataclass(frozen=True, kw_only=True)
 class Lines:
-    """Line spectrum of a signal.
+    """Line spectrum of a signal, a force [N] or a displacement [m], with amplitudes from zero to peak.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        Frequencies of the lines [Hz], above 0.
-    amplitude : ndarray, shape (n,)
-        Amplitudes, zero to peak [N], or [m] of a displacement.
-    swing : float
-        Half of the peak-to-peak value of the signal, its value just before the span included [N] or [m].
-    span : float
-        Length of the period or window [s].
-    samples : int
-        Number of samples in the span.
-    signal : str
-        Name of the signal.
-    how : str
-        Description of the span in words.
+    `swing` is half of the peak-to-peak value, the value just before the span included; `how` is the span in
+    words.
     """
 
     frequency: Real
@@ -60,9 +46,9 @@ class Lines:
 def lines(values: Real, *, span: float, before: float, signal: str, how: str) -> Lines:
     """Compute the spectrum of a record at evenly spaced times.
 
-    `values` (n,).
-
-    The transform of the increments is divided by that of a unit step. For a whole period this is the Fourier series. For a
+    The lines are at the whole multiples of 1/span up to half the sampling rate. `span` is n times the step
+    [s]; `before` is the value just before the record, for one whole period the last value. The transform of
+    the increments is divided by that of a unit step. For a whole period this is the Fourier series. For a
     record that does not end where it began it adds no step at the end; a step at the beginning is included.
     """
     count = len(values)
@@ -83,7 +69,11 @@ def lines(values: Real, *, span: float, before: float, signal: str, how: str) ->
 
 
 def force_lines(scenario: Scenario, *, window: float, samples: int) -> tuple[Lines, ...]:
-    """Compute the spectrum of the friction force of a scenario."""
+    """Compute the spectrum of the friction force of a scenario, with a step of at most 0.12 ms.
+
+    A periodic drive has one, of a period of the steady state, whatever the initial state of the scenario; any
+    other drive one for each window, from rest, overlapping by half.
+    """
     period = scenario.drive.period
     if period is None:
         return _from_rest(scenario, window, samples)
@@ -181,7 +171,7 @@ def _late(scenario: Scenario, window: float, samples: int) -> tuple[Lines, ...]:
 
 
 def measured_lines(trace: xarray.Dataset, *, window: float) -> tuple[Lines, ...]:
-    """Compute the spectrum of a measured Trace."""
+    """Compute the spectrum of each window of a measured Trace; the windows overlap by half."""
     name = next((name for name in SIGNALS if name in trace), None)
     if name is None:
         raise InputError(f"this Trace has no signal to feel: it needs one of {', '.join(SIGNALS)}")

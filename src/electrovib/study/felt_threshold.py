@@ -25,16 +25,9 @@ Pair = Callable[[float], "tuple[Scenario, Scenario]"]
 
 @dataclass(frozen=True)
 class ThresholdCurves:
-    """Threshold voltage of several drives over frequency.
+    """Threshold voltage of each drive over its fundamental frequency, relative to the lowest of all [dB].
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        Fundamental frequency of the drives [Hz].
-    level : mapping of str to ndarray, shape (n,)
-        Name of the drive to its threshold voltage [dB], relative to the lowest of all.
-    voltage : mapping of str to ndarray, shape (n,)
-        Name of the drive to its peak voltage at threshold [V]; empty where the threshold is not calibrated.
+    `voltage` is the peak at threshold [V]; it is empty where the threshold is not calibrated.
     """
 
     frequency: Real
@@ -50,10 +43,12 @@ def threshold_over_frequency(
     perception: Perception | None = None,
     samples: int = FEWEST,
 ) -> ThresholdCurves:
-    r"""Compute the threshold voltage of waveforms over their frequency.
+    r"""Compute the threshold voltage of waveforms over their frequency, which replaces that of each table of `drives`.
 
-    The change of the friction is proportional to the square of the voltage, so a drive of peak V whose felt
-    amplitude is X is just felt at  .. math:: V_0 = V \sqrt{X_0/X}
+    The change of the friction has to be proportional to the square of the voltage, which excludes a non-ohmic
+    leak and a PowerLaw; a drive of peak V whose felt amplitude is X is then just felt at
+
+    .. math:: V_0 = V \sqrt{X_0/X}
     """
     _proportional(scenario)
     person = perception or getattr(scenario, "perception", None) or Perception()
@@ -89,7 +84,7 @@ def _proportional(scenario: Scenario) -> None:
 
 
 def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
-    """Compute the threshold voltage of a drive relative to that of another drive of the same peak."""
+    """Compute the threshold voltage of a drive relative to that of another drive of the same peak [dB]."""
     for each in (first, second):
         _proportional(each)
     felt = [felt_level(scenario, person, samples=samples) for scenario in (second, first)]
@@ -97,7 +92,11 @@ def threshold_ratio(first: Scenario, second: Scenario, person: Perception, *, sa
 
 
 def crossover(pair: Pair, *, low: float, high: float, person: Perception) -> float:
-    """Find the lowest frequency at which two drives have the same threshold voltage."""
+    """Find the lowest frequency [Hz] at which two drives of the same peak voltage have the same threshold voltage.
+
+    The search proceeds by octaves, and two crossings within one are not found. The result is 0 if the second
+    drive is not felt at a lower voltage even at `low`, infinite if it is at every octave up to `high`.
+    """
     from scipy.optimize import brentq
 
     def ratio(logarithm: float) -> float:

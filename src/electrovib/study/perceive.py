@@ -106,7 +106,6 @@ def _personal(path: str) -> bool:
 
 
 def _experiment(source: Source, changes: Mapping[str, Any]) -> tuple[Scenario | None, Any]:
-    """Find the scenario, or the measured Trace."""
     found = open_if_trace(source)
     if is_trace(found) and not changes and not {"scenario", "over"} & set(found.attrs):
         return None, found
@@ -134,7 +133,6 @@ def _compliance(given: Any) -> Compliance:
 
 
 def _level(found: Lines, person: Perception, given: Any) -> float:
-    """Return the highest level of all channels [dB]."""
     moved = found.amplitude * np.abs(_compliance(given)(found.frequency))
     return float(decibels(strongest(person, found.frequency, moved)))
 
@@ -158,7 +156,7 @@ def _moves(found: Lines, scenario: Scenario) -> bool:
 
 
 def felt_level(scenario: Scenario, person: Perception, *, samples: int = FEWEST) -> float:
-    """Compute the amplitude of a sine at the best frequency that is felt as strongly as a drive."""
+    """Compute the amplitude of a sine at the best frequency that is felt as strongly [m, or N without mechanics]."""
     given = person.compliance or getattr(scenario, "finger", None)
     windows = force_lines(scenario, window=person.window, samples=samples)
     return float(10 ** (max(_level(found, person, given) for found in windows) / 20))

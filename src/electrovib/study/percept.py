@@ -25,16 +25,10 @@ _ANSWERS: Final = {
 class Felt:
     """Level of one channel.
 
-    Parameters
-    ----------
-    channel : str
-        Name of the model of the channel.
-    level : float
-        Level [dB re 1 m], or [dB re 1 N] where the displacement is taken as proportional to the force.
-    relative : float
-        Level relative to a sine of equal force at the best frequency [dB].
-    status, source : str
-        Source of the weight, and its status.
+    - `channel`: name of the model of the channel.
+    - `level`: [dB re 1 m], or [dB re 1 N] where the displacement is taken as proportional to the force.
+    - `relative`: level relative to a sine of equal force at the best frequency [dB].
+    - `status`, `source`: of the weight.
     """
 
     channel: str
@@ -48,49 +42,27 @@ class Felt:
 class Percept:
     """Levels at which a person feels a drive.
 
-    Parameters
-    ----------
-    title : str
-        Title of the scenario.
-    channels : tuple of Felt
-        In the order of `Perception.channels`.
-    loudest : str
-        Channel with the highest level; empty if nothing moves.
-    level : float
-        Level of that channel [dB re 1 `unit`].
-    unit : str
-        ``"m"``, or ``"N"`` without mechanics.
-    relative : float
-        Level relative to a sine of force at `best_frequency` whose amplitude is half of the peak-to-peak force [dB].
-    interval : tuple of float
-        Lowest and highest of `relative` and `alternatives` [dB].
-    alternatives : mapping of str to float
-        `relative` under other assumptions that are as well founded [dB].
-    best_frequency : float
-        Best frequency of the most sensitive channel [Hz].
-    sensation : float or None
-        Level relative to the detection threshold, middle of its range [dB]; None where nothing moves, or no threshold is known.
-    uncertainty : float or None
-        Half of that range [dB]: uncertainty of the threshold, and spread of the published values that are assumed.
-    felt_by : str
-        Channel that is highest above its threshold; empty without a level above threshold.
-    left : mapping of str to float
-        What is assumed, ``perception.threshold`` or ``perception.compliance``, to the uncertainty that remains once it has been
-        measured [dB]; empty if both are given.
-    verdict : str
-        One of `VERDICTS`.
-    difference_threshold : float
-        Difference threshold [dB] of the voltage amplitude.
-    swing : float
-        Half of the peak-to-peak value of the signal [N] or [m].
-    spectrum : Lines
-        Evaluated spectrum.
-    numerical_error : float
-        Change of the level with twice the samples [dB]; NaN for a measurement.
-    calibrated_on : tuple of str
-        Assumptions and sources of the levels.
-    diagnostics : tuple of Diagnostic
-        Of the scenario, or those that a measurement states.
+    - `channels`: in the order of `Perception.channels`; `loudest`: with the highest level, empty if nothing
+      moves.
+    - `level`, `unit`: of that channel [dB re 1 `unit`]; the unit is ``"m"``, or ``"N"`` without mechanics.
+    - `relative`: level relative to a sine of force at `best_frequency` whose amplitude is half of the
+      peak-to-peak force [dB].
+    - `alternatives`: `relative` under other assumptions that are as well founded; `interval`: lowest and
+      highest of all these [dB].
+    - `best_frequency`: of the most sensitive channel [Hz].
+    - `sensation`: level relative to the detection threshold, middle of its range [dB]; None where nothing
+      moves, or no threshold is known.
+    - `uncertainty`: half of that range [dB]: uncertainty of the threshold, and spread of the published values
+      that are assumed.
+    - `felt_by`: channel that is highest above its threshold; empty without a level above threshold.
+    - `left`: what is assumed, ``perception.threshold`` or ``perception.compliance``, to the uncertainty that
+      remains once it has been measured [dB]; empty if both are given.
+    - `verdict`: one of `VERDICTS`.
+    - `difference_threshold`: of the voltage amplitude [dB].
+    - `swing`: half of the peak-to-peak value of the signal [N] or [m]; `spectrum`: as it was evaluated.
+    - `numerical_error`: change of the level with twice the samples [dB]; NaN for a measurement.
+    - `calibrated_on`: assumptions and sources of the levels.
+    - `diagnostics`: of the scenario, or those that a measurement states.
     """
 
     title: str
@@ -153,18 +125,12 @@ class Percept:
 class Difference:
     """Difference of two percepts, and whether it is noticeable.
 
-    Parameters
-    ----------
-    difference : float
-        Level of the first relative to the second, as a change of the voltage amplitude [dB]: half that of the force.
-    threshold : float
-        Difference threshold of the voltage amplitude [dB].
-    noticeable : bool
-        True if the magnitude of the difference exceeds the threshold.
-    text : str
-        The same in words, with the source of the threshold.
-    diagnostics : tuple of Diagnostic
-        Of both percepts.
+    - `difference`: level of the first relative to the second, as a change of the voltage amplitude [dB]: half
+      that of the force.
+    - `threshold`: difference threshold of the voltage amplitude [dB].
+    - `noticeable`: whether the magnitude of the difference exceeds the threshold; `text`: the same in words,
+      with the source of the threshold.
+    - `diagnostics`: of both percepts.
     """
 
     difference: float
@@ -184,7 +150,7 @@ def _finite(value: Any) -> Any:
 
 
 def verdict(*, sensation: float | None, uncertainty: float | None) -> str:
-    """Compare a level above threshold [dB] with the uncertainty of the threshold [dB]."""
+    """Compare a level above threshold [dB] with the uncertainty of the threshold [dB]; None is not calibrated."""
     if sensation is None or uncertainty is None:
         return "relative only"
     if abs(sensation) <= uncertainty:

@@ -20,7 +20,7 @@ def ramped(waveform: Waveform, ramp: float) -> Waveform:
 
     With samples s and envelope e, the straight line between two products departs from the product of two
     straight lines by at most |ds de|/4; a held product departs from s e(t) by at most |s de|. Either is added
-    to the error of the samples.
+    to the error.
     """
     last = len(waveform.times) - 1
     if not (math.isfinite(ramp) and ramp > 0):
@@ -37,9 +37,6 @@ def ramped(waveform: Waveform, ramp: float) -> Waveform:
 
 
 def envelope_of(last: int, count: int) -> Real:
-    """Return the envelope of a waveform.
-
-    Returns `envelope` (last + 1,).
-    """
+    """Return the envelope (last + 1,) of a waveform from 0 to 1, with `count` intervals of either ramp."""
     places = np.arange(last + 1)
     return np.minimum(1.0, np.minimum(places, last - places) / count)

@@ -25,31 +25,15 @@ SHOWN_UNITS: Final = {"pF": 1e-12, "nF": 1e-9, "mN": 1e-3, "ms": 1e-3}
 class Row:
     """One number of a paper beside ours, or a check of ours.
 
-    Parameters
-    ----------
-    id : str
-        Name for programs.
-    what : str
-        Name for people.
-    paper : float, tuple of float or None
-        What is printed, in `unit`; None where nothing is.
-    ours : float or tuple of float
-        Our number, or the lowest and highest over skins, fingers or causes, all under one law.
-    unit : str
-        SI, or one of `SHOWN_UNITS`.
-    verdict : str
-        ``disagrees`` only with a printed number that ours does not reach; ``reproduced`` only where the paper prints the
-        number; ``consistent`` only with something that the paper states, as a number or in words; ``open`` likewise, then
-        the note says what the paper does not give; ``ours`` for a quantity and ``check`` for an identity or a control, of
-        which the paper says nothing.
-    note : str
-        Explanation, for ``numbers.json``.
-    stated : str
-        What the paper states in words.
-    brief : str
-        The note on the page, where that is shorter; by default the note.
-    leads : bool
-        Whether it is the paper's own reading of its main result, which is shown before all other rows.
+    - `id`, `what`: names for programs and for people.
+    - `paper`: what is printed, in `unit`, which is SI or one of `SHOWN_UNITS`; None where nothing is.
+    - `ours`: our number, or the lowest and highest over skins, fingers or causes, all under one law.
+    - `verdict`: ``disagrees`` only with a printed number that ours does not reach; ``reproduced`` only where
+      the paper prints the number; ``consistent`` and ``open`` only with something that the paper states,
+      ``open`` where the note says what it does not give; ``ours`` and ``check`` where the paper says nothing.
+    - `note`, `brief`: explanation for ``numbers.json``, and on the page where that is shorter.
+    - `stated`: what the paper states in words; `leads`: the paper's own reading of its main result, shown
+      first.
     """
 
     id: str
@@ -113,23 +97,11 @@ def verdict_over(paper: float | tuple[float, float], ours: tuple[float, float]) 
 
 @dataclass(frozen=True, kw_only=True)
 class Curve:
-    """A line, or a band when `upper` is given.
+    """A line, or a band from `y` to `upper`, in SI; a NaN leaves a gap.
 
-    Parameters
-    ----------
-    label : str
-        For the legend.
-    x, y : ndarray, shape (n,)
-        In the units of the panel's axes, SI; a NaN leaves a gap.
-    upper : ndarray, shape (n,), optional
-        Upper edge; `y` is then the lower one.
-    kind : str
-        ``"line"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``.
-    look : int, optional
-        Place in the palette, the same in every panel for the same thing; `REFERENCE` for a reference or a measured range,
-        which is grey; by default the place in the panel.
-    drawn : bool
-        Whether the figure shows it; the table of the curves always has it.
+    `kind` is ``"line"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``. `look` is the place in the
+    palette, `REFERENCE` for a reference in grey, by default the place in the panel. The table of the curves
+    has it even if it is not `drawn`.
     """
 
     label: str
@@ -145,20 +117,8 @@ class Curve:
 class Panel:
     """One figure as data.
 
-    Parameters
-    ----------
-    id : str
-        File name without suffix.
-    title, caption : str
-        Words.
-    x, y : tuple of str
-        Axis label and SI unit.
-    curves : tuple of Curve
-        In drawing order.
-    log_x, log_y : bool
-        Logarithmic axes.
-    floor : float, optional
-        Below it nothing is drawn; the curves themselves go on.
+    `id` is the file name without suffix, `x` and `y` are label and SI unit of the axes, and the curves are in
+    drawing order. Nothing is drawn below `floor`; the curves themselves go on.
     """
 
     id: str
@@ -174,25 +134,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Table:
-    """A table in words.
-
-    Parameters
-    ----------
-    title : str
-        Heading.
-    headings : tuple of str
-        One a column.
-    rows : tuple of tuple of str
-        Cells.
-    caption : str
-        Remark below the table.
-    id : str
-        Name of the file, without suffix, that holds the whole table; empty where there is none.
-    shown : tuple of int
-        Columns on the page, from 0; all of them if empty.
-    on_page : bool
-        Whether the page shows it; the file always does.
-    """
+    """A table in words; the file `id`, if there is one, holds all of it, and the page the columns `shown`, or all."""
 
     title: str
     headings: tuple[str, ...]
@@ -206,19 +148,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Page:
-    """Explanations of a reproduction or a comparison, in full and shortened for the page.
-
-    Parameters
-    ----------
-    title : str
-        Heading.
-    paragraphs : tuple of str
-        Whole explanation.
-    id : str
-        Name of the file, without suffix, that holds the whole explanation; empty where there is none.
-    brief : tuple of str
-        Paragraphs on the page, where they are shorter; by default the whole explanation.
-    """
+    """Explanations, which the file `id`, if there is one, holds in full, and the page in the paragraphs of `brief`."""
 
     title: str
     paragraphs: tuple[str, ...]
@@ -231,30 +161,13 @@ class Page:
 class Reproduction:
     """Everything a reproduction of one paper shows.
 
-    Parameters
-    ----------
-    paper : str
-        ``author_year``.
-    citation : str
-        As in a list of references.
-    rows : tuple of Row
-        For ``numbers.json`` and the first table.
-    panels : tuple of Panel
-        Figures.
-    pages : tuple of Page
-        Explanations, such as what is left open.
-    tables : tuple of Table
-        Further tables.
-    equations : mapping of str to str
-        Number to mathtext.
-    references : tuple of str
-        Sources used.
-    title : str
-        Heading of the page; made from the paper's name if empty.
-    findings : tuple of str
-        Main results, before any table.
-    diagnostics : tuple of Diagnostic
-        Warnings of the paper's scenarios.
+    - `paper`, `citation`: ``author_year``, and as in a list of references.
+    - `rows`: for ``numbers.json`` and the first table.
+    - `panels`, `pages`, `tables`: figures, explanations such as what is left open, further tables.
+    - `equations`: number to mathtext; `references`: sources used.
+    - `title`: heading of the page; made from the paper's name if empty.
+    - `findings`: main results, before any table.
+    - `diagnostics`: warnings of the paper's scenarios.
     """
 
     paper: str

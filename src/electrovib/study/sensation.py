@@ -21,16 +21,10 @@ THRESHOLD, COMPLIANCE = "perception.threshold", "perception.compliance"
 
 @dataclass(frozen=True, kw_only=True)
 class Sensation:
-    """Level above the detection threshold, with everything that is not known of it.
+    """Lowest and highest level above the detection threshold [dB] of the channel that is excited most.
 
-    Parameters
-    ----------
-    channel : str
-        Channel that is excited most.
-    low, high : float
-        Lowest and highest level above the threshold [dB].
-    left : dict of str to float
-        For each assumed one of `THRESHOLD` and `COMPLIANCE`: half the range that would remain if it were measured [dB].
+    `left` is half the range that would remain if `THRESHOLD` or `COMPLIANCE`, where assumed, were measured
+    [dB].
     """
 
     channel: str
@@ -40,7 +34,10 @@ class Sensation:
 
 
 def thresholds_of(person: Perception) -> list[tuple[Channel, float, float]]:
-    """Return each channel with the lowest and highest amplitude at weight 1 that is just felt [dB re 1 m]."""
+    """Return each channel with the lowest and highest amplitude at weight 1 that is just felt [dB re 1 m].
+
+    Published thresholds stand in for one of the person; a channel without any is absent.
+    """
     if person.threshold is not None:
         level, doubt = float(decibels(person.threshold)), person.threshold_uncertainty or 0.0
         return [(channel, level - doubt, level + doubt) for channel in person.channels]
@@ -60,7 +57,7 @@ def skins_of(found: Lines, given: Any) -> list[Any]:
 
 
 def sensation_of(found: Lines, person: Perception, given: Any) -> Sensation | None:
-    """Compare a spectrum with the detection threshold."""
+    """Compare a spectrum with the detection threshold; None where nothing moves, or no threshold is known."""
     known = thresholds_of(person)
     skins = skins_of(found, given)
     levels = np.array([[_level(found, channel, skin) for channel, *_ in known] for skin in skins])
@@ -88,10 +85,7 @@ def _level(found: Lines, channel: Channel, skin: Any) -> float:
 
 
 def just_felt(found: Lines, person: Perception, given: Any, frequency: Real) -> tuple[Real, Real]:
-    """Compute the lowest and highest amplitude of a single sine that is just felt, over frequency.
-
-    `frequency` (n,); returns `low`, `high` (n,) [N or m].
-    """
+    """Compute the lowest and highest amplitude of a single sine that is just felt; infinite where none is."""
     known = thresholds_of(person)
     given_skins = [
         1.0 if skin is None else np.abs(skin.compliance(frequency)) for skin in skins_of(found, given)

@@ -18,23 +18,7 @@ AREA: Final = 1e-4
 
 @dataclass(frozen=True, kw_only=True)
 class PlateStack:
-    """A plate and a skin at the full voltage, with the source of their values.
-
-    Parameters
-    ----------
-    name : str
-        Heading of the column.
-    status, source : str
-        One of `electrovib.core.checks.STATUSES`, and where the values are from.
-    voltage : float
-        V.
-    film, skin : float
-        Thickness of the insulator and of the stratum corneum [m].
-    film_permittivity, skin_permittivity : float
-        Relative permittivity of each, dimensionless.
-    gaps : tuple of float
-        Gaps at which the Maxwell stress in the gap is shown [m].
-    """
+    """A plate and a skin at the full voltage, with the source of their values; `film` and `skin` are thicknesses [m]."""
 
     name: str
     status: str
@@ -47,11 +31,10 @@ class PlateStack:
     gaps: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Refuse an unknown status."""
         assert self.status in STATUSES
 
     def scenario(self, law: str, *, gap: float = 0.0) -> Scenario:
-        """Build the scenario of one cell: no conduction, 1 cm2, a return path without resistance."""
+        """Build the scenario of one cell: no conduction, 1 cm2, a return path without resistance, a step of the voltage."""
         stack: dict[str, Any] = {
             "insulator": {"thickness": self.film, "material": _constant(self.film_permittivity)},
             "gap": {"thickness": gap},
@@ -146,7 +129,7 @@ def compare_surfaces() -> Table:
 
 
 def cell(stack: PlateStack, law: str, *, gap: float = 0.0) -> float:
-    """Compute the static force of one cell."""
+    """Compute the static force of one cell, at least 0; a gap of 0 is none."""
     return static_force(stack.scenario(law, gap=gap), voltage=stack.voltage)
 
 

@@ -36,22 +36,10 @@ _FINER: Final = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class Waveform:
-    """Evenly spaced samples of a drive.
+    """Evenly spaced samples of a drive, as they are played or written, at `rate` per second.
 
-    Parameters
-    ----------
-    times : ndarray, shape (n,)
-        From 0 [s].
-    voltages : ndarray, shape (n,)
-        As they are played or written [V].
-    rate : float
-        Samples per second [Hz].
-    held : bool
-        Whether an instrument holds each sample until the next, rather than joining them by straight lines.
-    peak : float
-        Largest absolute voltage of the drive [V].
-    error : float
-        Largest absolute difference from the drive at any time up to the last, between the samples too [V].
+    With `held` an instrument holds each sample until the next; else straight lines join them. `error` is the
+    largest absolute difference from the drive at any time up to the last, between the samples too [V].
     """
 
     times: Real
@@ -72,15 +60,12 @@ class Waveform:
         return "each sample held until the next" if self.held else "straight lines between the samples"
 
     def with_voltages(self, voltages: Real, drive: Drive, end: float) -> Waveform:
-        """Return the waveform with the voltages that a format can hold, and their error.
-
-        `voltages` (n,) [V].
-        """
+        """Return the waveform with the voltages that a format can hold, and their error up to the time `end`."""
         error = sampling_error(drive, self.times, voltages, held=self.held, end=end)
         return replace(self, voltages=voltages, error=error)
 
     def refuse_above(self, largest_error: float) -> None:
-        """Raise an error if the waveform differs too much from the drive."""
+        """Raise an error if the error of the waveform over its largest voltage exceeds `largest_error`."""
         if self.share <= largest_error:
             return
         raise InputError(
@@ -103,7 +88,12 @@ def waveform(
     most_points: int = MOST_POINTS,
     ramp: float | None = None,
 ) -> Waveform:
-    """Sample a drive evenly, at a given rate or at the lowest one whose error is a quarter of that allowed."""
+    """Sample a drive evenly, at a given rate or at the lowest one whose error is a quarter of that allowed.
+
+    Rates to choose from are by default 1, 2 and 5 times a power of ten, adjusted so that the last sample is
+    at the end. With a `ramp` a sample after the end is that of the drive, otherwise 0 V. A discontinuity is
+    refused where samples are joined by straight lines.
+    """
     last = drive.duration if end is None else end
     _check(drive, last, rate, largest_error, most_points)
     peak = drive.largest(last)
@@ -126,12 +116,10 @@ def waveform(
 
 
 def sampling_error(drive: Drive, times: Real, voltages: Real, *, held: bool, end: float) -> float:
-    """Return the largest absolute difference of a drive and its samples at any time.
+    """Return the largest absolute difference of a drive and its samples at any time up to `end`.
 
-    `times`, `voltages` (n,) [s].
-
-    The difference is itself a sum of closed forms, whose extremes `Drive.extremes` brackets. At a discontinuity both sides
-    count, so that straight lines between samples have an error of its whole height.
+    It is exact for straight pieces and one tone, never too small for others: the difference is a sum of
+    closed forms, whose extremes `Drive.extremes` brackets. At a discontinuity both sides count.
     """
     before = -voltages if not held else -np.append(0.0, voltages[:-1])
     before[0] = 0.0
@@ -180,7 +168,6 @@ def _check(drive: Drive, end: float, rate: float | None, largest_error: float, m
 
 
 def _refuse_discontinuities(drive: Drive, end: float, peak: float) -> None:
-    """Refuse a drive that no straight lines between samples follow."""
     times, heights = drive.corners(end)
     steps = np.flatnonzero(np.abs(heights) > ZERO * peak)
     if len(steps):

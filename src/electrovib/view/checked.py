@@ -30,12 +30,12 @@ FORMS: Final = {".csv": Form.TABLE, ".json": Form.CHECK, ".html": Form.PAGE}
 
 
 def check_outcome_file(path: str | Path, *, inputs: Iterable[Path] = (), force: bool = False) -> None:
-    """Check before a computation that its result can be written."""
+    """Check before a computation that its result can be written as ``.csv``, ``.json`` or ``.html``."""
     check_writable({Path(path): _form(Path(path))}, inputs=inputs, force=force)
 
 
 def write_check(result: CheckResult, path: str | Path, *, force: bool = False) -> Path:
-    """Write the result of a check."""
+    """Write the result of a check as ``.csv``, a row for each limit, comparison and number, ``.json`` or ``.html``."""
     place = Path(path)
     form = _form(place)
     text = {Form.TABLE: as_csv, Form.CHECK: as_json, Form.PAGE: as_html}[form](result)

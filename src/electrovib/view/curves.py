@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def to_csv(panel: Panel) -> str:
-    """Write every curve of a panel, drawn or not, one point a line, in SI."""
+    """Write every curve of a panel, drawn or not, one point a line, in SI; numbers read back to the last bit."""
     written = io.StringIO()
     table = csv.writer(written, lineterminator="\n")
     banded = any(curve.upper is not None for curve in panel.curves)

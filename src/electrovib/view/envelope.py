@@ -17,12 +17,7 @@ BINS: Final = 2_000
 def envelope(
     x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Keep the lowest and the highest point of each stretch of a long record.
-
-    `x`, `y` (n,); returns `x`, `y` (n,).
-
-    A stretch without any number stays a gap. First and last point are kept.
-    """
+    """Keep the lowest and the highest point of each stretch of a long record; a stretch without a number stays a gap."""
     if len(y) <= LONG:
         return x, y
     size = -(-len(y) // BINS)

@@ -19,7 +19,10 @@ _SAME, _SAME_OVER_DECADES = 0.02, 0.1
 
 
 def few_curves(panel: Panel) -> tuple[Panel, ...]:
-    """Split a panel into panels of at most five curves."""
+    """Split a panel into panels of at most five curves, each beginning with the first curve; equal ones share a line.
+
+    Curves are equal that differ nowhere by more than 2 %, or 10 % on a logarithmic axis.
+    """
     same = _SAME_OVER_DECADES if panel.log_y else _SAME
     groups = _groups([curve for curve in panel.curves if curve.kind != "points"], same)
     points = [curve for curve in panel.curves if curve.kind == "points"]

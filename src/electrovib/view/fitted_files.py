@@ -46,7 +46,7 @@ def _remarks(*said: str) -> list[str]:
 
 
 def space_toml(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
-    """Write the estimates as the tables ``space`` and ``correlation`` of a TOML file."""
+    """Write the estimates as the tables ``space`` and ``correlation`` of a TOML file, and why parameters are omitted."""
     import tomlkit
 
     means = {f"{path} (mean of {len(each.values)} sessions)": path for path, each in found.sessions.items()}

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def parameter_panels(found: SeparateFits) -> list[Panel]:
-    """Make one figure of each parameter over the recordings, with 95 % intervals and the mean."""
+    """Make one figure of each parameter over the numbered recordings, with 95 % intervals and the mean."""
     return [_panel(found, path) for path in found.free]
 
 

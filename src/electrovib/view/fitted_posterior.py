@@ -49,7 +49,7 @@ def posterior_table(posterior: Posterior, rows: Sequence[EstimatedParameter]) ->
 
 
 def chains_bytes(posterior: Posterior, rows: Sequence[EstimatedParameter]) -> bytes:
-    """Return the chains of a posterior distribution as the content of a netCDF file."""
+    """Return the chains of a posterior distribution as a netCDF file, with the mark by which a later fit may replace it."""
     from electrovib.data.traces.netcdf import in_memory
     from electrovib.recordings.fit.chains import chains_of
 

@@ -33,22 +33,10 @@ _AXES: Final = frozenset({"time", "frequency", "layer", "sample"})
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One line of a plot.
+    """One line of a plot, of which `y` may be complex.
 
-    Parameters
-    ----------
-    x, y : ndarray, shape (n,)
-        SI; y may be complex.
-    label : str
-        What its colour stands for; empty where there is only one line.
-    colour : str
-        Hexadecimal.
-    kind : str
-        What its dash stands for; empty where all dashes are alike.
-    dash : str or tuple
-        As matplotlib takes it.
-    measured : bool
-        Whether it was recorded: drawn as points, under the lines of models.
+    `label` and `kind` are what colour and dash stand for, empty where there is only one; `dash` is as
+    matplotlib takes it; a `measured` line is drawn as points under the lines of models.
     """
 
     x: NDArray[np.float64]
@@ -92,7 +80,7 @@ def has(traces: Traces, name: str) -> bool:
 
 
 def lines(traces: Traces, name: str, along: str) -> list[Line]:
-    """Find the lines of one signal."""
+    """Find the lines of one signal along ``"time"`` or ``"frequency"``; Traces without it are omitted."""
     known = labelled(traces)
     arrays = {label: trace[name] for label, trace in known.items() if name in trace}
     if not arrays:
@@ -104,7 +92,7 @@ def lines(traces: Traces, name: str, along: str) -> list[Line]:
 def lines_of(
     arrays: Mapping[str, xarray.DataArray], along: str, known: Mapping[str, xarray.Dataset]
 ) -> list[Line]:
-    """Find the lines of labelled arrays, as `lines` does for a signal."""
+    """Find the lines of labelled arrays, as `lines` does for a signal, with the colours of all Traces in `known`."""
     found: list[Line] = []
     labels = list(known)
     for label, array in arrays.items():

@@ -25,7 +25,10 @@ def page(
     judged_note: str = "",
     **content: Any,
 ) -> str:
-    """Fill a template."""
+    """Fill a template; its texts are escaped, figures from `markup` are not.
+
+    `judged` has the diagnostics of what the numbers were computed from, by a label where it is several.
+    """
     told = {label: found for label, found in judged.items() if found}
     mark = unsigned(Form.PAGE)
     return filled(template, mark=mark, judged=told, judged_note=judged_note, **content)

@@ -165,7 +165,6 @@ def _moves(trace: xarray.Dataset, name: str) -> bool:
 
 
 def _over_frequency(traces: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
-    """Draw force and gain over frequency."""
     wanted: list[tuple[str, Callable[..., Axes]]] = []
     if has(traces, "mean_force"):
         wanted.append(("frequency response of the force", plots.frequency_response))

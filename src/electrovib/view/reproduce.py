@@ -90,7 +90,6 @@ def _found(paper: str, skin: str | None) -> Reproduction:
 
 
 def _write(found: Reproduction, folder: Path, *, inputs: Sequence[Path] = (), force: bool = False) -> None:
-    """Write all files of a reproduction, or none of them."""
     contents = contents_of(found)
     if folder.exists():
         _refuse_to_replace(contents, folder, inputs, force=force)
@@ -148,7 +147,7 @@ def _checksum(content: bytes) -> str:
 
 
 def contents_of(found: Reproduction) -> dict[str, bytes]:
-    """Make the files of a reproduction."""
+    """Make the files of a reproduction, figures, curves, whole tables and explanations, with ``report.html`` last."""
     from electrovib.view.curves import table_to_csv, to_csv
     from electrovib.view.reproduced_page import drawn, page_of
     from electrovib.view.svg import to_png, to_svg

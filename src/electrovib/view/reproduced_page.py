@@ -43,7 +43,7 @@ def page_of(found: Reproduction, drawings: Mapping[str, str], *, curves: bool = 
 def page_figures(
     panels: Sequence[Panel], drawings: Mapping[str, str], *, curves: bool = False
 ) -> list[PageFigure]:
-    """Put panels and their drawings into the form of a page."""
+    """Put panels and their SVG into the form of a page; with `curves` those of each figure lie beside it as CSV."""
     from electrovib.view.pages import markup
     from electrovib.view.report_figures import PageFigure
     from electrovib.view.svg import inline

@@ -45,7 +45,7 @@ class ResidualRow:
 
 
 def residual_rows(traces: Mapping[str, xarray.Dataset]) -> list[ResidualRow]:
-    """Compare every measurement of a report with every prediction."""
+    """Compare every measurement of a report with every prediction, a row for each signal they share; sweeps are omitted."""
     plain = {label: trace for label, trace in traces.items() if "quantities" not in trace.attrs}
     rows: list[ResidualRow] = []
     for measured, recorded in plain.items():

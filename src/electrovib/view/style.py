@@ -87,7 +87,10 @@ def new_figure(size: tuple[float, float] = SIZE) -> Figure:
 
 @contextmanager
 def drawing(ax: Axes | None, size: tuple[float, float] = SIZE) -> Iterator[Axes]:
-    """Yield the Axes to draw into, in the style of the package."""
+    """Yield the Axes to draw into, the caller's or new ones, in the style of the package.
+
+    A new figure belongs to pyplot if the caller has imported it, so that ``plt.show()`` shows it.
+    """
     with style():
         if ax is None:
             pyplot = sys.modules.get("matplotlib.pyplot")

@@ -48,7 +48,7 @@ _LONGEST: Final = 400
 
 
 def diagnostics(trace: xarray.Dataset) -> list[dict[str, str]]:
-    """Read the validity diagnostics."""
+    """Read the validity diagnostics, the ``name``, ``state`` and ``text`` of each; empty where there are none."""
     try:
         found = read_json(trace.attrs.get("validity", "[]"))
         return [{key: str(diagnostic[key]) for key in ("name", "state", "text")} for diagnostic in found]
@@ -78,7 +78,11 @@ def opening(trace: xarray.Dataset) -> str:
 
 
 def key_numbers(trace: xarray.Dataset, *, quick: bool = False) -> dict[str, str]:
-    """Return the largest and mean values of a Trace; of a sweep, the range of its quantities."""
+    """Return the largest and mean values of a Trace; of a sweep, the range of its quantities.
+
+    Of a run they are its quantities, independent of the output times; where these cannot be computed, or
+    would take as long as the run with `quick`, the largest values at the output times, and the text says so.
+    """
     if is_sweep(trace):
         return quantity_ranges(trace)
     signals = {
@@ -118,7 +122,10 @@ def key_numbers(trace: xarray.Dataset, *, quick: bool = False) -> dict[str, str]
 def quantities_of_run(
     trace: xarray.Dataset, names: Collection[str], *, quick: bool = False
 ) -> dict[str, float]:
-    """Compute quantities of the scenario of a Trace, which do not depend on its output times."""
+    """Compute quantities of the scenario of a Trace, which do not depend on its output times, where that is possible.
+
+    With `quick` nothing is computed for a solver that advances in steps.
+    """
     scenario = scenario_or_none(trace) if "solver" in trace.attrs else None
     if scenario is None or not trace.sizes.get("time"):
         return {}
@@ -148,7 +155,7 @@ def quantities_of_scenario(
 
 
 def not_known(trace: xarray.Dataset, name: str) -> str:
-    """State the share of the times at which a friction is unknown, because the finger rests."""
+    """State the share of the times at which a friction is unknown, because the finger rests; empty where it is known."""
     if name not in trace or not any(
         diagnostic["name"] == "friction at rest" for diagnostic in diagnostics(trace)
     ):

@@ -15,7 +15,7 @@ _NO_METADATA: Final[dict[str, Any]] = {"Date": None, "Creator": None, "Format": 
 
 
 def to_svg(figure: Figure, *, tight: bool = False) -> str:
-    """Write a figure as an SVG file."""
+    """Write a figure as an SVG file without date, creator or random names."""
     text = StringIO()
     box: dict[str, Any] = {"bbox_inches": "tight", "pad_inches": 0.02} if tight else {}
     with style():
@@ -32,7 +32,7 @@ def to_png(figure: Figure, *, resolution: float = 150.0) -> bytes:
 
 
 def inline(svg: str, *, name: str, words: str) -> str:
-    """Turn an SVG file into an element of an HTML page."""
+    """Turn an SVG file into an element of an HTML page, with `name` before every identifier and `words` as description."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", body)
     body = body.replace("xlink:href=", "href=")

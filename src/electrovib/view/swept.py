@@ -28,7 +28,7 @@ def quantities_of(trace: xarray.Dataset) -> list[str]:
 
 
 def quantity_ranges(trace: xarray.Dataset, *, plain: bool = False, named: bool = True) -> dict[str, str]:
-    """Write smallest and largest value of each quantity of a sweep, and where they occur."""
+    """Write smallest and largest value of each quantity of a sweep and where they occur; `plain` writes ``uA``."""
     units, found = swept_units(trace), {}
     for name in quantities_of(trace):
         unit = str(trace[name].attrs.get("units", ""))

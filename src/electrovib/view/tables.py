@@ -25,19 +25,7 @@ NOT_GIVEN: Final = "not given"
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterRow:
-    """One physical parameter of one or several scenarios.
-
-    Parameters
-    ----------
-    path : str
-        Dotted path.
-    values : tuple of str
-        One for each scenario, with prefix and unit; a dash where it has none.
-    meaning : str
-        From its declaration.
-    sources : tuple of str
-        Source of each value; equal ones once.
-    """
+    """One physical parameter with its value in each scenario, a dash where it has none; equal sources are given once."""
 
     path: str
     values: tuple[str, ...]
@@ -167,7 +155,7 @@ def readable_equation(text: str) -> str:
 
 
 def references(scenarios: Mapping[str, Scenario]) -> list[tuple[str, str]]:
-    """Collect what the models cite."""
+    """Collect what the models cite and by which models, then the sources of values with their number of values."""
     cited: dict[str, list[str]] = {}
     for scenario in scenarios.values():
         for _, model in walk_models(scenario):

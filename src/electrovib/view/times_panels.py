@@ -18,7 +18,7 @@ _AFTER: Final = 8.0
 
 
 def times_panels(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[Panel]:
-    """Make the figures of measured times."""
+    """Make the figures of the first three edges of each direction, with the best form, and of three oscillations."""
     panels = []
     if found is not None:
         words = found.signal.replace("_", " ")

@@ -34,7 +34,7 @@ def pretty_unit(unit: str) -> str:
 
 
 def pretty_quantity(value: float | None, unit: str, *, digits: int = 6) -> str:
-    """Show a number to a person, or a dash where there is none."""
+    """Show a number to a person, with prefix, Greek letters and raised powers; a dash where there is none."""
     if value is None:
         return "–"
     if unit not in KINDS:
@@ -51,7 +51,7 @@ def typeset(text: str) -> str:
 
 
 def prefix_for(largest: float, unit: str) -> tuple[str, float]:
-    """Choose the prefix under which the largest number of a linear axis lies between 1 and 1000."""
+    """Choose the prefix, and its factor, under which the largest number of an axis lies between 1 and 1000."""
     if unit not in KINDS or unit == "1" or not math.isfinite(largest) or largest <= 0:
         return "", 1.0
     power = 2 if re.match(r"[A-Za-z]+2", unit) else 1
@@ -64,9 +64,9 @@ def prefix_for(largest: float, unit: str) -> tuple[str, float]:
 def label_axis(axis: Axis, words: str, unit: str, *, base: float = 0.0) -> None:
     """Label an axis in words and one unit; the data stay in SI.
 
-    A linear axis has one prefixed unit in its label (``force [mN]``). So has a logarithmic one of at most
-    four decades (``ramp [ms]``: 0.1, 1, 10); over more decades it has powers of ten of the SI unit. The
-    numbers themselves never carry a prefix.
+    A linear axis, which counts from `base`, has one prefixed unit in its label (``force [mN]``). So has a
+    logarithmic one of at most four decades (``ramp [ms]``: 0.1, 1, 10); over more decades it has powers of
+    ten of the SI unit. The numbers themselves never carry a prefix.
     """
     if axis.get_scale() == "log":
         prefix = _decades(axis, unit)

@@ -21,25 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(kw_only=True)
 class BuiltCircuit:
-    """The circuit from the amplifier through finger and body to ground.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario of which the circuit is built.
-    start : Start
-        Initial voltages of the capacitors.
-    reductions : dict of str to Reduction
-        Polarisation of each layer as Debye terms.
-    slabs : dict of str to LayerElements
-        Layers of the first contact.
-    all_slabs : list of LayerElements
-        Layers of the first and of a second contact.
-    nodes : list of str
-        Nodes in the order of the circuit.
-    blocks : list of list of str
-        Elements of the netlist, grouped.
-    """
+    """The circuit from the amplifier through finger and body to ground, with the elements of the netlist in blocks."""
 
     scenario: Scenario
     start: Start

@@ -24,7 +24,10 @@ MOST_TONES = 500
 
 
 def drive_sources(drive: Drive, timing: Timing) -> list[str]:
-    """Return the sources between the nodes ``drive`` and ``0``."""
+    """Return the sources between the nodes ``drive`` and ``0``, one of them the unit source of the response.
+
+    The only approximation is the edge that replaces a step.
+    """
     lines, bottom = [], "0"
     current, parts = drive.quantity == "current", drive.parts()
     for count, part in enumerate(parts, start=1):

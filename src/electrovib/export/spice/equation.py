@@ -46,7 +46,7 @@ _REASONS = (TypeError, ValueError, KeyError, AttributeError, SyntaxError, np.exc
 
 
 def written(model: Model, method: str, arguments: Mapping[str, Formula], *, path: str) -> Formula:
-    """Return the result of a method of a model as a formula of ngspice."""
+    """Return the result of a method of a model as a formula of ngspice, or refuse one that is no elementary formula."""
     try:
         printed = model.equation.get(method)
         if printed is None:

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 
 def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tuple[list[str], dict[str, str]]:
-    """Return the sources of a force law."""
+    """Return the sources of a force law, and the nodes of its linear quantities; node ``force`` has the attraction.
+
+    `second` is the area of the first contact over that of a second one; 0 without one.
+    """
     amplitudes = _readings(law, section)
     names, nodes = Names(), {}
     lines = [
@@ -40,7 +43,6 @@ def force_sources(law: ForceLaw, section: ReadSection, *, second: float) -> tupl
 
 
 def _readings(law: ForceLaw, section: ReadSection) -> dict[str, MeterReading]:
-    """Return the linear quantities of a law."""
     try:
         found: dict[str, Any] = dict(law.amplitudes(section))
         effective = law.effective_voltage(section)

@@ -31,14 +31,8 @@ _MOST_FACTORS = 4
 class Formula:
     """A number that a behavioural source computes; arithmetic on it gives the formula of the result.
 
-    Parameters
-    ----------
-    text : str
-        Formula in the syntax of ngspice: a name, a call, or an expression in brackets.
-
-    Notes
-    -----
-    Elementary functions of numpy become those of ngspice. Comparisons and conversions to a number raise TypeError.
+    Its `text` is a name, a call, or an expression in brackets. Elementary functions of numpy become those of
+    ngspice; comparisons and conversions to a number raise TypeError.
     """
 
     def __init__(self, text: str) -> None:
@@ -49,43 +43,33 @@ class Formula:
         raise TypeError("a formula has no value yet")
 
     def __add__(self, other: object) -> Formula:
-        """Write a sum."""
         return _joined(self, "+", other)
 
     def __radd__(self, other: object) -> Formula:
-        """Write a sum."""
         return _joined(other, "+", self)
 
     def __sub__(self, other: object) -> Formula:
-        """Write a difference."""
         return _joined(self, "-", other)
 
     def __rsub__(self, other: object) -> Formula:
-        """Write a difference."""
         return _joined(other, "-", self)
 
     def __mul__(self, other: object) -> Formula:
-        """Write a product."""
         return _joined(self, "*", other)
 
     def __rmul__(self, other: object) -> Formula:
-        """Write a product."""
         return _joined(other, "*", self)
 
     def __truediv__(self, other: object) -> Formula:
-        """Write a quotient."""
         return _joined(self, "/", other)
 
     def __rtruediv__(self, other: object) -> Formula:
-        """Write a quotient."""
         return _joined(other, "/", self)
 
     def __neg__(self) -> Formula:
-        """Write the negative."""
         return Formula(f"(0 - {self.text})")
 
     def __abs__(self) -> Formula:
-        """Write the magnitude."""
         return Formula(f"abs({self.text})")
 
     def __pow__(self, exponent: object) -> Formula:
@@ -102,7 +86,6 @@ class Formula:
         return magnitude if even == exponent else magnitude * self
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
-        """Write numpy's elementary functions."""
         name = ufunc.__name__
         if method != "__call__" or options:
             return NotImplemented

@@ -29,27 +29,7 @@ class Branch:
 
 @dataclass(frozen=True, kw_only=True)
 class LayerElements:
-    """A layer between two nodes of the circuit.
-
-    Parameters
-    ----------
-    path : str
-        Name of the layer in the scenario.
-    name : str
-        Name of the layer in the circuit.
-    plate_side, finger_side : str
-        Nodes on both sides.
-    layer : Layer
-        Thickness, conduction and leak.
-    reduction : Reduction
-        Polarisation as Debye terms.
-    area : float
-        Area of this contact [m2].
-    field : float
-        Initial field in the capacitor above all relaxations [V/m].
-    relaxed : tuple of float
-        Initial fields in the capacitors of the relaxations, fastest last [V/m].
-    """
+    """A layer of one contact between two nodes; the initial fields in its relaxations end with the fastest [V/m]."""
 
     path: str
     name: str

@@ -26,7 +26,7 @@ OF_A_LAYER = {"thickness", "role", "material", "leak", "initial_charge", "breakd
 
 
 def netlist(scenario: Scenario, *, name: str) -> str:
-    """Return a scenario as a netlist that ngspice runs without further input."""
+    """Return a scenario as a netlist that ngspice runs without further input, if every part has an exact form there."""
     _check(scenario)
     timing = Timing.of(scenario.drive, scenario.time)
     circuit = BuiltCircuit.of(scenario)

@@ -15,15 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class MeterReading:
-    """A sum of voltages and currents of the circuit, each with a factor.
-
-    Parameters
-    ----------
-    weights : mapping of str to float
-        Voltage or current, in the syntax of ngspice, to its factor.
-    transfer : Transfer or None
-        The same quantity in modes, where the initial state of the circuit needs it.
-    """
+    """A weighted sum of voltages and currents of the circuit; `transfer` is the same quantity in modes, if needed."""
 
     weights: Mapping[str, float]
     transfer: Transfer | None = None
@@ -37,7 +29,6 @@ class MeterReading:
         return " + ".join(terms).replace("+ -", "- ") or "0"
 
     def __add__(self, other: MeterReading) -> MeterReading:
-        """Add."""
         weights = dict(self.weights)
         for name, weight in other.weights.items():
             weights[name] = weights.get(name, 0.0) + weight
@@ -45,7 +36,6 @@ class MeterReading:
         return MeterReading(weights, self.transfer + other.transfer if known else None)  # type: ignore[operator]
 
     def __sub__(self, other: MeterReading) -> MeterReading:
-        """Subtract."""
         return self + other * -1.0
 
     def __mul__(self, other: float | FilterToBuild) -> MeterReading:
@@ -59,21 +49,12 @@ class MeterReading:
     __rmul__ = __mul__
 
     def __truediv__(self, other: float) -> MeterReading:
-        """Divide by a number."""
         return self * (1 / float(other))
 
 
 @dataclass(frozen=True, eq=False)
 class FilterToBuild:
-    """A filter that is added to the circuit when a reading is passed through it.
-
-    Parameters
-    ----------
-    transfer : Transfer
-        Transfer function with real poles and without a free part.
-    build : callable
-        Function that adds the filter of a transfer function after a reading and returns the reading of its output.
-    """
+    """A filter with real poles and no free part, which `build` adds to the circuit after a reading."""
 
     transfer: Transfer
     build: Callable[[Transfer, MeterReading], MeterReading]

@@ -43,19 +43,7 @@ class ReadLayer:
 
 @dataclass(kw_only=True)
 class ReadSection:
-    """The stack as readings of the circuit, to which the filters of a law are added.
-
-    Parameters
-    ----------
-    slabs : mapping of str to LayerElements
-        Layers of the first contact, from the plate to the finger.
-    start : Start
-        Initial voltages of the capacitors.
-    area : float
-        Area of the first contact [m2].
-    elements : list of str
-        Elements of the filters.
-    """
+    """The stack of the first contact, from plate to finger, as readings of the circuit, to which filters are added."""
 
     slabs: dict[str, LayerElements]
     roles: Mapping[str, Role]
@@ -106,8 +94,8 @@ class ReadSection:
     def interface_displacement(self) -> MeterReading:
         """Displacement at the interface of plate and finger, for a stack without a gap.
 
-        If the last layer of the plate does not conduct, it is the charge on that layer; else it is the
-        integral of the current, on a separate capacitor.
+        It is the charge on the last layer of the plate if that does not conduct, else the integral of the
+        current, on a separate capacitor.
         """
         last = beside_interface(self.roles, "plate")
         charged = any(slab.layer.initial_charge for slab in self.slabs.values())

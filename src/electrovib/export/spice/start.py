@@ -31,20 +31,9 @@ APART = 1e-7
 class Start:
     """Voltages at time 0: those of the periodic state, or from rest those of initial charge and a step of the drive.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario with its drive and initial state.
-    section : ModalSection or None
-        The stack in modes for the periodic state; None from rest.
-    fields : mapping of str to float
-        Field of each layer from rest [V/m].
-    second_fields : mapping of str to float
-        Field of each layer of a second contact from rest, in the direction of the current [V/m].
-    body : float
-        Voltage of the capacitance of the body from rest [V].
-    interface : float
-        Displacement at the interface of plate and finger from rest [C/m2].
+    `section` is the stack in modes for the periodic state, None from rest. From rest there are the `fields`
+    of the layers and the `second_fields` of those of a second contact in the direction of the current [V/m],
+    the voltage `body` [V], and the displacement `interface` between plate and finger [C/m2].
     """
 
     scenario: Scenario

@@ -32,13 +32,7 @@ def remark(text: str) -> str:
 
 @dataclass
 class Names:
-    """Names in use, all lower case and different, because ngspice ignores case.
-
-    Parameters
-    ----------
-    taken : set of str
-        Names in use.
-    """
+    """Names in use, all lower case and different, because ngspice ignores case."""
 
     taken: set[str] = field(default_factory=set)
 

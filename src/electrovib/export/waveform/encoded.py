@@ -14,12 +14,7 @@ if TYPE_CHECKING:
 class Scaling:
     """Relation of the voltage of the drive to what a file or an instrument holds.
 
-    Parameters
-    ----------
-    full_scale : float or None
-        Voltage of the drive at full scale of a format with a full scale [V]; its largest voltage if absent.
-    gain : float
-        Voltage of the drive over that of the instrument [1].
+    It has the voltage at full scale, None for the largest one, and the voltage over that of the instrument.
     """
 
     full_scale: float | None = None
@@ -28,21 +23,7 @@ class Scaling:
 
 @dataclass(frozen=True, kw_only=True)
 class Encoded:
-    """Samples as a format can hold them.
-
-    Parameters
-    ----------
-    waveform : Waveform
-        What was sampled.
-    voltages : ndarray, shape (n,)
-        Voltages of the drive that the file represents, after rounding [V].
-    codes : ndarray, shape (n,), or None
-        Whole numbers in the file; None for a format of floating-point numbers.
-    full_scale : float or None
-        Voltage of the drive at full scale [V].
-    notes : tuple of str
-        How to play the file so that it gives these voltages.
-    """
+    """Samples as a format can hold them: voltages after rounding, and their whole numbers where it has such codes."""
 
     waveform: Waveform
     voltages: Real

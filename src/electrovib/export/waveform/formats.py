@@ -18,28 +18,10 @@ if TYPE_CHECKING:
 class WaveformFormat:
     """One format of files of waveforms.
 
-    Parameters
-    ----------
-    name : str
-        What it is, in words.
-    encode : callable
-        Function of the samples and the scaling that returns what the file can hold.
-    content : callable
-        Function of what the file can hold and of notes that returns the bytes of the file.
-    form : Form or None
-        Mark of the file; None where the format has no place for one.
-    held : bool
-        Whether a player holds each sample until the next.
-    played : bool
-        Whether an instrument can play it, so that it has to begin and end at 0 V.
-    most_points : int or None
-        Most samples; None for the default.
-    fewest_points : int
-        Fewest samples.
-    rates : tuple of float
-        Rates that players offer [Hz], increasing; any rate if empty.
-    whole_rate : bool
-        Whether the rate has to be a whole number of hertz.
+    `encode` gives what the file can hold of samples and scaling, and `content` its bytes with notes. A format
+    without a place for a mark has no `form`. With `held` a player holds each sample until the next; what is
+    `played` by an instrument has to begin and end at 0 V. Any rate will do if `rates` is empty, else those
+    that players offer [Hz].
     """
 
     name: str

@@ -64,10 +64,7 @@ def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
 
 
 def codes_of(voltages: Real, full: float) -> Real:
-    """Return the codes of voltages, without an offset: code 0 is 0 V whatever the amplitude.
-
-    `voltages` (n,) [V]; returns `codes` (n,).
-    """
+    """Return the codes of voltages, in which 0 is 0 V and 2047 the voltage `full`; none is clipped."""
     codes: Real = np.rint(voltages / full * LARGEST_CODE)
     if not np.all(np.abs(codes) <= LARGEST_CODE):
         why = f"the drive reaches {float(np.max(np.abs(voltages))):g} V, more than the full scale; nothing was written"

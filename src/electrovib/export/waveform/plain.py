@@ -19,7 +19,7 @@ _HEADER = 116  # bytes of text that a MATLAB file begins with
 
 
 def encode(waveform: Waveform, scaling: Scaling) -> Encoded:
-    """Return the samples themselves, which double precision holds exactly."""
+    """Return the samples themselves, which double precision holds exactly; a scaling is refused."""
     if scaling != Scaling():
         raise InputError(
             "this format holds volts of the drive; omit the full scale and the gain", path="scaling"

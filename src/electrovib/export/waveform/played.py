@@ -35,18 +35,9 @@ _NOT_PRESENT: Final = (
 
 @dataclass(frozen=True, kw_only=True)
 class Playing:
-    """What is declared of the output that plays a file.
+    """What is declared of the output that plays a file, without an amplifier that is only assumed.
 
-    Parameters
-    ----------
-    held : bool
-        Whether each sample is held until the next, rather than joined to it by a straight line.
-    edge : float or None
-        Height of a step between held samples over its steepest slope [s]; None for steps.
-    scenario : Scenario
-        Experiment, without the limits and the bandwidth of an amplifier that is only assumed.
-    is_assumed : bool
-        Whether there is such an amplifier.
+    `edge` is the height of a step between held samples over its steepest slope [s]; None for steps.
     """
 
     held: bool

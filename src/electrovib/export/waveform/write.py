@@ -38,18 +38,11 @@ from electrovib.study.waveform import (
 class WrittenWaveform:
     """A waveform that was written, with its error, its scale and its check.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    waveform : Waveform
-        Samples as the file holds them, with the largest error.
-    full_scale : float or None
-        Voltage of the drive at full scale of the format [V]; None for a format without one.
-    notes : tuple of str
-        What the file is, and how to play it.
-    check : CheckResult
-        Comparison of the samples of the file with the limits.
+    - `path`: the file.
+    - `waveform`: its samples as the file holds them, with the largest error.
+    - `full_scale`: voltage of the drive at full scale [V]; None for a format without one.
+    - `notes`: what the file is, and how to play it.
+    - `check`: comparison of the samples of the file with the limits.
     """
 
     path: Path
@@ -180,7 +173,7 @@ def sampled_drive(
     ramp: float | None = None,
     held: bool = False,
 ) -> Waveform:
-    """Sample the drive of a scenario for a format."""
+    """Sample the drive of a scenario for a format, not yet rounded to what the format can hold."""
     drive, end = scenario.drive, float(scenario.time.times(scenario.drive)[-1])
     if drive.quantity == "voltage" and form.played and ramp is None:
         refuse_unless_zero_at_both_ends(drive, end)
@@ -205,7 +198,7 @@ def sampled_drive(
 
 
 def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str, ...]:
-    """Return what a file of a waveform states about itself."""
+    """Return what a file of a waveform states about itself: title, number of samples and error."""
     title = " ".join(scenario.title.split()) or "a scenario without a title"
     amplified = (
         " at the input of its amplifier" if scenario.circuit.amplifier is not None else " at the plate"

@@ -25,7 +25,7 @@ NAMES = (
 
 
 def ready_made(module: ModuleType, name: str) -> Iterator[tuple[str, str]]:
-    """List what a paper offers by name."""
+    """Yield what a paper offers by name: ``run``, ``skin``, ``material`` or ``stack``, and its name with a few words."""
     for key, scenario in getattr(module, "scenarios", dict)().items():
         yield "run", f"electrovib run {name}/{key} ({scenario.title})"
     for key, skin in getattr(module, "skins", dict)().items():
@@ -79,7 +79,7 @@ def _source(model: type[Model], default: Any, needed: str) -> str:
 
 
 def values(module: ModuleType) -> Table | None:
-    """Return the values of a paper's ready-made scenarios, with the source of each value."""
+    """Return the values of a paper's ready-made scenarios with the source of each, or None without scenarios."""
     found: dict[tuple[str, str], list[str]] = {}
     for scenario in getattr(module, "scenarios", dict)().values():
         for path, value, quantity in scenario.parameters():
@@ -99,7 +99,7 @@ def _several(shown: list[str]) -> str:
 
 
 def claims(module: ModuleType) -> dict[str, str]:
-    """Read what a paper claims, and what it does not claim, from the docstring of its module."""
+    """Read from a paper's docstring what it claims, what it does not claim, and, as ``here``, what is said after that."""
     text = plain_text(inspect.getdoc(module) or "")
     found = re.search(r"Claims: (.*?)\s*Does not claim: (.*)", text)
     if not found:
@@ -110,7 +110,7 @@ def claims(module: ModuleType) -> dict[str, str]:
 
 
 def bibtex(module: ModuleType, name: str) -> str:
-    """Write a paper's citations as BibTeX entries."""
+    """Write a paper's citations as BibTeX entries, the first with the key `name`."""
     citations = getattr(module, "CITATIONS", ())
     if not citations:
         return bibtex_of(module.CITATION, name)

@@ -31,7 +31,7 @@ ANY_LAYER: Final = "LAYER"
 
 
 def families() -> dict[type[Model], str]:
-    """Find every family of models and what its members compute."""
+    """Find every family of models and what its members compute, the main families first."""
     find_members(ForceLaw)  # all physics and papers are imported then
     contributed = {module.__name__ for module in papers().values()}
     others = {
@@ -46,7 +46,7 @@ def families() -> dict[type[Model], str]:
 
 
 def places() -> dict[type[Model], str]:
-    """Find where a scenario holds the members of each family."""
+    """Find the dotted path at which a scenario first holds the members of each family, with `ANY_LAYER` for a layer."""
     found: dict[type[Model], str] = {}
     waiting: list[tuple[type[Model], str]] = [(Scenario, "")]
     seen: set[type[Model]] = set()

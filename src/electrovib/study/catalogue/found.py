@@ -107,7 +107,7 @@ def scenarios(query: str = "") -> Listing:
 
 
 def find(name: str) -> type[Model] | ModuleType:
-    """Find a model or a paper by its name, or by one that it had."""
+    """Find a model or a paper by a name; capitals count only where two entries differ by nothing else."""
     items = [item for item in everything() if isinstance(item.thing, (type, ModuleType))]
     matches, found = _matched(name, items)
     if not matches or matches[0].stage not in WHOLE:

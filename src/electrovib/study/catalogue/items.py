@@ -29,20 +29,10 @@ PAPERS, SCENARIOS, LIBRARY = "papers", "scenarios", "material library"
 
 @dataclass(frozen=True)
 class Item:
-    """One thing of the catalogue.
+    """One thing of the catalogue: a model class, the module of a paper, or what a paper offers.
 
-    Parameters
-    ----------
-    thing : object
-        A model class, the module of a paper, or what a paper offers.
-    record : Listed
-        For people and programs.
-    former : tuple of str
-        Names that it had.
-    texts : mapping of str to str
-        Label of a text to the text, as for `electrovib.core.search.Searchable`.
-    aliases : tuple of str
-        Other names of the same thing.
+    `former` are names that it had, `aliases` other names of the same thing, and `texts` are searched by their
+    labels.
     """
 
     thing: Any
@@ -65,7 +55,7 @@ class Item:
 
 
 def everything(*, own: bool = False) -> Iterator[Item]:
-    """Collect models, parts of a scenario without a choice, papers, and what papers offer ready-made."""
+    """Yield models by family, parts of a scenario without a choice, papers, and what papers offer ready-made."""
     yield from model_items(own=own)
     yield from _parts()
     yield from paper_items(own=own)
@@ -160,7 +150,6 @@ def _not_runnable(module: ModuleType) -> bool:
 
 
 def _library() -> Iterator[Item]:
-    """Collect the materials of the library."""
     for substance in materials():
         material = Material.from_offer(substance)
         status = (
@@ -178,7 +167,6 @@ def _library() -> Iterator[Item]:
 
 
 def _offered() -> Iterator[Item]:
-    """Collect materials, skins and stacks that papers offer by name."""
     for function, kind in (("materials", "material"), ("skins", "skin"), ("stacks", "stack")):
         for name, thing in offers((function,)).items():
             author_year = name.partition("/")[0]

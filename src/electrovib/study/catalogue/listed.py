@@ -14,28 +14,13 @@ if TYPE_CHECKING:
 class Listed:
     """One model, paper, ready-made scenario, skin, material or stack.
 
-    Parameters
-    ----------
-    name : str
-        What is written to use it.
-    kind : str
-        What it is: ``force law``, ``paper``, ``scenario``.
-    meaning : str
-        One line.
-    group : str
-        What the members of its family compute; ``papers`` and ``scenarios`` for these.
-    paper : str
-        ``author_year``, or empty for a model of the textbook.
-    status : str
-        How its source was read, one of `electrovib.core.status.STATUSES`; empty for a definition.
-    checks : int
-        How many numbers of sources it is checked against.
-    runnable : str
-        ``"yes"``, or why it cannot be run.
-    reproduces : str
-        Of a scenario: the figure of its paper, or the statement.
-    reason : str
-        Of the result of a search: why it was found.
+    - `name`: what is written to use it; `kind`: ``force law``, ``paper``, ``scenario``; `meaning`: one line.
+    - `group`: what the members of its family compute; ``papers`` and ``scenarios`` for these.
+    - `paper`: ``author_year``, or empty for a model of the textbook.
+    - `status`: how its source was read, one of `electrovib.core.status.STATUSES`; empty for a definition.
+    - `checks`: how many numbers of sources it is checked against.
+    - `runnable`: ``"yes"``, or why it cannot be run.
+    - `reproduces`: of a scenario, the figure of its paper or the statement; `reason`: why a search found it.
     """
 
     name: str
@@ -51,17 +36,7 @@ class Listed:
 
 
 class Listing(Sequence[Listed]):
-    """Listing that show themselves: as text in a terminal, as a table in a notebook.
-
-    Parameters
-    ----------
-    records : iterable of Listed
-        What is listed.
-    text : callable
-        Takes nothing and returns the text that the command line prints.
-    table : callable
-        Takes nothing and returns the table that a notebook shows.
-    """
+    """Records that show themselves: as the text of the command line in a terminal, as a table in a notebook."""
 
     def __init__(
         self, records: Iterable[Listed], *, text: Callable[[], str], table: Callable[[], Table]
@@ -77,11 +52,9 @@ class Listing(Sequence[Listed]):
         return self._records[place]
 
     def __len__(self) -> int:
-        """Return how many records there are."""
         return len(self._records)
 
     def __repr__(self) -> str:
-        """Write what the command line prints."""
         return self._text().rstrip("\n")
 
     __str__ = __repr__

@@ -18,7 +18,7 @@ _MORE = (
 
 
 def overview(items: Iterable[Item]) -> str:
-    """Write the names of everything by its place in a scenario."""
+    """Write the names of everything by its place in a scenario, and how to find out more."""
     found = list(items)
     held = places()
     rows = {path: sorted(find_members(family)) for family, path in held.items()}

@@ -27,24 +27,13 @@ _OF_ALL: Final = "all"
 class PopulationEntry:
     """One distribution of a population, or the share of a group, as texts.
 
-    Parameters
-    ----------
-    parameter : str
-        Dotted path; ``share`` for the share of a group.
-    group : str
-        Division and group, ``moisture: dry``; ``all`` for every finger.
-    distribution : str
-        Its model with the numbers as declared.
-    status : str
-        How the source was read, one of `electrovib.core.status.STATUSES`; empty where there is no source.
-    confidence : str
-        How far the numbers are those of fingertips, as the author of the population judges.
-    source : str
-        Where the numbers are from.
-    choice : str
-        What no source gives.
-    optional : bool
-        Whether scenarios without the parameter can be used.
+    - `parameter`: dotted path; ``share`` for the share of a group.
+    - `group`: division and group, ``moisture: dry``; ``all`` for every finger.
+    - `distribution`: its model with the numbers as declared.
+    - `status`: how the source was read, one of `electrovib.core.status.STATUSES`; empty without a source.
+    - `confidence`: how far the numbers are those of fingertips, as the author of the population judges.
+    - `source`: where the numbers are from; `choice`: what no source gives.
+    - `optional`: whether scenarios without the parameter can be used.
     """
 
     parameter: str
@@ -115,7 +104,7 @@ def caption_of(entries: list[PopulationEntry]) -> str:
 
 
 def entries_of(name: str) -> Iterator[PopulationEntry]:
-    """List the distributions of a population as its file declares them."""
+    """Yield the distributions of a population as declared: of all fingers, then of each group after its share."""
     tables = read_shipped(name)
     for path, table in tables["space"].items():
         yield _entry(path, _OF_ALL, table)

@@ -24,17 +24,7 @@ LimitsSource: TypeAlias = "str | Path | Mapping[str, Any] | Limits | LimitsFrom 
 
 @dataclass(frozen=True)
 class LimitsFrom:
-    """Limits of one place.
-
-    Parameters
-    ----------
-    place : str
-        Where they are declared, as it is shown: ``the scenario``, the name of a file.
-    limits : Limits
-        Declared there.
-    notes : mapping of str to str
-        Source of a limit, by its name, where one is stated.
-    """
+    """Limits of one place, named as it is shown: ``the scenario``, a file; `notes` has the stated source of a limit."""
 
     place: str
     limits: Limits
@@ -43,17 +33,7 @@ class LimitsFrom:
 
 @dataclass(frozen=True)
 class DeclaredLimit:
-    """The strictest of the limits that were declared for one quantity.
-
-    Parameters
-    ----------
-    name : str
-        Parameter of `Limits`.
-    value : float
-        In the unit of that parameter.
-    source : str
-        Place of the declaration, and the less strict values of other places.
-    """
+    """The strictest limit of one quantity in its unit; `source` also has the less strict values of other places."""
 
     name: str
     value: float
@@ -61,7 +41,7 @@ class DeclaredLimit:
 
 
 def limits_from(source: LimitsSource) -> LimitsFrom:
-    """Read limits from one place."""
+    """Read limits from one place; a TOML file has them alone or in a table ``[limits]``, and None declares none."""
     if source is None:
         return LimitsFrom("", Limits())
     if isinstance(source, LimitsFrom):
@@ -86,7 +66,7 @@ def limits_of(scenario: Scenario) -> LimitsFrom:
 
 
 def strictest(places: Iterable[LimitsFrom]) -> dict[str, DeclaredLimit]:
-    """Combine limits of several places: of each quantity the smallest counts."""
+    """Combine limits of several places: of each quantity the smallest counts, of equal ones the first is named."""
     given = list(places)
     found = {}
     for name in WORDS:

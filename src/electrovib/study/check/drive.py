@@ -28,14 +28,14 @@ _READ_DIRECTLY = (".csv", ".txt", ".tsv", ".npy", ".nc", ".mat")
 
 
 def with_drive(scenario: Scenario, drive: DriveSource) -> Scenario:
-    """Put another drive into a scenario, from rest and over its whole duration."""
+    """Put another drive into a scenario, from rest and over its whole duration; None leaves the scenario as it is."""
     if drive is None:
         return scenario
     return scenario.model_copy(update={"drive": read_drive(drive), "time": TimeGrid()})
 
 
 def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
-    """Read a drive from a file, a table or itself."""
+    """Read a drive from a file, a table or itself; a file has columns of time [s] and voltage [V], without NaN."""
     if isinstance(source, Drive):
         return source
     if isinstance(source, Mapping):
@@ -49,10 +49,7 @@ def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
 
 
 def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
-    """Return a drive of straight lines between samples.
-
-    `time`, `voltage` (n,) [s].
-    """
+    """Return a drive of straight lines between samples [s, V]; `path` names the file in messages."""
     try:
         return read_model(Sampled, {"time_samples": Samples(time), "voltage_samples": Samples(voltage)})
     except InputError as error:

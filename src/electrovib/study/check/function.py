@@ -110,7 +110,12 @@ def cleared_for_output(
     name: str = _OWN_DRIVE,
     consequence: str = "Nothing was written",
 ) -> CheckResult:
-    """Check a drive that is about to be written or played, or refuse it."""
+    """Check a drive that is about to be written or played, or refuse it.
+
+    It is refused unless the largest voltage and the largest current are declared; for every limit that is
+    exceeded or could not be compared; and if the drive times the gain exceeds the largest voltage, whatever
+    saturation, current limit and bandwidth of the amplifier leave of it. Nothing is ever clipped.
+    """
     declared = declared_limits(scenario, limits)
     refuse_unlimited(declared, what=what)
     result = checked(scenario, limits=limits, name=name)

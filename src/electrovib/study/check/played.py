@@ -51,9 +51,10 @@ def cleared_as_played(
     name: str,
     consequence: str = "Nothing was written",
 ) -> CheckResult:
-    """Check samples that are held from one to the next, or refuse them with the filter or resistor that would hold the limits.
+    """Check samples that are held from one to the next, or refuse them with the filter or resistor that helps.
 
-    `times`, `voltages` (n,) [s].
+    The samples are evenly spaced from 0. `edge` is the height of a step over its steepest slope [s], at most
+    their interval; None is 0, with `declare` in the message.
     """
     interval, declared = float(np.min(np.diff(times))), declared_limits(scenario, limits)
 
@@ -105,6 +106,5 @@ def _smallest(holds: Callable[[float], bool], low: float, high: float) -> float:
 
 
 def _two_digits(value: float, rounding: Callable[[float], int]) -> float:
-    """Round a positive value up or down to two digits."""
     step = 10.0 ** (math.floor(math.log10(value)) - 1)
     return rounding(value / step) * step

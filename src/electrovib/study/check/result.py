@@ -28,24 +28,13 @@ BREAKDOWN: Final = ("film strength", "Paschen", "field emission")
 
 @dataclass(frozen=True, kw_only=True)
 class CheckRow:
-    """One quantity and its limit.
+    """One quantity and its limit, both in the SI unit `unit`.
 
-    Parameters
-    ----------
-    quantity : str
-        What is compared.
-    value : float or None
-        Largest value reached, in `unit`; infinite where it has no bound, None where it is not known.
-    limit : float or None
-        In `unit`; None where none is declared or known.
-    unit : str
-        SI unit of both.
-    source : str
-        Who declared the limit, or where it was published; how to declare it where there is none.
-    state : str
-        ``"pass"``, also at exactly the limit; ``"fail"`` above it; or ``"unknown"``.
-    text : str
-        One sentence about the comparison, with its conditions.
+    - `value`: the largest value reached; infinite where it has no bound, None where it is not known.
+    - `limit`: None where none is declared or known.
+    - `source`: who declared the limit, or where it was published; how to declare it where there is none.
+    - `state`: ``"pass"``, also at exactly the limit; ``"fail"`` above it; or ``"unknown"``.
+    - `text`: one sentence about the comparison, with its conditions.
     """
 
     quantity: str
@@ -71,17 +60,7 @@ class CheckRow:
 
 @dataclass(frozen=True, kw_only=True)
 class CheckNumber:
-    """A number that has no limit of its own.
-
-    Parameters
-    ----------
-    quantity : str
-        What it is.
-    value : float or None
-        In `unit`; None where it is not known.
-    unit : str
-        SI unit.
-    """
+    """A number that has no limit of its own, in its SI unit; None where it is not known."""
 
     quantity: str
     value: float | None
@@ -92,22 +71,13 @@ class CheckNumber:
 class CheckResult:
     """Largest values of a drive in a scenario compared with limits.
 
-    Parameters
-    ----------
-    title : str
-        Of the scenario, and the drive where it is another one.
-    duration : float
-        Time from 0 up to which the drive was checked [s].
-    rows : tuple of CheckRow
-        Declared limits, then breakdown of each layer and of air.
-    comparisons : tuple of CheckRow
-        Published currents; they do not decide whether the check fails.
-    numbers : tuple of CheckNumber
-        Root-mean-square values and slew rate.
-    notes : tuple of str
-        What was assumed, and what the check does not state.
-    scenario : Scenario
-        Experiment with the drive that was checked.
+    - `title`: of the scenario, and the drive where it is another one.
+    - `duration`: time from 0 up to which the drive was checked [s].
+    - `rows`: declared limits, then breakdown of each layer and of air.
+    - `comparisons`: published currents, which do not decide whether the check fails.
+    - `numbers`: root-mean-square values and slew rate.
+    - `notes`: what was assumed, and what the check does not state.
+    - `scenario`: experiment with the drive that was checked.
     """
 
     title: str
@@ -141,7 +111,7 @@ class CheckResult:
             raise InputError(problems)
 
     def value(self, quantity: str) -> float | None:
-        """Return the value of a row or number."""
+        """Return the value of a row or number such as ``"peak voltage"``, in its unit; None where it is not known."""
         both: list[CheckRow | CheckNumber] = [*self.rows, *self.numbers]
         for each in both:
             if each.quantity == quantity:
@@ -180,7 +150,7 @@ def not_in_rows(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 
 def shown(value: float | None, unit: str) -> str:
-    """Write a value with its unit for people."""
+    """Write a value with its unit for people: ``1 kV``; ``no bound`` and ``not known`` where there is no number."""
     if value is None:
         return "not known"
     return "no bound" if math.isinf(value) else format_quantity(value, unit, digits=4)

@@ -20,13 +20,13 @@ ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")
 
 
 def limited_quantity(name: str) -> str:
-    """Return the name of the quantity that a limit is compared with, as `electrovib.check` has it."""
+    """Return the name by which `electrovib.check` has the quantity of a limit: ``"peak voltage"`` for ``"voltage"``."""
     words = name.replace("_", " ")
     return f"peak {words}" if name in PEAKS else words
 
 
 def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, words: str = "") -> CheckRow:
-    """Return the row of a declared limit, or that of a quantity without one."""
+    """Return the row of a limit; the value is infinite without a bound, NaN or None where it is not known."""
     unit, words = unit_of_limit(name), words or WORDS[name]
     if value is None or math.isnan(value):
         value, reached = None, "is not known"

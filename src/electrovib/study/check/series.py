@@ -39,32 +39,16 @@ _PERMITTIVITY_AT: Final = 1e3
 class SeriesResistor:
     """Smallest series resistor, what it does to the drive, and what it does not limit.
 
-    Parameters
-    ----------
-    voltage, voltage_source : float and str
-        Largest voltage of the supply [V], and who declared it.
-    current, current_source : float and str
-        Largest current through the finger [A], and who declared it.
-    body_resistance : float
-        Resistance of finger and body that was relied on [ohm].
-    resistance : float
-        Smallest resistance between amplifier and plate [ohm].
-    power : float
-        Largest power in it, while the insulator is a short circuit and the body is not counted [W].
-    capacitance : float
-        Of the plate under the finger and the stray capacitance, behind the resistor [F].
-    time_constant : float
-        With which the plate then charges [s].
-    corner : float
-        Its corner frequency [Hz].
-    stored_energy : float
-        Behind the resistor at the largest voltage, which it does not limit [J].
-    present : float
-        Series resistance that the scenario has already, circuit.source_resistance [ohm].
-    supply_voltage : float or None
-        Largest voltage of a supply that it and the relied-on resistance of the body would allow [V]; None where both are 0.
-    diagnostics : tuple of Diagnostic
-        Of the scenario.
+    - `voltage`, `current`: largest of the supply [V] and through the finger [A], each with who declared it.
+    - `body_resistance`: resistance of finger and body that was relied on [ohm].
+    - `resistance`: the smallest between amplifier and plate [ohm].
+    - `power`: the largest in it, while the insulator is a short circuit and the body is not counted [W].
+    - `capacitance`: of the plate under the finger and the stray capacitance, behind the resistor [F].
+    - `time_constant`, `corner`: with which the plate then charges [s], and its corner frequency [Hz].
+    - `stored_energy`: behind the resistor at the largest voltage, which it does not limit [J].
+    - `present`: series resistance that the scenario has already, circuit.source_resistance [ohm].
+    - `supply_voltage`: largest voltage that `present` and the body would allow [V]; None where both are 0.
+    - `diagnostics`: those of the scenario.
     """
 
     voltage: float
@@ -182,7 +166,7 @@ def series_resistor(
 
 
 def plate_capacitance(scenario: Scenario) -> float:
-    """Compute the capacitance of plate and gap under the contact, with the finger as a conductor, plus the stray capacitance."""
+    """Compute the capacitance at 1 kHz of plate and gap under a conducting finger, plus the stray capacitance [F]."""
     roles, layers = scenario.stack.roles, scenario.stack.layers
     frequency = np.array(_PERMITTIVITY_AT)
     thickness = sum(

@@ -21,20 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CheckedValues:
-    """Values of a run that limits are compared with.
-
-    Parameters
-    ----------
-    largest : dict of str to float
-        Value by the name of the limit that it is compared with, the largest absolute one at switch-on too; NaN where it is not
-        known, infinite where it has no bound.
-    rms : dict of str to float
-        Root-mean-square of ``voltage``, ``current`` and ``body_current`` over the run, NaN where it is not known.
-    breakdown : list of Diagnostic
-        Of each layer with a known strength, and of air.
-    end : float
-        Last time of the run [s].
-    """
+    """Values of a run by the name of their limit; NaN where not known, infinite where they have no bound."""
 
     largest: dict[str, float]
     rms: dict[str, float]
@@ -43,7 +30,7 @@ class CheckedValues:
 
 
 def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedValues:
-    """Solve a scenario for the values that limits are compared with."""
+    """Solve a scenario for the values of limits; root mean squares, which take most of the time, can be left out."""
     expanded = Expanded(scenario, mechanics=False)
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None

@@ -16,29 +16,17 @@ from electrovib.study.reproduction import Page, Panel, Table
 class Entry:
     """One law on the stack.
 
-    Parameters
-    ----------
-    name, evaluation_surface, status : str
-        Name of the law, medium in which it evaluates the Maxwell stress, status of its source.
-    static : float
-        Attraction at a constant peak voltage in the steady state, with all conduction left out [N].
-    ratio : float
-        Static attraction over that of the Maxwell stress in the gap.
-    early, late : float
-        Attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without a response in time.
-    mean : ndarray, shape (frequencies,)
-        Time average of the attraction under a sine of the peak voltage [N].
-    step : ndarray, shape (times,) or (0,)
-        Step response [N].
-    polarity : float
-        Mean attraction during the step over that of a step of the opposite sign; exactly 1 where the response of no layer
-        depends on the polarity, NaN for a law without a response in time.
-    why : str
-        Explanation of the ratio.
-    warnings : tuple of str
-        Limits that are exceeded.
-    breakdown : str
-        How the air breaks down at the static force; empty where it does not.
+    - `evaluation_surface`: medium in which it evaluates the Maxwell stress; `status`: that of its source.
+    - `static`: attraction at a constant peak voltage in the steady state, with all conduction left out [N];
+      `ratio`: over that of the Maxwell stress in the gap.
+    - `early`, `late`: attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without
+      a response in time.
+    - `mean`: time average of the attraction under a sine of the peak voltage, over frequency [N].
+    - `step`: step response over time [N], empty for a law without one.
+    - `polarity`: mean attraction during the step over that of a step of the opposite sign; exactly 1 where
+      the response of no layer depends on the polarity, NaN for a law without a response in time.
+    - `why`: explanation of the ratio; `warnings`: limits that are exceeded.
+    - `breakdown`: how the air breaks down at the static force; empty where it does not.
     """
 
     name: str
@@ -60,22 +48,12 @@ class Entry:
 class Comparison:
     """All laws on one scenario.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario with the stack.
-    voltage : float
-        Peak voltage at which the laws are compared [V].
-    entries : tuple of Entry
-        From the largest to the smallest static force.
-    answer : str
-        Which law to believe on this stack, and why: one sentence.
-    left_out : mapping of str to str
-        Law to the reason for which it is not in the comparison.
-    frequency, time : ndarray
-        Frequencies [Hz] and times [s] of `mean` and `step`.
-    tables, panels, pages
-        Tables, figures and explanations of a report.
+    - `voltage`: peak voltage at which the laws are compared [V].
+    - `entries`: from the largest to the smallest static force.
+    - `answer`: which law to believe on this stack, and why, in one sentence.
+    - `left_out`: law to the reason for which it is not in the comparison.
+    - `frequency`, `time`: frequencies [Hz] and times [s] of `mean` and `step` of the entries.
+    - `tables`, `panels`, `pages`: tables, figures and explanations of a report.
     """
 
     scenario: Scenario

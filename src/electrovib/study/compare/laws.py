@@ -40,11 +40,11 @@ def compare(
     models: Sequence[str] | None = None,
     over: Mapping[str, Sequence[float] | Real] | None = None,
 ) -> Comparison:
-    """Run every force law on the same finger and plate.
+    """Run every force law on the same finger and plate, by default all whose own parameters have defaults.
 
-    The finger is pressed with the full load all the time, whatever `load.time_profile` is. An amplifier with
-    limits keeps its gain and its largest voltage; its bandwidth and its largest current are left out, because
-    the laws are compared at voltages that are held.
+    The finger is pressed with the full load all the time, whatever `load.time_profile` is. Of an amplifier
+    with limits, bandwidth and largest current are left out, because the laws are compared at voltages that
+    are held.
     """
     if scenario.drive.quantity == "current":
         raise InputError(

@@ -43,30 +43,16 @@ HEADINGS: Final = (
 class MaterialEntry:
     """A scenario with one material in a layer.
 
-    Parameters
-    ----------
-    name : str
-        Of the material; `AS_IT_IS` for the scenario's own.
-    permittivity : float
-        Real relative permittivity at 1 kHz, without conduction.
-    relaxation_time : float
-        Charge relaxation time, permittivity over conductivity [s]; infinite without conduction.
-    force : float
-        Largest electrostatic attraction of the run [N].
-    field : float
-        Largest absolute field in the layer [V/m]; NaN where no strength is known to compare it with.
-    strength : float
-        Breakdown strength that it is compared with [V/m]; NaN where none is known.
-    margin : float
-        Strength over field, dimensionless; NaN where no strength is known.
-    breakdown : str
-        State of the diagnostic of the film's strength: ``"ok"``, ``"unknown"`` or ``"warning"``.
-    status : str
-        Statuses of the sources of the values taken from the library, the strength included.
-    why : str
-        Text of that diagnostic.
-    caution : str
-        Warning that the charge in the layer has relaxed for longer than an experiment lasts; empty without it.
+    - `name`: of the material; `AS_IT_IS` for the scenario's own.
+    - `permittivity`: real relative permittivity at 1 kHz, without conduction.
+    - `relaxation_time`: permittivity over conductivity [s]; infinite without conduction.
+    - `force`: largest electrostatic attraction of the run [N].
+    - `field`, `strength`: largest absolute field in the layer, and the breakdown strength it is compared with
+      [V/m]; `margin`: strength over field. All are NaN where no strength is known.
+    - `breakdown`, `why`: state of that diagnostic, ``"ok"``, ``"unknown"`` or ``"warning"``, and its text.
+    - `status`: statuses of the sources of the values taken from the library, the strength included.
+    - `caution`: warning that the charge in the layer has relaxed for longer than an experiment lasts; empty
+      without it.
     """
 
     name: str
@@ -86,18 +72,10 @@ class MaterialEntry:
 class MaterialComparison:
     """Materials of one layer, compared.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        As it was given.
-    layer : str
-        Whose material is exchanged.
-    entries : tuple of MaterialEntry
-        The scenario's own material first, the others from the largest to the smallest attraction.
-    left_out : mapping of str to str
-        Material to why the scenario does not run with it.
-    tables : tuple of Table
-        The same as text.
+    - `scenario`, `layer`: as it was given, and the layer whose material is exchanged.
+    - `entries`: the scenario's own material first, the others from the largest to the smallest attraction.
+    - `left_out`: material to why the scenario does not run with it.
+    - `tables`: the same as text.
     """
 
     scenario: Scenario

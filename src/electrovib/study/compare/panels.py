@@ -23,10 +23,7 @@ KINDS = ("line", "dashed", "dotted")
 
 
 def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float) -> Panel:
-    """Return the figure of the mean force of each law over frequency.
-
-    `frequency` (n,).
-    """
+    """Return the figure of the mean force of each law over frequency, under a sine of the peak `voltage`."""
     curves = [
         Curve(label=entry.name, x=frequency, y=entry.mean, look=look)
         for look, entry in enumerate(entries)
@@ -45,10 +42,7 @@ def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float)
 
 
 def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
-    """Return the figure of the step response of each law.
-
-    `time` (n,).
-    """
+    """Return the figure of the response of each law that has one to a step of the height `voltage`."""
     curves = []
     for look, entry in enumerate(entries):
         if len(entry.step):
@@ -74,10 +68,7 @@ def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
 def over_parameter(
     scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real, highest: float = np.inf
 ) -> Panel:
-    """Return the figure of the static force of each law over a parameter.
-
-    `values` (n,).
-    """
+    """Return the figure of the static force of each law over a parameter; above `highest` the amplifier saturates [V]."""
     quantity = quantity_at(scenario, path)
     curves, marks = [], []
     for look, (name, case) in enumerate(cases.items()):
@@ -126,7 +117,7 @@ def _sentence(words: str) -> str:
 
 
 def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
-    """Change the line style of curves that would hide others."""
+    """Draw a curve dashed where it covers another one over at least half of its length, dotted for several."""
     shown: list[Curve] = []
     for curve in curves:
         below = sum(_on_each_other(curve, other) for other in shown)

@@ -12,19 +12,7 @@ _ALWAYS: Final = ("scenario", "progress")
 
 @dataclass(frozen=True)
 class DesignForm:
-    """One form of the question.
-
-    Parameters
-    ----------
-    name : str
-        What is sought, as it is named in messages.
-    needs : tuple of str
-        Arguments that have to be given; the first decides that this form is meant.
-    example : str
-        Arguments as typed in Python.
-    load : callable
-        Returns the function of the form, which takes the scenario and keyword arguments, and returns a `Designed`.
-    """
+    """One form of the question; the first argument in `needs` decides that it is meant, and `load` returns its function."""
 
     name: str
     needs: tuple[str, ...]

@@ -51,7 +51,7 @@ FORMS: Final = (
 
 
 def form_of(given: Mapping[str, Any]) -> DesignForm:
-    """Return the form that is meant by the given arguments."""
+    """Return the form that is meant by the given arguments, all that it needs and nothing else among them."""
     form = next((each for each in reversed(FORMS) if each.needs[0] in given), None)
     if form is None:
         form = next((each for each in FORMS if set(each.needs) & given.keys()), None)

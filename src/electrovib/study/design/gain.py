@@ -27,20 +27,12 @@ _SAME: Final = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class CarrierGain:
-    """Force, currents and plate voltage of one sine in its steady state, per unit of its amplitude.
+    """Force, currents and plate voltage of one sine in its steady state, per unit of the peak of the drive, over frequency.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        Frequencies of the sine [Hz], above 0.
-    force : ndarray, shape (n,)
-        Time mean of the force over the squared peak of the drive [N/V^2; N/A^2 for a current drive], >= 0.
-    voltage : ndarray, shape (n,)
-        Peak voltage of the plate over the peak of the drive [1]; for a current drive that across the stack [V/A].
-    current : ndarray, shape (n,)
-        Peak current of the amplifier into plate, declared stray capacitance and finger, over the peak of the drive [A/V; 1].
-    body_current : ndarray, shape (n,)
-        Peak current through the finger over the peak of the drive [A/V; 1].
+    - `force`: time mean over the squared peak [N/V^2; N/A^2 for a current drive], >= 0.
+    - `voltage`: peak voltage of the plate [1]; for a current drive that across the stack [V/A].
+    - `current`, `body_current`: peak current of the amplifier into plate, declared stray capacitance and
+      finger, and that through the finger [A/V; 1].
     """
 
     frequency: Real
@@ -50,16 +42,13 @@ class CarrierGain:
     body_current: Real
 
     def amplitude(self, force: ArrayLike) -> Real:
-        """Return the peak of the drive that causes a mean force."""
+        """Return the peak of the drive that causes a mean force; infinite where the gain is 0."""
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.asarray(force, dtype=float) / self.force
             return np.where(np.asarray(force) == 0, 0.0, np.sqrt(ratio))
 
     def largest_amplitude(self, limits: Limits, *, slew: float | None = None) -> Real:
-        """Return the largest peak of the drive within declared limits.
-
-        Returns `amplitude` (n,).
-        """
+        """Return the largest peak of the drive within limits of voltage, currents and slope; infinite without one."""
         bounds = [np.full(len(self.frequency), np.inf)]
         for limit, gain in (
             (limits.voltage, self.voltage),
@@ -74,20 +63,15 @@ class CarrierGain:
         return np.asarray(np.min(bounds, axis=0))
 
     def largest_force(self, limits: Limits, *, slew: float | None = None) -> Real:
-        """Return the largest mean force of one sine within declared limits.
-
-        Returns `force` (n,) [N].
-        """
+        """Return the largest mean force of one sine within declared limits; infinite where none is declared."""
         return np.asarray(self.force * self.largest_amplitude(limits, slew=slew) ** 2)
 
 
 def carrier_gain(scenario: Scenario, frequency: ArrayLike) -> CarrierGain:
     """Return force, currents and plate voltage of one sine per unit of its amplitude, at each frequency.
 
-    `frequency` (n,) [Hz].
-
-    The force is that of the scenario's law and contact: mean F = g a^2 for the drive a sin(2 pi f t). Initial charges are
-    not part of it.
+    The mean force is F = g a^2 for the drive a sin(2 pi f t), without initial charges and without the limits
+    of an amplifier; a force of another form is refused.
     """
     axis = np.atleast_1d(np.asarray(frequency, dtype=float))
     if axis.ndim != 1 or not np.all(np.isfinite(axis) & (axis > 0)):

@@ -28,20 +28,11 @@ AS_IT_IS: Final = ""
 class PlateCandidate:
     """One plate with its drive.
 
-    Parameters
-    ----------
-    material : str
-        Of the insulator; empty where the scenario keeps its own.
-    at : mapping of str to float
-        Dotted path to value in SI.
-    values : mapping of str to float
-        Objective to its value in its unit; NaN where it is not known.
-    rows : tuple of CheckRow
-        Comparison with every limit; a row in the state ``"fail"`` forbids the candidate.
-    diagnostics : tuple of Diagnostic
-        Those of the run that are warnings and belong to no row.
-    refined : bool
-        Whether it was added between the values that were asked for.
+    - `material`: of the insulator; empty where the scenario keeps its own.
+    - `at`: dotted path to value in SI; `values`: objective to its value, NaN where it is not known.
+    - `rows`: comparison with every limit; a row in the state ``"fail"`` forbids the candidate.
+    - `diagnostics`: those of the run that are warnings and belong to no row.
+    - `refined`: whether it was added between the values that were asked for.
     """
 
     material: str
@@ -62,7 +53,7 @@ class PlateCandidate:
         return not self.forbidden_by
 
     def is_allowed_with(self, relaxed: Collection[str], factor: float) -> bool:
-        """Return whether no limit is exceeded when some of them are relaxed."""
+        """Return whether no limit is exceeded when some are multiplied by a factor; an infinite one omits them."""
         return all(
             row.quantity in relaxed
             and (math.isinf(factor) or (row.margin is not None and row.margin * factor >= 1))
@@ -78,19 +69,7 @@ class PlateCandidate:
 
 @dataclass(frozen=True, kw_only=True)
 class Plates:
-    """What the candidates have in common.
-
-    Parameters
-    ----------
-    members : mapping of str to Scenario
-        Material to the scenario with it.
-    declared : mapping of str to DeclaredLimit
-        Declared limits, the strictest of each quantity.
-    objectives : tuple of Objective
-        What is maximised or minimised.
-    perceived : bool
-        Whether the scenario has a calibrated detection threshold.
-    """
+    """What the candidates have in common; `perceived` states whether a detection threshold is calibrated."""
 
     members: Mapping[str, Scenario]
     declared: Mapping[str, DeclaredLimit]
@@ -105,7 +84,7 @@ class Plates:
         refined: bool = False,
         progress: Callable[[int, int], None] | None = None,
     ) -> list[PlateCandidate]:
-        """Solve every combination of materials and values."""
+        """Solve every combination of materials and values, the last path running fastest."""
         found: list[PlateCandidate] = []
         names = [each.name for each in self.objectives if each.kind not in (LARGEST, PARAMETER)]
         names += [FELT] if self.perceived and FELT not in names else []

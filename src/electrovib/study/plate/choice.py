@@ -24,17 +24,10 @@ SAME: Final = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Gain:
-    """What is reached with one limit relaxed and all others kept.
+    """What is reached with one limit relaxed and all others kept, or with several if no single one gains anything.
 
-    Parameters
-    ----------
-    limits : tuple of str
-        Quantities whose limits are relaxed; one, unless no single one gains anything.
-    relaxed : PlateCandidate or None
-        Best candidate with the limit `RELAXED` times as large; None if no candidate is better than the best one, or
-        if there are several limits.
-    without : PlateCandidate
-        Best candidate without the limit.
+    `relaxed` is the best candidate with the limit `RELAXED` times as large, None if it gains nothing or there
+    are several; `without` is that without the limit.
     """
 
     limits: tuple[str, ...]
@@ -49,7 +42,10 @@ def best_of(
     relaxed: Collection[str] = (),
     factor: float = math.inf,
 ) -> PlateCandidate | None:
-    """Find the candidate that is best in the first objective; of equal ones, in the next."""
+    """Find the candidate within the limits that is best in the first objective; of equal ones, in the next.
+
+    Limits of the `relaxed` quantities are multiplied by `factor`, or omitted where it is infinite.
+    """
     name = objectives[0].name
     left = [
         each
@@ -75,7 +71,11 @@ def is_better(one: PlateCandidate, other: PlateCandidate, objective: Objective) 
 def gains_of(
     best: PlateCandidate, candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]
 ) -> list[Gain]:
-    """Find the limits that bind: those without which a candidate would be better than the best one."""
+    """Find the limits that bind: those without which a candidate would be better in the first objective than the best one.
+
+    The largest gain comes first. Where no single limit gains anything, the limits that the best of all
+    candidates exceeds together are returned.
+    """
     found = []
     singles = {each.forbidden_by[0]: None for each in candidates if len(each.forbidden_by) == 1}
     for name in singles:
@@ -96,7 +96,7 @@ def gains_of(
 
 
 def efficient(candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]) -> list[PlateCandidate]:
-    """Return the Pareto set of the candidates within all limits, in the order of the first objective."""
+    """Return the Pareto set of the candidates within all limits, from the best to the worst in the first objective."""
     allowed = [each for each in candidates if each.is_allowed]
     if not allowed:
         return []

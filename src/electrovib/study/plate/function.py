@@ -49,7 +49,7 @@ def find_plate(
     refine: int = ROUNDS,
     progress: Callable[[int, int], None] | None = None,
 ) -> PlateDesign:
-    """Compare every combination of materials and parameters with all limits, and find the Pareto set."""
+    """Compare every combination of materials and parameters with all limits, as `electrovib.design_plate` describes."""
     given = read_scenario(scenario, changes=set)
     problems: list[str | Problem] = []
     axes: dict[str, Any] = {}

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def layer_of(scenario: Scenario, layer: str) -> str:
-    """Find the layer whose material is varied."""
+    """Find the layer whose material is varied: the only one of the plate if no name is given."""
     known = scenario.stack.layers
     plate = [name for name, role in scenario.stack.roles.items() if role == "plate"]
     if layer and layer not in known:
@@ -28,7 +28,7 @@ def layer_of(scenario: Scenario, layer: str) -> str:
 
 
 def members_of(scenario: Scenario, layer: str, materials: Sequence[str]) -> dict[str, Scenario]:
-    """Return the scenario with each material in a layer."""
+    """Return the scenario with each material in a layer, without the breakdown field that belongs to its own material."""
     problems: list[str | Problem] = []
     found: dict[str, Scenario] = {}
     for text in materials:

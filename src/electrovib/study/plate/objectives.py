@@ -21,18 +21,10 @@ QUANTITY, LARGEST, PARAMETER = "quantity", "largest value", "parameter"
 
 @dataclass(frozen=True, kw_only=True)
 class Objective:
-    """What is maximised or minimised.
+    """What is maximised or minimised: ``"mean electrostatic_force"``, ``"peak voltage"`` or a dotted path.
 
-    Parameters
-    ----------
-    name : str
-        ``"mean electrostatic_force"``, ``"peak voltage"`` or a dotted path.
-    unit : str
-        SI unit.
-    sign : int
-        -1 if the largest value is the best, 1 if the smallest is.
-    kind : str
-        `QUANTITY` of a sweep, `LARGEST` value that a limit is compared with, or swept `PARAMETER`.
+    `sign` is -1 if the largest value is the best, 1 if the smallest is. `kind` is `QUANTITY` of a sweep,
+    `LARGEST` value that a limit is compared with, or swept `PARAMETER`.
     """
 
     name: str
@@ -53,7 +45,7 @@ LIMITED: Final = {limited_quantity(name): name for name in WORDS}
 def read_objectives(
     scenario: Scenario, paths: Sequence[str], maximise: Sequence[str], minimise: Sequence[str]
 ) -> tuple[Objective, ...]:
-    """Read the names of objectives."""
+    """Read the names of objectives, those to be maximised first: quantities, those of `LIMITED`, or swept paths."""
     found: dict[str, Objective] = {}
     problems: list[str | Problem] = []
     for option, sign, names in (("maximise", -1, maximise), ("minimise", 1, minimise)):

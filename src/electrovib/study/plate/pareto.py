@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
 
 def pareto_set(costs: ArrayLike) -> NDArray[np.bool_]:
-    """Find the points that no other point dominates.
+    """Find the points that no other point dominates, with `costs` (n, objectives) that are each to be minimised.
 
-    `costs` (n, objectives); returns `efficient` (n,).
-
-    In lexicographic order a point can be dominated by an earlier one only, and domination is transitive, so each point
-    is compared with the efficient points before it.
+    A point is dominated by one that is at most as large in every objective and smaller in one; equal points
+    are efficient together, a point with NaN is not. In lexicographic order a point can be dominated by an
+    earlier one only, and domination is transitive, so each point is compared with the efficient points before
+    it.
     """
     values = np.asarray(costs, dtype=float)
     found = np.zeros(len(values), dtype=bool)

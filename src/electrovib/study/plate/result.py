@@ -25,24 +25,12 @@ if TYPE_CHECKING:
 class PlateDesign:
     """Candidates of a plate, compared with every limit.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        As it was given.
-    layer : str
-        Layer whose material is varied; empty where the material is kept.
-    axes : mapping of str to ndarray
-        Dotted path to the values that were asked for, in SI.
-    units : mapping of str to str
-        Unit of each path.
-    objectives : tuple of Objective
-        The first one decides which candidate is the best.
-    candidates : tuple of PlateCandidate
-        All of them.
-    check : CheckResult or None
-        `electrovib.check` of the best candidate; None if there is none.
-    notes : tuple of str
-        What was assumed, and what was not compared.
+    - `scenario`: as it was given; `layer`: whose material is varied, empty where the material is kept.
+    - `axes`, `units`: dotted path to the values that were asked for, in SI, and to their unit.
+    - `objectives`: the first one decides which candidate is the best.
+    - `candidates`: all of them.
+    - `check`: `electrovib.check` of the best candidate; None if there is none.
+    - `notes`: what was assumed, and what was not compared.
     """
 
     scenario: Scenario

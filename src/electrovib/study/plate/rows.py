@@ -32,7 +32,10 @@ _FELT_STATES: Final = {"detectable": PASS, "not detectable": FAIL}
 
 
 def judged_limits(declared: Mapping[str, DeclaredLimit], objectives: Sequence[Objective]) -> Limits:
-    """Return limits with which a run judges every quantity that a row shows."""
+    """Return limits with which a run judges every quantity that a row shows, the largest possible where none is declared.
+
+    Root mean squares and the rate of change, which take a run of their own, need a limit or an objective.
+    """
     asked = {LIMITED[each.name] for each in objectives if each.kind == LARGEST}
     values = {}
     for name in WORDS:
@@ -53,7 +56,10 @@ def rows_of(
     *,
     level: float | None = None,
 ) -> tuple[CheckRow, ...]:
-    """Compare a candidate with declared limits, breakdown and perception."""
+    """Compare a candidate with declared limits, breakdown and perception; a row in the state ``"fail"`` forbids it.
+
+    `scenario` is called for limits that a run does not judge; `level` is above the detection threshold [dB].
+    """
     largest = _largest(diagnostics)
     names = [name for name in WORDS if name in largest or name in declared or name not in ONLY_DECLARED]
     rest = {name for name in declared if name not in largest}

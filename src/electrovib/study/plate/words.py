@@ -47,7 +47,7 @@ def place_of(design: PlateDesign, candidate: PlateCandidate) -> str:
 
 
 def answer(design: PlateDesign) -> str:
-    """Return the sentences with which a result begins."""
+    """Return the sentences with which a result begins: best candidate, binding limit, gain, counts and doubts."""
     best, first = design.best, design.objectives[0]
     if best is None:
         return _none(design)
@@ -180,7 +180,7 @@ def _doubts(best: PlateCandidate) -> list[str]:
 
 
 def tables(design: PlateDesign) -> tuple[Table, ...]:
-    """Lay a result out as tables."""
+    """Lay a result out: limits at the best candidate, the Pareto set, and how many candidates each limit forbids."""
     found = []
     if design.best is not None:
         found.append(_limits_table(design, design.best))

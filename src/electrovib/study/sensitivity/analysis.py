@@ -44,7 +44,7 @@ def analyse(
     seed: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sensitivity:
-    """Compute Sobol indices and local elasticities of a quantity."""
+    """Compute Sobol indices and local elasticities of a quantity, as `electrovib.sensitivity` describes."""
     base = read_scenario(scenario)
     found = read_space(base, space)
     named = read_name(" ".join(quantity.split()), tuple(base.stack.layers))

@@ -25,17 +25,7 @@ _SMALLEST: Final = 2.0**-53
 
 @dataclass(frozen=True, kw_only=True)
 class Indices:
-    """Sobol indices of all inputs.
-
-    Parameters
-    ----------
-    first, total : ndarray, shape (inputs,)
-        First-order and total index, dimensionless.
-    first_interval, total_interval : ndarray, shape (2, inputs)
-        Ends of the 95 % intervals.
-    sample : ndarray, shape (2 n,)
-        Values of the function at independent draws.
-    """
+    """Sobol indices of all inputs, ends (2, inputs) of 95 % intervals, and the function at 2 n independent draws."""
 
     first: Real
     total: Real
@@ -45,11 +35,13 @@ class Indices:
 
 
 def sobol(space: Space, function: Callable[[Mapping[str, Real]], Real], *, n: int, seed: int) -> Indices:
-    """Compute the Sobol indices of a function of the parameters of a space.
+    """Compute the Sobol indices of a function of the parameters of a space, in the order of ``space.inputs``.
 
-    The estimators are those of Saltelli et al. 2010, as in `scipy.stats.sobol_indices` (which fails for a
-    single input), on scrambled Sobol points; inputs with relations are random draws, because a draw that
-    breaks a relation is repeated. The intervals are percentiles of a bootstrap over the draws.
+    The function takes arrays (m,) by path and returns values (m,); with n base draws, a power of 2, it is
+    evaluated n (inputs + 2) times. Parameters that depend on each other are one input. The estimators are
+    those of Saltelli et al. 2010, as in `scipy.stats.sobol_indices` (which fails for a single input), on
+    scrambled Sobol points; inputs with relations are random draws, because a draw that breaks a relation is
+    repeated. The intervals are percentiles of a bootstrap over the draws.
     """
     check_power(n)
     first, second = _draws(space, n, seed)

@@ -32,22 +32,12 @@ _NEGLIGIBLE: Final = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class InputIndices:
-    """Sobol indices of one independent input.
+    """Sobol indices of one independent input, with the ends of their 95 % intervals.
 
-    Parameters
-    ----------
-    name : str
-        A dotted path, a division into groups, or several that depend on each other.
-    paths : tuple of str
-        Dotted paths of its parameters.
-    first : float
-        Part of the variance that would be gone on average if the input were known, dimensionless.
-    first_interval : tuple of float
-        Ends of the 95 % interval of `first`.
-    total : float
-        Part of the variance that is left on average if all other inputs are known, dimensionless.
-    total_interval : tuple of float
-        Ends of the 95 % interval of `total`.
+    - `name`: a dotted path, a division into groups, or several that depend on each other; `paths`: those of
+      its parameters.
+    - `first`: part of the variance that would be gone on average if the input were known.
+    - `total`: part of the variance that is left on average if all other inputs are known.
     """
 
     name: str
@@ -62,17 +52,8 @@ class InputIndices:
 class Elasticity:
     """Relative change of the quantity for a small relative change of a parameter, at one point.
 
-    Parameters
-    ----------
-    path : str
-        Dotted path of the parameter.
-    at : float
-        Value of the parameter, in its SI unit `unit`.
-    unit : str
-        SI unit.
-    value : float
-        d ln quantity / d ln parameter, dimensionless; NaN where the parameter or the quantity is 0, or the range of the
-        parameter ends there.
+    `at` is the value of the parameter in `unit`; `value` is d ln quantity / d ln parameter, NaN where the
+    parameter or the quantity is 0, or the range of the parameter ends there.
     """
 
     path: str
@@ -85,24 +66,13 @@ class Elasticity:
 class Sensitivity:
     """Sensitivity of a quantity to the parameters of a space.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario with the values that stay fixed.
-    space : Space
-        Distributions of the others.
-    quantity, unit : str
-        Name of the quantity and its SI unit.
-    n, seed : int
-        Number of base draws, and seed.
-    method : str
-        How the scenario was evaluated, together or one by one, and why.
-    indices : tuple of InputIndices
-        From the largest total index to the smallest.
-    elasticities : tuple of Elasticity
-        At the medians of the distributions, in the order of the space.
-    sample : ndarray, shape (2 n,)
-        Values of the quantity at independent draws, in its SI unit.
+    - `scenario`, `space`: values that stay fixed, and distributions of the others.
+    - `quantity`, `unit`: name of the quantity and its SI unit.
+    - `n`, `seed`: number of base draws, and seed.
+    - `method`: how the scenario was evaluated, together or one by one, and why.
+    - `indices`: from the largest total index to the smallest.
+    - `elasticities`: at the medians of the distributions, in the order of the space.
+    - `sample`, shape (2 n,): values of the quantity at independent draws.
     """
 
     scenario: Scenario

@@ -17,17 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Asked:
-    """Quantities of each case.
-
-    Parameters
-    ----------
-    solved : tuple of Named
-        Quantities of the solution.
-    felt : tuple of str
-        Quantities of perception.
-    units : dict of str to (str, str)
-        Unit and meaning of every quantity, in the given order.
-    """
+    """Quantities of the solution and of perception, and unit and meaning of each in the given order."""
 
     solved: tuple[Named, ...]
     felt: tuple[str, ...]

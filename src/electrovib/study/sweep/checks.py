@@ -17,7 +17,11 @@ Judged: TypeAlias = "tuple[Mapping[str, float], Sequence[Diagnostic]]"
 
 
 def over_all(cases: Sequence[Judged], *, words: Callable[[Mapping[str, float]], str]) -> list[dict[str, Any]]:
-    """Keep of each diagnostic the case with the largest value relative to the limit."""
+    """Keep of each diagnostic the case with the largest value relative to the limit.
+
+    Each has ``at``, the parameters of that case, and ``cases``, the number in its state; diagnostics of one
+    name are identified by their order, and one that was judged in some cases only has two entries.
+    """
     found: dict[tuple[str, int], list[tuple[Mapping[str, float], Diagnostic]]] = {}
     for at, diagnostics in cases:
         seen: dict[str, int] = {}

@@ -19,7 +19,7 @@ FELT: Final = {
 
 
 def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
-    """Compute a quantity of perception."""
+    """Compute a quantity of perception [dB]: minus infinity where nothing moves, NaN where no threshold is known."""
     found = perceive(scenario)
     if name == "relative level":
         return found.relative, []

@@ -23,7 +23,7 @@ _FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1
 
 
 def parse_over(scenario: Scenario, texts: Sequence[str]) -> dict[str, Real]:
-    """Read the option ``--over``."""
+    """Read ``path=from:to:n``, or ``path=from:to:nlog`` for even spacing in the logarithm, as values in SI by path."""
     found: dict[str, Real] = {}
     problems: list[str] = []
     for text in texts:

@@ -90,19 +90,7 @@ def sweep(
 
 @dataclass(frozen=True)
 class Cases:
-    """Cases of a sweep, each with its own diagnostics.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Swept scenario.
-    axes : dict of str to ndarray
-        Dotted path to values in SI.
-    asked : Asked
-        Quantities of each case.
-    cases : list of Case
-        Every combination, the last path running fastest.
-    """
+    """Cases of a sweep, of which the last path of `axes` runs fastest, each with its own diagnostics."""
 
     scenario: Scenario
     axes: dict[str, Real]
@@ -118,7 +106,7 @@ def sweep_cases(
     records: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Cases:
-    """Solve a scenario at every combination of the values of some parameters, and return each case with its diagnostics."""
+    """Solve the cases of `sweep`, and return each with its diagnostics."""
     scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
     named, _ = with_current_names(scenario, over)
@@ -265,6 +253,5 @@ def _solved(
 
 
 def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:
-    """Format the values of a case with their units."""
     shown = (f"{path} = {format_quantity(value, units[path], digits=4)}" for path, value in point.items())
     return ", ".join(shown)

@@ -41,20 +41,7 @@ LARGEST: Final = (
 class Case:
     """One case of a sweep.
 
-    Parameters
-    ----------
-    at : mapping of str to float
-        Dotted path to value in SI.
-    values : mapping of str to float
-        Quantities in their units.
-    errors : mapping of str to float
-        Errors of the quantities, relative to the largest value of their signals.
-    how : mapping
-        Solver, its reason, errors and events.
-    diagnostics : sequence of Diagnostic
-        Diagnostics of the case.
-    record : Trace or None
-        Trace of the case, if records are kept.
+    `errors` are relative to the largest value of each signal; `how` states solver, reason, errors and events.
     """
 
     at: Mapping[str, float]
@@ -74,7 +61,7 @@ def dataset(
     records: bool,
     words: Callable[[Mapping[str, Any]], str],
 ) -> xarray.Dataset:
-    """Assemble the cases of a sweep."""
+    """Assemble the cases of a sweep, with unit and meaning of each quantity, as `electrovib.sweep` returns them."""
     import xarray
 
     shape = tuple(len(values) for values in axes.values())

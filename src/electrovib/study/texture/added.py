@@ -18,10 +18,7 @@ if TYPE_CHECKING:
 
 
 def added_friction(texture: Texture, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
-    """Return the added friction of a texture.
-
-    `position`, `velocity` (n, 2) [m]; returns `force` (n,) [N].
-    """
+    """Return the added friction of a texture, which is given copies; NaN where the model returned NaN or infinity."""
     try:
         found: Any = texture.added_friction(position.copy(), velocity.copy(), plate)
     except Exception as error:
@@ -50,7 +47,7 @@ def _unsuitable(texture: Texture, what: str) -> InputError:
 
 
 def failure(texture: Texture, error: Exception) -> InputError:
-    """Return the error of a texture that raised an exception, with the line of its file."""
+    """Return the error of a texture that raised an exception, with the last line of the model's file that led to it."""
     kind = type(texture)
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]

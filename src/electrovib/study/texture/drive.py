@@ -44,41 +44,20 @@ _ROUNDED: Final = 1e-9
 class TextureDrive:
     """Drive of a texture, simulated and within its limits.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment with this drive, to be simulated or exported.
-    texture : Texture
-        What is rendered.
-    path : FingerPath
-        Path of the finger.
-    times : ndarray, shape (n,)
-        Of the samples [s].
-    voltages : ndarray, shape (n,)
-        Samples of the drive [V], 0 at either end, joined by straight lines.
-    positions : ndarray, shape (n, 2)
-        Finger at these times [m].
-    rate : float
-        Samples per second [Hz].
-    carrier : float
-        Frequency of the carrier [Hz]; 0 without one.
-    wanted_force : ndarray, shape (n,)
-        Attraction that the texture needs [N].
-    predicted_force : ndarray, shape (n,)
-        Attraction of the full model [N], averaged over a period of the carrier where there is one.
-    predicted_friction : ndarray, shape (n,)
-        Friction force of the full model [N], averaged likewise; NaN where the finger rests and friction is not determined.
-    misfit : float
-        Root-mean-square difference of predicted and wanted attraction between the ramps over the root-mean-square of the
-        wanted one [1]; NaN for a texture without force.
-    largest_force : float
-        Largest attraction that the limits allow [N].
-    trace : xarray.Dataset
-        Prediction of the full model, with friction.
-    check : CheckResult
-        Comparison with the limits.
-    notes : tuple of str
-        How the drive was made, and what was assumed.
+    - `scenario`: experiment with this drive, to be simulated or exported.
+    - `texture`, `path`: what is rendered, and the path of the finger.
+    - `times`, `voltages`: samples of the drive, 0 V at either end, joined by straight lines; `rate`: samples
+      per second.
+    - `positions`, shape (n, 2): finger at these times.
+    - `carrier`: its frequency; 0 without one.
+    - `wanted_force`: attraction that the texture needs.
+    - `predicted_force`, `predicted_friction`: of the full model, averaged over a period of the carrier where
+      there is one; a friction is NaN where the finger rests and it is not determined.
+    - `misfit`: root-mean-square difference of predicted and wanted attraction between the ramps over the
+      root-mean-square of the wanted one; NaN for a texture without force.
+    - `largest_force`: largest attraction that the limits allow.
+    - `trace`: prediction of the full model, with friction; `check`: comparison with the limits.
+    - `notes`: how the drive was made, and what was assumed.
     """
 
     scenario: Scenario
@@ -233,10 +212,7 @@ def _synthesis(
 
 
 def mean_over_period(times: Real, values: Real, period: float) -> Real:
-    """Return the moving mean over one period, of straight lines between samples.
-
-    `times` (n,) [s], `values` (n,); returns `mean` (n,).
-    """
+    """Return the moving mean over one period, centred, of straight lines between samples; it is shorter at either end."""
     steps = np.diff(times) * (values[1:] + values[:-1]) / 2
     total = np.concatenate([[0.0], np.cumsum(steps)])
     first = np.maximum(times - period / 2, times[0])
@@ -279,7 +255,6 @@ def _moving(scenario: Scenario, path: FingerPath) -> tuple[Scenario, str]:
 
 
 def _titled(scenario: Scenario, texture: Texture) -> Scenario:
-    """Return the scenario with the texture in its title."""
     of = f" on the plate of: {scenario.title}" if scenario.title else ""
     return scenario.model_copy(update={"title": f"{type(texture).__name__}{of}"})
 

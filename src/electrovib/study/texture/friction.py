@@ -20,26 +20,9 @@ _POINTS: Final = 16_385
 class AttractionOfFriction:
     """Attraction that adds a given friction force to the plate's own.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Load and friction; of a friction with memory the law of steady sliding that it follows.
-    largest_force : float
-        Largest attraction of the hardware [N].
-
-    Attributes
-    ----------
-    plate : RenderingPlate
-        Load and largest added friction.
-
-    Raises
-    ------
-    InputError
-        If the friction does not increase with the attraction, or depends on the real contact area.
-
-    Notes
-    -----
-    A law that is linear in the attraction is inverted exactly; any other by a table of 16 385 values, linear between them.
+    A law that is linear in the attraction is inverted exactly; any other by a table of 16 385 values, linear
+    between them. A friction that does not increase with the attraction, or depends on the real contact area,
+    is refused.
     """
 
     def __init__(self, scenario: Scenario, largest_force: float) -> None:
@@ -65,10 +48,7 @@ class AttractionOfFriction:
         self.plate = RenderingPlate(normal_force=load, largest_added_friction=float(added[-1]))
 
     def force(self, added: Real) -> Real:
-        """Return the attraction of an added friction.
-
-        `added` (n,) [N]; returns `force` (n,) [N].
-        """
+        """Return the attraction of an added friction, out of range where no attraction of the hardware causes it."""
         if self._slope is not None:
             return np.asarray(added / self._slope)
         share = added / self._added[-1]

@@ -32,20 +32,10 @@ _TIMES: Final = 73
 class RenderingHardware:
     """Force of the rendered voltage, and what the declared limits allow of it.
 
-    Parameters
-    ----------
-    force_gain : float
-        Mean force over the squared amplitude of the carrier; without a carrier the force over the squared voltage [N/V^2].
-    carrier : float
-        Frequency of the carrier [Hz]; 0 without one.
-    ramp : float
-        Duration of a ramp between the largest amplitude and 0 V [s].
-    largest_amplitude : float
-        Of the drive [V].
-    largest_slope : float
-        Largest rate of change of the drive for which slew rate and currents stay within their limits [V/s].
-    bound : str
-        Limit that determines the largest amplitude, in words.
+    `force_gain` is the mean force over the squared amplitude of the carrier, or over the squared voltage
+    without one, when `carrier` is 0 [N/V^2]. `ramp` is the duration between the largest amplitude and 0 V. Up
+    to `largest_slope` slew rate and currents stay within their limits; `bound` names the limit of the
+    amplitude.
     """
 
     force_gain: float
@@ -65,18 +55,10 @@ class RenderingHardware:
 class CurrentBound:
     """Bound of the current of a linear stack from the slope and the size of the voltage.
 
-    Parameters
-    ----------
-    charges : ndarray, shape (n,)
-        Charge per volt that has flowed a time t after a step [F], for each of n times.
-    rates : ndarray, shape (n,)
-        Upper bound of the current per volt at that time after a step [S].
-
-    Notes
-    -----
-    The current of a passive stack of resistances and capacitances after a step is positive and falls. For a voltage that is
-    0 before time 0, with slopes up to S and sizes up to V, the last t seconds contribute at most S q(t), and everything
-    before them at most 2 V i(t), for every t: |i| <= min over t of S q(t) + 2 V i(t).
+    The current i of a passive stack of resistances and capacitances after a step of 1 V is positive and
+    falls; q is its charge. For a voltage that is 0 before time 0, with slopes up to S and sizes up to V, the
+    last t seconds contribute at most S q(t), and everything before them at most 2 V i(t), for every t: |i| <=
+    min over t of S q(t) + 2 V i(t).
     """
 
     charges: Real
@@ -91,15 +73,15 @@ class CurrentBound:
         return float(np.min(slope * self.charges + 2 * voltage * self.rates))
 
     def slope(self, current: float, voltage: float) -> float:
-        """Return the largest slope for which the current stays within a limit."""
+        """Return the largest slope within a limit of the current; 0 or less if the voltage alone can exceed it."""
         return float(np.max((current - 2 * voltage * self.rates) / self.charges))
 
 
 def current_bound(scenario: Scenario) -> CurrentBound:
     """Return the bound of the current into the contact, from the response to a voltage that rises linearly.
 
-    The current under v = s t is s q(t) with the charge q(t) that a step of 1 V has moved. Because i falls,
-    i(t) is at most (q(t) - q(t'))/(t - t') for every earlier t'.
+    Stray capacitance is not in it. The current under v = s t is s q(t) with the charge q(t) that a step of 1
+    V has moved. Because i falls, i(t) is at most (q(t) - q(t'))/(t - t') for every earlier t'.
     """
     times = np.concatenate([[0.0], np.geomspace(_SHORTEST, _LONGEST, _TIMES)])
     ramp = sampled(np.array([0.0, _LONGEST]), np.array([0.0, 1.0]))
@@ -119,7 +101,10 @@ def hardware(
     frequency: float,
     ramp: float,
 ) -> RenderingHardware:
-    """Return the largest amplitude and slope that the limits allow, and the gain of the force."""
+    """Return the largest amplitude and slope that the limits allow, and the gain of the force.
+
+    The gain is taken at the carrier, or at `frequency` where the carrier is 0.
+    """
     if scenario.drive.quantity != "voltage":
         raise InputError("prescribes a current, and a texture is rendered by a voltage", path="drive")
     found = carrier_gain(scenario, [carrier or frequency])

@@ -22,16 +22,10 @@ _STOPPING: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 
 
 class Stopping:
-    """Request to end, by a signal to the process.
+    """Request to end, by a signal to the process, whose `number` is 0 without one.
 
-    Attributes
-    ----------
-    number : int
-        Of the signal; 0 without one.
-    may_raise : bool
-        Whether a signal raises at once, because no block waits to be written; a second one does so at any time.
-    is_over : bool
-        Whether the ramp is written, during which no signal raises.
+    With `may_raise` a signal raises at once, because no block waits to be written; a second one does so at
+    any time. `is_over` is set for the ramp, during which none raises.
     """
 
     def __init__(self) -> None:
@@ -56,7 +50,7 @@ class Stopping:
 
 @contextmanager
 def stopping_signals() -> Iterator[Stopping]:
-    """Note signals that ask the process to end, in place of what they did before."""
+    """Note signals that ask the process to end, in place of what they did before; in the main thread only."""
     found = Stopping()
     if threading.current_thread() is not threading.main_thread():
         yield found
@@ -73,7 +67,7 @@ def stopping_signals() -> Iterator[Stopping]:
 def play(
     stream: TextureStream, moves: Iterable[tuple[ArrayLike, float]], write: Callable[[Real], object]
 ) -> None:
-    """Render and write a stream until the positions end, and write its ramp to 0 V."""
+    """Render and write a stream until the positions end, and its ramp to 0 V, before anything is raised."""
     with stopping_signals() as stopping:
         ended: BaseException | None = None
         try:
@@ -126,5 +120,4 @@ def _blocks(
 
 
 def _words(error: BaseException) -> str:
-    """Return kind and text of an exception."""
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__

@@ -33,7 +33,7 @@ _HEADINGS = (("time", "x", "y"), ("time", "x"), ("time", "position"))
 
 
 def read_texture(source: TextureSource) -> Texture:
-    """Read a texture."""
+    """Read a texture from a table, alone or as ``[texture]`` in a file, to whose folder names of files are relative."""
     if isinstance(source, Texture):
         return source
     table, folder = _table(source, "texture", _TEXTURE)
@@ -44,7 +44,11 @@ def read_texture(source: TextureSource) -> Texture:
 
 
 def read_path(source: PathSource, texture: Texture) -> FingerPath:
-    """Read the path of the finger."""
+    """Read the path of the finger; every mistake is reported at once.
+
+    A speed is one stroke over the length of the texture, along x from x = 0, of a picture along its middle; a
+    file has the columns ``time`` and ``x`` (or ``position``), and ``y`` if there is one.
+    """
     if isinstance(source, FingerPath):
         return source
     if isinstance(source, str) and (speed := _speed(source)) is not None:
@@ -72,7 +76,6 @@ def _speed(text: str) -> float | None:
 
 
 def _refuse_no_file(source: str | Path) -> None:
-    """Refuse what is neither a speed nor a file."""
     path = Path(source)
     if not isinstance(source, str) or path.exists() or path.suffix.lower() in _DATA:
         return

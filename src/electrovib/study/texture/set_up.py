@@ -35,17 +35,7 @@ FINEST: Final = 0.4
 
 @dataclass(frozen=True, kw_only=True)
 class RenderingSetUp:
-    """Scenario and texture as they were read, with the declared limits.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment.
-    texture : Texture
-        What is rendered.
-    declared : mapping of str to DeclaredLimit
-        The strictest limit of each quantity.
-    """
+    """Scenario and texture as they were read, with the strictest declared limit of each quantity."""
 
     scenario: Scenario
     texture: Texture
@@ -67,7 +57,7 @@ class RenderingSetUp:
         return cls(scenario=found, texture=read, declared=declared)
 
     def synthesis(self, *, carrier: float, frequency: float, ramp: float, rate: float) -> Synthesis:
-        """Return what determines the samples."""
+        """Return what determines the samples; `carrier` is 0 without one, and the force is then taken at `frequency`."""
         if carrier > FINEST * rate:
             raise InputError(
                 f"a carrier may have {FINEST:g} of the rate of {rate:g} Hz; take a rate of {carrier / FINEST:g} Hz or more",

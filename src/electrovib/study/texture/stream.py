@@ -42,31 +42,16 @@ class StreamClosedError(InputError):
 class TextureStream:
     """Stream of samples that render a texture, made by `electrovib.texture_stream`.
 
-    Parameters
-    ----------
-    synthesis : Synthesis
-        Of every sample from position and velocity.
-    block : int
-        Samples of a block.
-    dimensions : int
-        1 for positions along x (of a picture along its middle), 2 for x and y.
-    longest : float
-        Longest duration [s].
-    check : CheckResult
-        Comparison of the largest amplitude with the limits.
+    - `synthesis`: every sample from position and velocity; `block`: samples of a block.
+    - `dimensions`: 1 for positions along x (of a picture along its middle), 2 for x and y.
+    - `longest`: longest duration [s]; `check`: comparison of the largest amplitude with the limits.
+    - `error`: why the stream ends or has ended; None while it runs.
+    - `blocks`: those that `play` has written [V].
 
-    Attributes
-    ----------
-    error : InputError or None
-        Why the stream ends or has ended; None while it runs.
-    blocks : list of ndarray
-        Blocks that `play` has written [V].
-
-    Notes
-    -----
-    A block renders the movement up to its time stamp and is played after it: a sample is played `latency` seconds after the
-    time to which it belongs, plus the computing time and the delay of the output device. Samples are those of a continuous
-    waveform, to which the limits are applied; between them an output has to follow straight lines or a reconstruction filter.
+    A block renders the movement up to its time stamp and is played after it: a sample is played `latency`
+    seconds after the time to which it belongs, plus the computing time and the delay of the output device.
+    Samples are those of a continuous waveform, to which the limits are applied; between them an output has to
+    follow straight lines or a reconstruction filter.
     """
 
     def __init__(
@@ -116,15 +101,34 @@ class TextureStream:
         return self._next
 
     def render(self, position: ArrayLike, time: float) -> Real:
-        """Render the samples since the call before, up to the time of a position.
+        """Render the samples [V] after the call before, up to the time of a position.
 
-        Returns `voltage` (n,) [V].
+        Parameters
+        ----------
+        position : float or array_like
+            Finger at this time [m]: a number, or (x, y) in two dimensions, interpolated from that of the call before;
+            or several positions, shape (m,) or (m, 2), evenly spaced between the two calls, the last at this time.
+        time : float
+            In the clock of the samples [s], at most one block after that of the call before. The first call renders
+            one block that ends at this time, with the finger at rest at its position.
 
-        A violation of a limit, of the longest block or of the longest duration, or a position or time that is no number, sets
-        `error`; the samples that are returned from there on fall to 0 V within the limits, and once 0 V is reached every further
-        call raises. A texture that raises an exception, or returns NaN, infinity or an array of another shape, ends the stream
-        likewise. KeyboardInterrupt and SystemExit during the call are raised again by the first call after 0 V is reached;
-        outside of it, only `play` makes sure that the ramp is written.
+        Returns
+        -------
+        voltage : ndarray, shape (n,)
+            Samples [V]; after a violation they fall to 0 V by the ramp.
+
+        Raises
+        ------
+        StreamClosedError
+            If the stream has ended at 0 V, with the reason.
+
+        Notes
+        -----
+        A violation of a limit, of the longest block or of the longest duration, a position or time that is no number,
+        and a texture that raises an exception or returns NaN, infinity or an array of another shape, set `error`: the
+        samples fall to 0 V within the limits, and once 0 V is reached every further call raises. KeyboardInterrupt and
+        SystemExit during the call are raised again by the first call after that; outside of it, only `play` makes sure
+        that the ramp is written.
         """
         if self.error is not None:
             return self._ending(self._block)
@@ -140,11 +144,31 @@ class TextureStream:
     def play(self, moves: Iterable[tuple[ArrayLike, float]], write: Callable[[Real], object]) -> Real:
         """Render and write blocks until the positions end, and the ramp to 0 V whatever ends the stream.
 
-        Returns `voltage` (n,) [V].
+        Parameters
+        ----------
+        moves : iterable of (position, time)
+            Arguments of `render`, one pair for each block; the iterable waits for the clock of the output.
+        write : callable
+            Takes the samples of a block [V] and passes them on to the output.
 
-        `played` has the samples also after an exception. A block that `write` did not accept does not count
-        as played. Signals are handled in the main thread only. A process that is killed (SIGKILL) writes
-        nothing further: the output itself has to return to 0 V when no samples arrive.
+        Returns
+        -------
+        voltage : ndarray, shape (n,)
+            All samples that were written [V], the ramp included.
+
+        Raises
+        ------
+        StreamClosedError
+            If the stream ended before the positions, with the reason.
+        BaseException
+            After the ramp: what `moves` or `write` raised, KeyboardInterrupt after SIGINT, SystemExit after another
+            signal that asks the process to end. A note of the exception states if the ramp could not be written.
+
+        Notes
+        -----
+        `played` has the samples also after an exception, without a block that `write` did not accept. Signals are
+        handled in the main thread only. A process that is killed (SIGKILL) writes nothing further: the output itself
+        has to return to 0 V when no samples arrive.
         """
         play(self, moves, write)
         return self.played
@@ -176,10 +200,7 @@ class TextureStream:
         return found
 
     def close(self) -> Real:
-        """End the stream by its ramp.
-
-        Returns `voltage` (n,) [V].
-        """
+        """End the stream by its ramp: samples [V] down to 0 V, none if 0 V is reached already."""
         self.end(InputError("the stream was closed"))
         left = self._synthesis.ramp_samples - self._fallen
         return self._ending(left) if left > 0 else np.zeros(0)

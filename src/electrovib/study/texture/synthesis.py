@@ -26,22 +26,9 @@ _ROUNDED: Final = 1e-9
 class Synthesis:
     """Texture, friction, gain and limits that together determine each sample from position and velocity.
 
-    Parameters
-    ----------
-    texture : Texture
-        Added friction over the plate.
-    friction : AttractionOfFriction
-        Attraction that causes it.
-    hardware : RenderingHardware
-        Amplitude that causes the attraction, and its limits.
-    rate : float
-        Samples per second [Hz].
-
-    Notes
-    -----
-    With a carrier of frequency f, sample n is a(n) sin(2 pi f n/rate), where a^2 times the gain of the force at f is the wanted
-    attraction; without a carrier it is a(n). Envelope and carrier depend on the sample and on the finger alone, so that the
-    samples are the same in whatever blocks they are computed.
+    With a carrier of frequency f, sample n is a(n) sin(2 pi f n/rate), where a^2 times the gain of the force
+    at f is the wanted attraction; without a carrier it is a(n). Envelope and carrier depend on the sample and
+    on the finger alone, so that the samples are the same in whatever blocks they are computed.
     """
 
     texture: Texture
@@ -55,19 +42,13 @@ class Synthesis:
         return max(1, round(self.hardware.ramp * self.rate))
 
     def forces(self, position: Real, velocity: Real) -> Real:
-        """Return the wanted attraction.
-
-        `position` (n, 2) [m], `velocity` (n, 2) [m/s]; returns `force` (n,) [N].
-        """
+        """Return the wanted attraction, out of range where it cannot be rendered; NaN where the texture gives none."""
         added = added_friction(self.texture, position, velocity, self.friction.plate)
         with np.errstate(over="ignore"):
             return self.friction.force(added)
 
     def amplitudes(self, forces: Real) -> Real:
-        """Return the amplitude of the carrier, or the voltage without one.
-
-        `forces` (n,) [N]; returns `amplitude` (n,).
-        """
+        """Return the amplitude of the carrier, or the voltage without one; 0 for forces below 0."""
         hardware = self.hardware
         found = hardware.largest_amplitude * np.sqrt(np.maximum(forces / hardware.largest_force, 0.0))
         largest = hardware.largest_amplitude
@@ -76,28 +57,19 @@ class Synthesis:
         return np.asarray(found)
 
     def rising(self, first: int, amplitudes: Real) -> Real:
-        """Return amplitudes times the ramp at the beginning.
-
-        `amplitudes` (n,); returns `amplitude` (n,).
-        """
+        """Return amplitudes from sample `first` on times the ramp at the beginning, which is 0 at sample 0."""
         if first >= self.ramp_samples:
             return amplitudes
         with np.errstate(invalid="ignore"):  # 0 times infinity, which `first_fault` finds
             return np.minimum(1.0, np.arange(first, first + len(amplitudes)) / self.ramp_samples) * amplitudes
 
     def falling(self, since: int, count: int, amplitude: float) -> Real:
-        """Return amplitudes of the ramp at the end.
-
-        Returns `amplitude` (count,).
-        """
+        """Return `count` amplitudes of the ramp at the end after `since` of its samples; 0 from its end on."""
         steps = np.arange(since + 1, since + count + 1)
         return amplitude * np.maximum(0.0, 1 - steps / self.ramp_samples)
 
     def voltages(self, first: int, amplitudes: Real) -> Real:
-        """Return samples of the drive.
-
-        `amplitudes` (n,); returns `voltage` (n,).
-        """
+        """Return the samples of the drive from sample `first` on."""
         carrier = self.hardware.carrier
         if not carrier:
             return amplitudes
@@ -108,12 +80,10 @@ class Synthesis:
         return np.asarray(amplitudes * np.sin(phase) + 0.0)
 
     def first_fault(self, forces: Real, ramped: Real, before: float) -> tuple[int, str]:
-        """Find the first sample at which the texture or a limit is not held.
+        """Find the first sample at which the texture or a limit is not held, -1 if all are, and what is not held.
 
-        `forces` (n,) [N], `ramped` (n,) [V].
-
-        With a carrier of angular frequency w the slope between two samples is at most the root of a'^2 + (w a)^2, with the
-        slope a' and the larger amplitude a of both.
+        With a carrier of angular frequency w the slope between two samples is at most the root of a'^2 + (w
+        a)^2, with the slope a' and the larger amplitude a of both.
         """
         if len(ramped) == 0:
             return -1, ""

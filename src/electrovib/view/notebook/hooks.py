@@ -34,7 +34,7 @@ _AXES: Final = ("matplotlib.axes._axes", "Axes")
 
 
 def register() -> bool:
-    """Register the display of this package with the IPython that runs."""
+    """Register the display of this package with the IPython that runs; False where none does."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None and hasattr(ipython, "get_ipython") else None
     formatter = getattr(shell, "display_formatter", None)

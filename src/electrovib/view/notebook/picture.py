@@ -14,7 +14,7 @@ _RESOLUTION: Final = 192.0
 
 
 def picture(axes: Axes) -> tuple[bytes, dict[str, int]] | None:
-    """Draw the figure that holds these Axes."""
+    """Draw the figure of these Axes as PNG with width and height in pixels; None for one that pyplot shows by itself."""
     figure = axes.get_figure(root=True)
     if figure is None or figure.canvas.manager is not None:
         return None

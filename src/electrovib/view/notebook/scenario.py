@@ -23,19 +23,7 @@ UNVERIFIED: Final = "unverified"
 
 @dataclass(frozen=True, kw_only=True)
 class ShownLayer:
-    """One layer of the stack as it is drawn.
-
-    Parameters
-    ----------
-    name, thickness, material : str
-        Texts.
-    role : str
-        ``"plate"``, ``"gap"`` or ``"finger"``.
-    colour : str
-        Hexadecimal, as in every figure.
-    evaluated : bool
-        Whether the Maxwell stress is evaluated in it.
-    """
+    """One layer of the stack as it is drawn; its role is ``"plate"``, ``"gap"`` or ``"finger"``."""
 
     name: str
     thickness: str
@@ -47,17 +35,7 @@ class ShownLayer:
 
 @dataclass(frozen=True, kw_only=True)
 class ShownParameter:
-    """One parameter that has a value.
-
-    Parameters
-    ----------
-    path, value, meaning, source : str
-        Texts; the value with its unit.
-    default : bool
-        Whether the value is the model's own.
-    unverified : bool
-        Whether its source is marked so.
-    """
+    """One parameter that has a value; `default` marks the model's own, `unverified` a source that is marked so."""
 
     path: str
     value: str

@@ -52,7 +52,7 @@ def trace_html(trace: xarray.Dataset) -> str:
 
 
 def trace_text(trace: xarray.Dataset) -> str:
-    """Write a Trace or a sweep in a few lines."""
+    """Write a Trace or a sweep in a few lines: title, warnings, states of the diagnostics, key numbers, dimensions."""
     found = _by_state(trace)
     lines = [_title(trace)]
     lines += [f"warning: {diagnostic['text']}" for diagnostic in found["warning"]]
@@ -110,7 +110,7 @@ def _signals(trace: xarray.Dataset) -> list[tuple[str, str, str, str]]:
 
 
 def _figure(trace: xarray.Dataset) -> str:
-    """Draw the first force or voltage over time, or the first quantity of a sweep; nothing where there is none."""
+    """Draw the first force or voltage over time, or the first quantity of a sweep, as PNG in base 64; empty without one."""
     axes = _drawn(trace)
     if axes is None:
         return ""

@@ -50,7 +50,7 @@ def finish(
     drawn: Sequence[Line] = (),
     note: str = "",
 ) -> None:
-    """Label the axes in words and units, and explain the lines."""
+    """Label the axes in words and units, and explain the lines; the vertical axis counts from `base`."""
     label_axis(ax.xaxis, *x)
     label_axis(ax.yaxis, *y, base=base)
     if not np.all(np.isfinite(ax.dataLim.intervaly)):
@@ -86,7 +86,6 @@ def plain(label: str) -> str:
 
 
 def _legend(ax: Axes, handles: Sequence[Any], labels: list[str], note: str) -> None:
-    """Add the legend, where no curve runs."""
     common, short = shared_words(labels)
     title = "\n".join(part for part in (common, note) if part)
     legend_beside_no_curve(ax, handles, [_cut(label) for label in short], title)

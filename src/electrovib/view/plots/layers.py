@@ -69,7 +69,7 @@ def stack(source: Source, *, ax: Axes | None = None) -> Axes:
 
 
 def drawn_heights(thicknesses: Mapping[str, float]) -> dict[str, float]:
-    """Compute the height of each layer in the drawing."""
+    """Compute the heights of layers in the drawing, 1 to 2.5, which grow with the logarithm of the thickness."""
     least, most = min(thicknesses.values()), max(thicknesses.values())
     decades = max(_DECADES, math.log10(most / least))
     return {name: 1 + _RANGE * math.log10(each / least) / decades for name, each in thicknesses.items()}

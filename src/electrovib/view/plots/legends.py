@@ -41,11 +41,10 @@ def legends_collected() -> Iterator[None]:
 
 
 def legend_beside_no_curve(ax: Axes, handles: Sequence[Any], labels: Sequence[str], title: str) -> None:
-    """Add a legend inside the plot that covers no curve.
+    """Add a legend inside the plot that covers no curve, in the first free corner, side or end.
 
-    The first free corner, side or end of the plot is taken. Where none is free, the vertical axis is extended
-    and the legend stands above the curves, in as many columns as fit; one too high for that stands at the
-    right of the plot.
+    Where none is free, the vertical axis is extended and the legend stands above the curves, in as many
+    columns as fit; one too high for that stands at the right of the plot.
     """
     words = {"title": title or None, "alignment": "left", "labelspacing": 0.3}
     legend = ax.legend(handles, labels, loc="upper right", **words)

@@ -185,7 +185,6 @@ def _is_wide(low: float, high: float) -> bool:
 
 
 def _geometric(values: NDArray[np.float64]) -> bool:
-    """Return whether values are evenly spaced in their logarithm."""
     if len(values) < 3 or np.min(values) <= 0:
         return False
     ratios = np.diff(np.log(values))

@@ -36,7 +36,7 @@ def friction_of_the_load(trace: xarray.Dataset) -> float | None:
 
 
 def against_the_whole(ax: Axes, loads: Sequence[float | None]) -> float:
-    """Set the vertical axis of a friction force.
+    """Set the vertical axis of a friction force, and return the value from which it counts [N].
 
     A force that changes by a fifth of itself or more is drawn from 0, with the friction of the load as a
     dashed line. A smaller change is drawn above its smallest value, and a second axis states it in percent of

@@ -42,15 +42,7 @@ MOST_SAMPLES: Final = 2_000_000
 
 @dataclass(frozen=True)
 class _Grid:
-    """Carrier, samples and wanted means.
-
-    Parameters
-    ----------
-    carrier : float
-        Hz.
-    per_period, periods : int
-        Samples in a period, and periods of the carrier.
-    """
+    """Carrier [Hz], samples in a period of it and number of periods, and wanted means."""
 
     carrier: float
     per_period: int
@@ -72,7 +64,7 @@ class _Grid:
 
 
 def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
-    """Return the carrier that allows the largest force within the limits; of equal ones the lowest."""
+    """Return the carrier [Hz] that allows the largest force within the limits; of equal ones the lowest."""
     lowest = max(LOWEST, SLOWER * target.highest_frequency)
     candidates = lowest * 10.0 ** (np.arange(_DECADES * _PER_DECADE + 1) / _PER_DECADE)
     gain = carrier_gain(scenario, candidates)
@@ -94,9 +86,10 @@ def design_carrier(
     """Design a carrier whose envelope makes the force averaged over each of its periods the target.
 
     v = a(t) sin(2 pi f t), a = c(t) sqrt(F*(t)/g(f)) within plus and minus the largest amplitude, with the
-    gain g of the mean force. The correction c, one value for each period with straight lines between their
-    middles, is multiplied by sqrt(F*/F) until it changes by less than 1e-6; it removes the effects of
-    dispersion, leak and sampling. A period whose envelope is at the largest amplitude is not raised.
+    gain g of the mean force. If `corrected`, the correction c, one value for each period with straight lines
+    between their middles, is multiplied by sqrt(F*/F) until it changes by less than 1e-6; it removes the
+    effects of dispersion, leak and sampling. A period whose envelope is at the largest amplitude is not
+    raised. The `rate` is a whole multiple of the carrier, 64 in a period if None.
     """
     used = chosen_carrier(scenario, target, bounds) if carrier is None else carrier
     grid = _grid(target, used, rate)

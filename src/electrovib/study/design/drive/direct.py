@@ -39,13 +39,14 @@ _MARGIN: Final = 1e-6
 
 
 def design_direct(scenario: Scenario, target: Target, bounds: Bounds, *, rate: float | None) -> FoundDrive:
-    """Design a slow voltage whose predicted force is the target.
+    """Design a slow voltage, from 0 V to 0 V, whose predicted force is the target.
 
     With the amplitude E = M v of the law at the samples and between them, linear and causal in the voltages
     v, and F = c E^2, the voltage minimises |M v - sqrt(F*/c)|^2 + w |second differences of v|^2: the penalty
     matters only where M has no stable inverse. The drive times the gain of an amplifier is held within the
     limit of the voltage, whatever its bandwidth. Where a limit binds, E = s sqrt(F*/c) with a factor s(t) of
-    straight lines that minimises the mean square of F - F* over the target under the limits.
+    straight lines that minimises the mean square of F - F* over the target under the limits. A law with more
+    than one amplitude is refused.
     """
     refuse_nonlinear(scenario)
     _refuse_charge(scenario)

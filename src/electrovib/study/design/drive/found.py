@@ -16,28 +16,13 @@ if TYPE_CHECKING:
 class FoundDrive:
     """Samples of a drive and the mean forces over successive intervals.
 
-    Parameters
-    ----------
-    times, values : ndarray, shape (n,)
-        Evenly spaced times from 0 [s], and samples [V, or A of a current drive].
-    rate : float
-        Samples per second [Hz].
-    edges : ndarray, shape (m + 1,)
-        Ends of the intervals over which forces are averaged [s].
-    wanted, predicted : ndarray, shape (m,)
-        Mean force of the target and of the full model over each interval [N].
-    carrier : float or None
-        Hz; None without a carrier.
-    scale : float
-        Largest multiple of the target that is within the limits without a compromise [1]; infinite without limits.
-    limited : ndarray of bool
-        Samples at which a limit prevents the target.
-    ratios : dict of str to float
-        Largest value over the limit [1], by the name of the limit.
-    searches : int
-        Searches for the smallest misfit from different starts; 0 where none was needed.
-    agreeing : int
-        How many of them ended within 1 % of the smallest misfit among them.
+    - `times`, `values`: evenly spaced from 0, and samples [V, or A of a current drive].
+    - `edges`, `wanted`, `predicted`: ends of the intervals, and mean force of the target and of the full
+      model.
+    - `scale`: largest multiple of the target within the limits without a compromise; infinite without limits.
+    - `limited`: samples at which a limit prevents the target; `ratios`: largest value over each limit.
+    - `searches`, `agreeing`: searches for the smallest misfit, 0 where none was needed, and those within 1 %
+      of it.
     """
 
     times: Real

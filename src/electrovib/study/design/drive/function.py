@@ -43,7 +43,12 @@ def design_drive(
     limits: LimitsSource | Sequence[LimitsSource] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> DesignedDrive:
-    """Find the drive whose predicted electrostatic force is a target, or that follows it best within the limits."""
+    """Find the drive whose predicted electrostatic force is a target, or that follows it best within the limits.
+
+    The carrier is by default the one that allows the largest force, from the larger of 1 kHz and ten times
+    the highest frequency of the target on; the rate 64 in a period of the carrier, or 40 in one of the
+    target. `progress` is not called: a design is one evaluation.
+    """
     del progress
     if method not in METHODS:
         raise InputError(

@@ -15,11 +15,11 @@ MOST: Final = 5
 
 
 def harmonics(edges: Real, predicted: Real, wanted: Real, frequency: float | None) -> dict[int, float]:
-    """Return amplitudes at multiples of a frequency, over the wanted amplitude at that frequency.
+    """Return amplitudes at 1 to 5 times a frequency, over the wanted amplitude at that frequency.
 
-    `edges` (n + 1,) [s], `predicted`, `wanted` (n,) [N].
-
-    By least squares of a constant and all sines over the last whole periods, without the first one if there are several.
+    They are fitted to means over intervals by least squares of a constant and all sines over the last whole
+    periods, without the first one if there are several; a multiple needs intervals shorter than half its
+    period.
     """
     if frequency is None:
         return {}

@@ -32,22 +32,11 @@ _PROBE: Final = 1e-9
 class HeldForce:
     """Largest constant force within limits, by a slow voltage and over the frequency of a carrier.
 
-    Parameters
-    ----------
-    duration : float
-        Time for which the slow voltage holds its force [s].
-    direct : float
-        Force that the slow voltage holds [N].
-    carriers : ndarray, shape (n,)
-        Frequencies of the carrier [Hz].
-    forces : dict of float to ndarray, shape (n,)
-        By the stray capacitance [F]: mean force of a carrier of the largest amplitude [N].
-    amplitudes : dict of float to ndarray, shape (n,)
-        By the stray capacitance [F]: that amplitude of the plate voltage [V].
-    limits : dict of str to float
-        Limits of voltage [V] and current [A].
-    title : str
-        Title of the scenario.
+    - `duration`, `direct`: time for which the slow voltage holds its force [s], and that force [N].
+    - `carriers`: frequencies of the carrier [Hz].
+    - `forces`, `amplitudes`: by the stray capacitance [F], mean force of a carrier of the largest amplitude
+      [N], and that amplitude of the plate voltage [V].
+    - `limits`: of voltage [V] and current [A]; `title`: of the scenario.
     """
 
     duration: float
@@ -68,10 +57,7 @@ def held_force(
     limits: LimitsSource | Sequence[LimitsSource] = None,
     set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
 ) -> HeldForce:
-    """Compute the largest constant force that a slow voltage and a carrier hold within declared limits.
-
-    `carriers` (n,) [Hz].
-    """
+    """Compute the largest constant force that a slow voltage and a carrier hold within declared limits."""
     found = read_scenario(scenario, changes=set)
     bounds = Bounds.of(found, limits)
     missing = [f"limits.{name}" for name in NEEDED if bounds.value(name) is None]

@@ -22,15 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bounds:
-    """The strictest declared limits of a design.
-
-    Parameters
-    ----------
-    declared : dict of str to DeclaredLimit
-        By the name of the limit; those of an amplifier with limits are among them.
-    saturation : float or None
-        Largest voltage that the amplifier aims at [V].
-    """
+    """The strictest declared limits of a design, and the largest voltage that its amplifier aims at, if it has one."""
 
     declared: dict[str, DeclaredLimit]
     saturation: float | None = None
@@ -70,7 +62,10 @@ class Bounds:
         return self.saturation / abs(amplifier.gain)
 
     def overload(self, scenario: Scenario) -> dict[str, float]:
-        """Compare a drive with the limits, by the values that `electrovib.check` compares."""
+        """Return the largest value of a drive over each declared limit, NaN where it is not known.
+
+        For the energy it is the root of the ratio, so that each is proportional to the drive.
+        """
         values = _largest(scenario, rms=any(name.startswith("rms_") for name in self.declared))
         found = {}
         for name, limit in self.declared.items():

@@ -24,15 +24,7 @@ _SIMPSON: Final = np.array([1.0, 4.0, 1.0]) / 6
 
 
 class Played:
-    """A scenario under a drive of straight lines between evenly spaced samples, from rest.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment; its drive counts only as a voltage or a current.
-    rate : float
-        Samples per second [Hz].
-    """
+    """A scenario under a drive of straight lines between evenly spaced samples, `rate` per second, from rest."""
 
     def __init__(self, scenario: Scenario, rate: float) -> None:
         self.base = scenario
@@ -44,10 +36,7 @@ class Played:
         return np.asarray(np.arange(count) / self.rate)
 
     def scenario(self, values: Real) -> Scenario:
-        """Return the scenario with samples as its drive.
-
-        `values` (n,) [V, or A of a current drive].
-        """
+        """Return the scenario with samples [V, or A of a current drive] as its drive."""
         return self.base.model_copy(update={"drive": self._drive(values), "time": TimeGrid()})
 
     def _drive(self, values: Real) -> Drive:
@@ -69,18 +58,12 @@ class Played:
         return np.asarray(np.arange(2 * count - 1) / (2 * self.rate))
 
     def force(self, values: Real) -> Real:
-        """Return the predicted force at the samples and in the middles between them.
-
-        `values` (n,) [V or A]; returns `force` (2 n - 1,) [N].
-        """
+        """Return the predicted force (2 n - 1,) at the n samples and in the middles between them."""
         record = self.expanded(values).at(self.halves(len(values)), wanted=FORCE)
         return np.asarray(record.solution.attraction)
 
     def means(self, force: Real, first: int, count: int, width: int) -> Real:
-        """Return the mean force over successive groups of intervals, by Simpson's rule.
-
-        `force` (2 n - 1,) [N]; returns `force` (count,) [N].
-        """
+        """Return the mean of a result of `force` over successive groups of intervals, by Simpson's rule."""
         inside = force[2 * first : 2 * (first + count * width) + 1]
         intervals = _SIMPSON[0] * inside[:-2:2] + _SIMPSON[1] * inside[1:-1:2] + _SIMPSON[2] * inside[2::2]
         return np.asarray(np.mean(intervals.reshape(count, width), axis=1))

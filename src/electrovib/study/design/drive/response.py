@@ -23,22 +23,13 @@ _BESIDE: Final = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class SampleResponse:
-    """Linear response to the samples of a drive in the window of the target, its ramps at both ends included.
+    """Linear response to the samples of a drive in the window of the target, its ramps of `lead` intervals included.
 
-    Parameters
-    ----------
-    lead : int
-        Intervals of the ramps before and after the window.
-    spread : ndarray, shape (samples, unknowns)
-        All samples from those in the window.
-    knots, middles : ndarray, shape (intervals + 1, unknowns) and (intervals, unknowns)
-        Amplitude of the force law at the samples of the window, and between them, in its unit per volt.
-    currents : ndarray, shape (rows, unknowns)
-        Current of the amplifier on both sides of all samples [A/V].
-    body_currents : ndarray, shape (rows, unknowns)
-        The same through the finger [A/V].
-    per_square : float
-        Force over the squared amplitude, in N over the square of its unit.
+    - `spread`, shape (samples, unknowns): all samples from those in the window.
+    - `knots`, `middles`, shapes (intervals + 1, unknowns) and (intervals, unknowns): amplitude of the force
+      law at the samples of the window and between them, in its unit per volt.
+    - `currents`, `body_currents`: of amplifier and finger on both sides of all samples [A/V].
+    - `per_square`: force over the squared amplitude.
     """
 
     lead: int
@@ -51,7 +42,7 @@ class SampleResponse:
 
 
 def sample_response(played: Played, count: int, lead: int) -> SampleResponse:
-    """Return the linear response to the samples in a window, from the response to one hat."""
+    """Return the linear response to the samples in a window of `count` intervals, from the response to one hat."""
     total = count + 2 * lead
     hat = np.zeros(total + 1)
     hat[1] = 1.0
@@ -96,10 +87,7 @@ def _on_both_sides(row: Real, at: Indices, total: int) -> Real:
 
 
 def _shifted(row: Real, total: int) -> Real:
-    """Return the matrix from samples to a response, whose column i is the response to a hat at sample i.
-
-    `row` (n,); returns `matrix` (n, total + 1).
-    """
+    """Return the matrix whose column i is the response to a hat at sample i, from that at sample 1; column 0 is 0."""
     from scipy.linalg import toeplitz
 
     first = np.zeros(total + 1)
@@ -120,11 +108,9 @@ def _spread(count: int, lead: int) -> Real:
 
 
 def inverse_of(response: SampleResponse) -> Real:
-    """Return the regularised inverse of a response, from the amplitude at the samples to their voltages.
+    """Return the regularised inverse of a response, from amplitudes at the samples to their voltages.
 
-    Returns `inverse` (unknowns, intervals + 1).
-
-    The amplitude between two samples is to be the mean of both, so that no oscillation between samples is free.
+    The amplitude between two samples is to be the mean of both, so that no oscillation between them is free.
     """
     from scipy.linalg import cho_factor, cho_solve
 

@@ -35,24 +35,12 @@ _SLOW: Final = 10.0
 class DesignedDrive:
     """A drive for a target of the force, with the force that the full model predicts.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Experiment under the drive, from rest; it can be simulated, checked and exported.
-    target : Target
-        Force that was asked for.
-    method : str
-        Method of the design.
-    solution : FoundDrive
-        Samples of the drive, and what limits it.
-    predicted : ndarray, shape (n,)
-        Force by the full model, averaged over each interval [N].
-    bounds : dict of str to DeclaredLimit
-        Limits that the design held, by their names.
-    limits : tuple of LimitsSource
-        Further limits that were given.
-    check : CheckResult
-        Comparison of the drive with the limits and with breakdown.
+    - `scenario`: experiment under the drive, from rest; it can be simulated, checked and exported.
+    - `target`, `method`: as they were asked for.
+    - `solution`: samples of the drive, and what limits it.
+    - `predicted`: force by the full model, averaged over each interval [N].
+    - `bounds`: limits that the design held; `limits`: further limits that were given.
+    - `check`: comparison of the drive with the limits and with breakdown.
     """
 
     scenario: Scenario
@@ -130,10 +118,7 @@ class DesignedDrive:
 
     @functools.cached_property
     def harmonics(self) -> dict[int, float]:
-        """Amplitudes of the predicted force at multiples of the target's frequency, over the wanted one at that frequency [1].
-
-        Empty for a target without a frequency, or shorter than a period.
-        """
+        """Amplitudes at multiples of the target's frequency, over the wanted one at it; empty for a target without one."""
         return harmonics(self.edges, self.predicted, self.wanted, self.target.frequency)
 
     @property

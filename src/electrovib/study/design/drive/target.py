@@ -65,26 +65,13 @@ class Target(ABC):
         return np.sqrt(self.force(time))
 
     def means(self, edges: Real) -> Real:
-        """Return the mean force between successive times.
-
-        `edges` (n + 1,) [s]; returns `force` (n,) [N].
-        """
+        """Return the mean force over each interval between successive times `edges`."""
         return np.asarray(np.diff(self.integral(edges)) / np.diff(edges))
 
 
 @dataclass(frozen=True)
 class SineTarget(Target):
-    """A force that swings sinusoidally between two values, and begins at the lower one.
-
-    Parameters
-    ----------
-    frequency : float
-        Hz.
-    low, high : float
-        Smallest and largest force [N].
-    duration : float
-        s.
-    """
+    """A force that swings sinusoidally between `low` and `high`, and begins at the lower one."""
 
     frequency: float
     low: float
@@ -133,17 +120,7 @@ class SineTarget(Target):
 
 @dataclass(frozen=True, eq=False)
 class SampledTarget(Target):
-    """A force of straight lines between samples.
-
-    Parameters
-    ----------
-    times, forces : ndarray, shape (n,)
-        Increasing times from 0 [s], and forces [N].
-    text : str
-        What it is, in words.
-    highest_frequency : float
-        Hz.
-    """
+    """A force of straight lines between samples, whose increasing times begin at 0; `text` says what it is."""
 
     times: Real
     forces: Real
@@ -172,7 +149,11 @@ class SampledTarget(Target):
 
 
 def read_target(source: TargetSource) -> Target:
-    """Read a target from a text, a file or arrays."""
+    """Read a target from a text, a file with columns of time [s] and force [N], or a pair of times and forces.
+
+    ``"sine 50 Hz 30 mN"`` swings between 0 and 30 mN, ``"sine 50 Hz 10 mN to 30 mN for 0.2 s"`` between 10
+    and 30 mN, ``"constant 5 mN for 1 s"`` is held. A negative force is refused.
+    """
     if isinstance(source, Target):
         return source
     if isinstance(source, str) and (words := source.split()) and words[0].lower() in {"sine", "constant"}:

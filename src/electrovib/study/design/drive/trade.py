@@ -30,14 +30,9 @@ _PRECISION: Final = 1e-10
 class Trade:
     """A force that is quadratic in a factor of each sample, with limits that are linear in it.
 
-    Parameters
-    ----------
-    knots, middles : ndarray, shape (intervals + 1, samples) and (intervals, samples)
-        Root of the force at the samples and between them, from the factors [N^(1/2)].
-    wanted : ndarray, shape (intervals,)
-        Mean force over each interval [N].
-    bounded : ndarray, shape (rows, samples)
-        Quantities over their limits [1], from the factors: between -1 and 1.
+    From the factors, `knots` and `middles` give the root of the force at the samples and between them
+    [N^(1/2)], and `bounded` quantities over their limits, between -1 and 1; `wanted` is the mean force over
+    each interval.
     """
 
     knots: Real
@@ -67,10 +62,7 @@ class Trade:
         return np.asarray(2 * ((ends * at) @ self.knots + (4 * off * between) @ self.middles))
 
     def reduced(self, spread: Real) -> Trade:
-        """Return the same for fewer unknowns, of which the factors are linear functions.
-
-        `spread` (samples, unknowns).
-        """
+        """Return the same for fewer unknowns, from which `spread` (samples, unknowns) gives the factors."""
         return Trade(
             knots=self.knots @ spread,
             middles=self.middles @ spread,
@@ -81,17 +73,7 @@ class Trade:
 
 @dataclass(frozen=True, kw_only=True)
 class BestFactor:
-    """Factor with the smallest misfit that several searches have found.
-
-    Parameters
-    ----------
-    factor : ndarray, shape (samples,)
-        Amplitude over that of the target [1], 0 or more.
-    searches : int
-        Searches from different starts, over at most 16 values of the factor.
-    agreeing : int
-        How many of them ended within 1 % of the smallest root mean square of the departure among them.
-    """
+    """Factor of the amplitude at each sample with the smallest misfit, and how many of the searches agree on it."""
 
     factor: Real
     searches: int
@@ -102,12 +84,10 @@ def best_factor(trade: Trade, scale: float) -> BestFactor:
     """Return the factor of the amplitude at each sample that follows the target best within the limits.
 
     The misfit has local minima: parts of the target compete for the same charge and voltage. Sequential
-    quadratic programming (SLSQP of SciPy) over straight lines between at most 16 values of the factor
-    therefore begins at several points, the same at each call: the scaled target, factors that are held from
-    the beginning as long as the limits allow, in one quarter of the time or to the end, and 5 points that
-    fill the range evenly. With more samples the search is repeated over at most 80 values, from the first
-    three of these starts and from the best result for few values. Results are scaled back by their rounding
-    beyond the limits.
+    quadratic programming over at most 16 values of the factor therefore begins at several points, the same at
+    each call: the scaled target, factors that are held from the beginning as long as the limits allow, in one
+    quarter of the time or to the end, and 5 points that fill the range evenly. With more samples it is
+    repeated over at most 80 values, from the first three starts and the best result for few values.
     """
     size = trade.knots.shape[1]
     few = trade.reduced(spread := _spread(size, min(size, _FEW_UNKNOWNS)))

@@ -27,17 +27,7 @@ _MORE: Final = 5.0
 
 
 class Evaluation:
-    """The wanted quantity as a function of some parameters.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the values that stay fixed.
-    wanted : Wanted
-        The quantity.
-    free : tuple of str
-        Dotted paths of the parameters.
-    """
+    """The wanted quantity as a function of the parameters at the dotted paths `free`; all others keep their values."""
 
     def __init__(self, scenario: Scenario, wanted: Wanted, free: tuple[str, ...]) -> None:
         self.wanted = wanted
@@ -47,7 +37,7 @@ class Evaluation:
         self.most = min(allowed().time, max(_LEAST, _MORE * estimate(scenario)))
 
     def __call__(self, values: Mapping[str, float]) -> float:
-        """Compute the quantity."""
+        """Compute the quantity for values in SI by path; NaN where it is not known."""
         point = {path: float(value) for path, value in values.items()}
         with budget(time=self.most):
             if self.wanted.is_felt:
@@ -57,7 +47,6 @@ class Evaluation:
             return float(self.prepared(point)[self.wanted.name])
 
     def _at_time(self, point: Mapping[str, float], time: float) -> float:
-        """Return the value of a signal at one time."""
         signal, layer = self.wanted.signal
         values = self.prepared.signals(point, names=[signal], time=[time])[signal]
         if layer:

@@ -64,10 +64,11 @@ def design_parameter(
 ) -> DesignedParameter:
     """Find the values of one parameter that give a wanted quantity, and what they depend on.
 
-    The quantity is computed over the range in the natural scale of the parameter (logarithmic where it spans
-    decades), with more values where it is bent; extremes are refined, and each crossing of the wanted value
-    is solved by Brent's method. Only what depends on the parameter is computed again. Without a space, d ln x
-    / d ln p = -(dq / d ln p) / (dq / d ln x) states what the solution x depends on.
+    The arguments are those of `electrovib.design`. The quantity is computed over the range in the natural
+    scale of the parameter (logarithmic where it spans decades), with more values where it is bent; extremes
+    are refined, and each crossing of the wanted value is solved by Brent's method. Only what depends on the
+    parameter is computed again. Without a space, d ln x / d ln p = -(dq / d ln p) / (dq / d ln x) states what
+    the solution x depends on; linear propagation over a space is in logarithms, from its medians.
     """
     wanted = read_wanted(scenario, want=want, free=free, between=between)
     given = tuple(limits) if isinstance(limits, (list, tuple)) else () if limits is None else (limits,)

@@ -24,20 +24,10 @@ if TYPE_CHECKING:
 class FoundValue:
     """A value of the free parameter that gives the wanted quantity, compared with the limits.
 
-    Parameters
-    ----------
-    value : float
-        Of the free parameter, in its SI unit.
-    until : float or None
-        Other end of an interval whose every value gives the wanted quantity.
-    is_extreme : bool
-        Whether the quantity reaches the wanted value here without crossing it.
-    reached : float
-        Quantity through the full model, in its SI unit.
-    check : CheckResult or None
-        Comparison with the limits; None where it cannot be made.
-    problem : str
-        Why the comparison cannot be made; else empty.
+    - `value`, `reached`: of the free parameter, and of the quantity through the full model.
+    - `until`: other end of an interval whose every value gives the wanted quantity; None for a single value.
+    - `is_extreme`: whether the quantity reaches the wanted value here without crossing it.
+    - `check`, `problem`: comparison with the limits; None where it cannot be made, and why.
     """
 
     value: float
@@ -60,24 +50,12 @@ class FoundValue:
 
 @dataclass(frozen=True, kw_only=True)
 class Explored:
-    """Where the quantity was computed.
+    """Where the quantity was computed, at `count` values of the free parameter.
 
-    Parameters
-    ----------
-    count : int
-        Number of values of the free parameter.
-    lowest, highest : tuple of float
-        Value of the free parameter, and the smallest or the largest value of the quantity that was reached.
-    refused : dict of float to str
-        Value of the free parameter to the reason why nothing could be computed there.
-    unknown : int
-        Number of values at which the quantity is not known.
-    jumps : tuple of float
-        Values of the free parameter at which the quantity passes the wanted value discontinuously.
-    beyond : int
-        How often the quantity passes the wanted value beyond the solutions that are listed.
-    is_settled : bool
-        False if finer values kept showing further solutions until the search ended.
+    `lowest` and `highest` are such a value and the quantity there, `refused` has the reasons where nothing
+    could be computed, and `unknown` values have no known quantity. The quantity passes the wanted value
+    discontinuously at the `jumps`, and `beyond` the listed solutions; `is_settled` is False if finer values
+    kept showing further ones.
     """
 
     count: int
@@ -99,27 +77,16 @@ class Explored:
 class DesignedParameter:
     """Values of one parameter that give a wanted quantity.
 
-    Parameters
-    ----------
-    base : Scenario
-        Scenario from which the search began.
-    wanted : Wanted
-        Quantity, its value, and the free parameter with its range.
-    solutions : tuple of FoundValue
-        All that were found: those within the limits first, and of these those with the sign of the value in the scenario,
-        the nearest to it first.
-    explored : Explored
-        Where the quantity was computed.
-    obtainable : Obtainable or None
-        The nearest value of the quantity within the limits, where no solution is allowed.
-    influences : tuple of Influence
-        How the first solution follows other parameters, the largest first.
-    distribution : NeededValues or None
-        Of the value that is needed, over a space.
-    diagnostics : tuple of Diagnostic
-        Of the first solution, else of the scenario as it is, beyond those that the check states.
-    limits : tuple of LimitsSource
-        Further limits that were given.
+    - `base`: scenario from which the search began.
+    - `wanted`: quantity, its value, and the free parameter with its range.
+    - `solutions`: those within the limits first, and of these those with the sign of the value in the
+      scenario, the nearest to it first.
+    - `explored`: where the quantity was computed.
+    - `obtainable`: nearest value of the quantity within the limits, where no solution is allowed; else None.
+    - `influences`: how the first solution follows other parameters, the largest first.
+    - `distribution`: of the value that is needed, over a space; None without one.
+    - `diagnostics`: of the first solution, else of the scenario as it is, beyond those that the check states.
+    - `limits`: further limits that were given.
     """
 
     base: Scenario
@@ -173,7 +140,6 @@ class DesignedParameter:
         return tables_of(self)
 
     def __repr__(self) -> str:
-        """Return the sentences, a line each."""
         return "\n".join(self.lines)
 
     def to_dict(self) -> dict[str, Any]:

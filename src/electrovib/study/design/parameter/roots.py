@@ -33,18 +33,9 @@ _Point: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True)
 class Root:
-    """A value of the variable at which the function has the wanted value.
+    """A value, or an interval up to `until`, at which the function has the wanted value.
 
-    Parameters
-    ----------
-    value : float
-        Of the variable, in its unit.
-    reached : float
-        Of the function, in its unit.
-    until : float or None
-        Other end of an interval in which the function has the wanted value throughout.
-    is_extreme : bool
-        Whether the function reaches the wanted value without crossing it.
+    At an extreme the function has this value without crossing it.
     """
 
     value: float
@@ -54,7 +45,7 @@ class Root:
 
 
 def solutions(function: Function, target: float) -> tuple[list[Root], list[float], int]:
-    """Find all values at which a function has a wanted value, between the values at which it is known."""
+    """Find all roots in increasing order, the values at which the function jumps across, and the number of further ones."""
     points = function.known
     met = _met(points, target)
     found = _exact(function, points, met, target)
@@ -72,7 +63,10 @@ def solutions(function: Function, target: float) -> tuple[list[Root], list[float
 
 
 def look_between(function: Function, target: float, *, most_added: int) -> bool:
-    """Halve the distances of the values among many crossings until no further crossing appears."""
+    """Halve the distances of the values among many crossings until no further crossing appears.
+
+    Returned is whether their number has settled.
+    """
     added, quiet = 0, 0
     counted = _count(function, target)
     while counted >= MANY and quiet < QUIET:

@@ -23,9 +23,11 @@ _SMALLEST: Final = 1e-9
 
 
 def first_values(low: float, high: float, begin: float, *, sparse: bool = False) -> Real:
-    """Return the values of a parameter at which a quantity is computed first.
+    """Return the increasing values of a parameter at which a quantity is computed first, `begin` among them.
 
-    Returns `values` (n,).
+    They are evenly spaced in the logarithm where the range spans a decade, else evenly spaced. A range with
+    zero has the value zero and both scales on either side of it, down to 1e-4 of `begin`, or 1e-9 of the
+    larger end where that is greater.
     """
     if low >= 0:
         found = _side(low, high, begin, sparse)
@@ -55,5 +57,5 @@ def _side(low: float, high: float, begin: float, sparse: bool) -> Real:
 
 
 def coordinate(first: float, second: float) -> bool:
-    """Return whether the logarithm is the natural coordinate between two values."""
+    """Return whether the logarithm is the natural coordinate between two values: both have the same sign, none is zero."""
     return first * second > 0

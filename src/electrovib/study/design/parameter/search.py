@@ -27,19 +27,7 @@ class CannotBeComputedError(Exception):
 
 @dataclass
 class Function:
-    """A function of one variable that remembers its values and where it has none.
-
-    Parameters
-    ----------
-    compute : callable
-        Function of the variable.
-    values : dict of float to float
-        Computed values; NaN where there is none.
-    refused : dict of float to str
-        Reason where it has none.
-    coarse : set of float
-        Values of the variable at which it was computed before any refinement.
-    """
+    """A function of one variable that remembers its values, NaN where it has none, and there the reason in `refused`."""
 
     compute: Callable[[float], float]
     values: dict[float, float] = field(default_factory=dict)
@@ -58,7 +46,7 @@ class Function:
         return self.values[at]
 
     def certain(self, at: float) -> float:
-        """Return the value, which ends a refinement where there is none."""
+        """Return the value; where there is none, CannotBeComputedError ends a refinement."""
         value = self(at)
         if not math.isfinite(value):
             raise CannotBeComputedError
@@ -92,7 +80,7 @@ def explore(function: Function, values: Iterable[float], *, most_added: int = MO
 
 
 def middle(first: float, second: float) -> float:
-    """Return the middle of two values in their natural coordinate."""
+    """Return the geometric mean of two values of the same sign, else the arithmetic one."""
     if coordinate(first, second):
         return math.copysign(math.sqrt(abs(first)) * math.sqrt(abs(second)), first)
     return 0.5 * (first + second)
@@ -111,11 +99,7 @@ def _is_bent(before: tuple[float, float], here: tuple[float, float], after: tupl
 
 
 def sharpen_extremes(function: Function, target: float) -> None:
-    """Refine the extremes of a function that can decide whether the wanted value is reached.
-
-    Those between which the function could reach the wanted value, and the largest and the smallest value of
-    all.
-    """
+    """Refine the extremes of a function that can decide whether the wanted value is reached."""
     points = function.known
     values = [value for _, value in points]
     if len(points) < 3:
@@ -156,7 +140,7 @@ def _extreme(function: Function, low: float, high: float, side: int) -> None:
 
 
 def coordinates(low: float, high: float) -> tuple[Callable[[float], float], tuple[float, float]]:
-    """Return the natural coordinate between two values: the logarithm where both have the same sign."""
+    """Return the inverse of the natural coordinate between two values, and their own coordinates, the smaller first."""
     if not coordinate(low, high):
         return (lambda u: u), (low, high)
     sign = math.copysign(1.0, low)

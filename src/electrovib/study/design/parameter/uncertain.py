@@ -39,18 +39,9 @@ _NO_INPUTS: Final = ("time", "frequency", "limits")
 
 @dataclass(frozen=True)
 class Influence:
-    """How the value of the free parameter follows another parameter at the constant wanted quantity.
+    """How the free parameter follows another one at the constant wanted quantity.
 
-    Parameters
-    ----------
-    path : str
-        Dotted path of the other parameter.
-    at : float
-        Its value, in its unit.
-    unit : str
-        Its SI unit.
-    elasticity : float
-        Relative change of the free parameter over that of the other one [1].
+    The elasticity is the relative change of the free parameter over that of the other one, at its value `at`.
     """
 
     path: str
@@ -63,18 +54,8 @@ class Influence:
 class NeededValues:
     """Distribution of the value that is needed, over draws from a space.
 
-    Parameters
-    ----------
-    title : str
-        Of the space.
-    values : ndarray, shape (n,)
-        Value of the free parameter for each draw, in its SI unit; NaN where a draw has none in the range.
-    seed : int
-        Seed of the draws.
-    is_linear : bool
-        Whether the values were propagated linearly from the medians of the space.
-    remarks : tuple of str
-        About the space: what is unverified, and what was not drawn.
+    `values` has NaN where a draw has none in the range; `remarks` state what of the space is unverified or
+    was not drawn.
     """
 
     title: str
@@ -125,7 +106,7 @@ def inputs_of(scenario: Scenario, free: str) -> tuple[str, ...]:
 def influences(
     evaluation: Evaluation, at: Mapping[str, float], paths: tuple[str, ...]
 ) -> tuple[Influence, ...]:
-    """Compute by the implicit function theorem how the free parameter follows others.
+    """Compute how the free parameter follows others, the largest first; empty where its own derivative is 0 or not known.
 
     With the quantity q(x, p), d ln x / d ln p = -(dq / d ln p) / (dq / d ln x), by central differences.
     """
@@ -166,7 +147,10 @@ def propagated(
     linear: bool,
     progress: Callable[[int, int], None] | None = None,
 ) -> NeededValues:
-    """Compute the distribution of the value that is needed."""
+    """Compute the value that is needed for each draw.
+
+    With `linear` its logarithm is taken as linear in those of the parameters, from their medians.
+    """
     paths = tuple(path for path in space.paths if path != wanted.free)
     remarks = list(space.remarks)
     if len(paths) < len(space.paths):

@@ -29,32 +29,11 @@ _EXAMPLE = "'mean electrostatic_force = 50 mN'"
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """A quantity, the value that it should have, and the parameter that is free.
+    """A quantity with its wanted value, and the parameter that is free, each in its SI unit.
 
-    Parameters
-    ----------
-    name : str
-        Name of the quantity.
-    meaning : str
-        Its meaning in words.
-    unit : str
-        Its SI unit.
-    value : float
-        Wanted value, in that unit.
-    is_felt : bool
-        Whether it is a quantity of perception.
-    at : float or None
-        Time of a signal that is wanted at one time [s]; None of a statistic over time.
-    free : str
-        Dotted path of the free parameter.
-    declared : Quantity
-        Declaration of the free parameter.
-    begin : float
-        Its value in the scenario, in its SI unit.
-    low, high : float
-        Range in which it is sought, in its SI unit.
-    is_narrowed : bool
-        Whether that range was given, and is not the declared one.
+    Of the quantity are `name`, `meaning`, `unit`, `value`, and `at`, the time of a signal that is wanted at
+    one time; of the parameter its value `begin` in the scenario and the range, which is `is_narrowed` if it
+    was given.
     """
 
     name: str
@@ -88,7 +67,10 @@ class Wanted:
 def read_wanted(
     scenario: Scenario, *, want: WantSource, free: str, between: BetweenSource | None = None
 ) -> Wanted:
-    """Read what is wanted of which parameter."""
+    """Read what is wanted of which parameter, and report every mistake at once.
+
+    The quantity is one of a sweep, or a signal at one time: ``"electrostatic_force at 20 ms = 1 mN"``.
+    """
     problems: list[str] = []
     name, meaning, unit, value, is_felt, at = "", "", "1", math.nan, False, None
     with gathered(problems):
@@ -173,7 +155,6 @@ def _number(value: Any, unit: str, path: str) -> float:
 
 
 def _parameter(scenario: Scenario, free: object) -> tuple[Quantity, float]:
-    """Return the declaration of the free parameter and its value."""
     if not isinstance(free, str):
         why = "expected the dotted path of one parameter, for instance 'drive.amplitude'"
         raise InputError(why, path="free", value=shortened(repr(free), LONGEST_QUOTED))

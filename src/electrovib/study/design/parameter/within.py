@@ -25,14 +25,7 @@ _NEAR: Final = 0.01
 class Obtainable:
     """The value of the quantity nearest to the wanted one that no limit forbids.
 
-    Parameters
-    ----------
-    value : float
-        Of the free parameter, in its unit.
-    reached : float
-        Of the quantity, in its unit.
-    row : CheckRow or None
-        The limit that is reached there; None where the quantity itself does not come nearer to the wanted value.
+    `row` is the limit that is reached there; None where the quantity itself does not come nearer.
     """
 
     value: float
@@ -41,13 +34,7 @@ class Obtainable:
 
 
 class Limited:
-    """The limits as a function of the free parameter, each value checked once.
-
-    Parameters
-    ----------
-    check : callable
-        Returns the check of the scenario with a value of the free parameter.
-    """
+    """The limits as a function of the free parameter, each value checked once by `check`."""
 
     def __init__(self, check: Callable[[float], CheckResult]) -> None:
         self._check = check
@@ -64,26 +51,26 @@ class Limited:
         return self._known[at]
 
     def problem(self, at: float) -> str:
-        """Return why the check cannot be made."""
+        """Return why the check cannot be made; empty where it could be."""
         return self._problems.get(at, "")
 
     def failed(self, at: float) -> tuple[CheckRow, ...]:
-        """Return the limits that are exceeded."""
+        """Return the limits that are exceeded; empty also where the check cannot be made."""
         result = self(at)
         return () if result is None else result.failed
 
     def allows(self, at: float) -> bool:
-        """Return whether a value is within the limits."""
+        """Return whether the check can be made and no limit is exceeded."""
         result = self(at)
         return result is not None and not result.failed
 
 
 def obtainable(function: Function, limited: Limited, target: float, begin: float) -> Obtainable | None:
-    """Find the value of a function nearest to the wanted one that no limit forbids.
+    """Find the value of a function nearest to the wanted one that no limit forbids; None if every known value exceeds one.
 
-    Known values are checked in the order of their distance from the wanted one. Where an allowed value has a
-    neighbour that is nearer to the wanted one and is forbidden, the value at which the limit is reached is
-    found by Brent's method.
+    Known values are checked in the order of their distance from the wanted one; of two that give the same,
+    the one with the sign of `begin` counts. Where an allowed value has a neighbour that is nearer to the
+    wanted one and is forbidden, the value at which the limit is reached is found by Brent's method.
     """
     points = _thinned(function.known)
     best: Obtainable | None = None

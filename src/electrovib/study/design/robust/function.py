@@ -51,11 +51,11 @@ def design_for_share(
 ) -> DesignedForShare:
     """Find the value of one parameter at which a quantity is as wanted for a share of the fingers of a space.
 
-    Every draw has the wanted quantity in intervals of the free parameter. At least a value: the value of the
-    parameter is the order statistic at which the share is just reached, its interval that of the binomial
-    ranks, whatever the distribution. In a band: the value with the largest share, its interval from a
-    bootstrap over the draws. Where the quantity is proportional to the square of the parameter, one solution
-    of each draw suffices.
+    Every draw has the wanted quantity in intervals of the free parameter. At least a value: the result is the
+    order statistic at which the share is just reached, its interval that of the binomial ranks, whatever the
+    distribution. In a band: the value with the largest share, its interval from a bootstrap over the draws.
+    Where the quantity is proportional to the square of the parameter, one solution of each draw suffices. As
+    many further draws confirm the share.
     """
     wanted, ends, over = _read(scenario, share, want, band, free, between, space, seed, n)
     given = tuple(limits) if isinstance(limits, (list, tuple)) else () if limits is None else (limits,)

@@ -28,7 +28,8 @@ def by_gain(
 ) -> Covered:
     """Return the intervals of fingers whose quantity is proportional to the square of the free parameter.
 
-    The gain g of each finger follows from one solution.
+    The gain g of each finger follows from one solution; with the quantity g x^2, x is from sqrt(low/g) to
+    sqrt(high/g), as far as it lies in the range of the parameter. `high` may be infinite.
     """
     wanted = fingers.wanted
     at = reference(wanted)
@@ -49,7 +50,8 @@ def by_solution(
 ) -> Covered:
     """Return the intervals of fingers whose quantity depends on the free parameter in any form.
 
-    A band that the quantity enters and leaves between two neighbouring values is not found.
+    Ends are refined by Brent's method between the values at which every finger was solved. A band that the
+    quantity enters and leaves between two neighbouring values is not found.
     """
     wanted = fingers.wanted
     values = _thinned(first_values(wanted.low, wanted.high, wanted.begin))
@@ -74,10 +76,7 @@ def by_solution(
 def intervals_of(
     quantity: Callable[[float], float], values: Real, low: float, high: float
 ) -> list[tuple[float, float]]:
-    """Return the intervals of a variable in which a function lies in a band.
-
-    `values` (n,).
-    """
+    """Return the intervals of a variable in which a function lies in a band, sought between increasing values."""
     points = [(at, quantity(at)) for at in values.tolist()]
     found: list[tuple[float, float]] = []
     for before, after in itertools.pairwise(points):

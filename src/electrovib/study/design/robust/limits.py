@@ -27,17 +27,7 @@ TRIED: Final = 24
 
 
 class MemberLimits:
-    """The limits as a function of the free parameter, for the scenario as it is and a few draws.
-
-    Parameters
-    ----------
-    fingers : DrawnFingers
-        Draws with their quantity.
-    at : float
-        Value of the free parameter at which the draws with the largest quantity are chosen, in its SI unit.
-    limits : tuple of LimitsSource
-        Further limits beside those of the scenario.
-    """
+    """The limits for the scenario as it is and for those draws that have the largest quantity at the value `at`."""
 
     def __init__(self, fingers: DrawnFingers, at: float, limits: Sequence[LimitsSource]) -> None:
         self._fingers, self._limits = fingers, list(limits)
@@ -51,7 +41,7 @@ class MemberLimits:
         return len(self._chosen)
 
     def worst(self, at: float) -> CheckResult:
-        """Compare every member with the limits."""
+        """Return the check of the member that comes nearest to a limit, or exceeds it most."""
         return max((self._check(each, at) for each in range(self.count + 1)), key=_excess)
 
     def _check(self, place: int, at: float) -> CheckResult:
@@ -63,10 +53,9 @@ class MemberLimits:
         return checked(member, limits=self._limits)
 
     def best_within(self, covered: Covered, failing: float) -> float | None:
-        """Return the value with the largest share of the draws among those that exceed no limit.
+        """Return the value with the largest share of the draws that exceeds no limit; None if none is found.
 
-        On either side of the failing value the first value of a grid that is allowed is sought, and the limit
-        between it and the next one is bracketed.
+        It is sought on a grid on either side of the failing value, and the limit there is bracketed.
         """
         wanted = self._fingers.wanted
         values = first_values(wanted.low, wanted.high, wanted.begin)

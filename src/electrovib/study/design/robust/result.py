@@ -22,16 +22,9 @@ if TYPE_CHECKING:
 class ShareAt:
     """Share of the fingers that have the wanted quantity at one value of the free parameter.
 
-    Parameters
-    ----------
-    value : float
-        Of the free parameter, in its SI unit.
-    share : float
-        Of the draws from which the value was found [1].
-    fresh_share : float
-        Of as many further draws [1]; unlike `share` it is no estimate at a value chosen with the same draws.
-    interval : tuple of float
-        95 % confidence interval of the share of the population [1], from the further draws (Clopper and Pearson).
+    `share` is that of the draws from which the value was found; `fresh_share`, of as many further draws, is
+    no estimate at a value chosen with the same draws; `interval` is its 95 % confidence interval (Clopper and
+    Pearson).
     """
 
     value: float
@@ -44,39 +37,20 @@ class ShareAt:
 class DesignedForShare:
     """Value of one parameter at which a quantity is as wanted for a share of a population.
 
-    Parameters
-    ----------
-    base : Scenario
-        Scenario with the values that all fingers share.
-    wanted : Wanted
-        Quantity, its smallest value, and the free parameter with its range.
-    band : tuple of float
-        Smallest and largest wanted value in the unit of the quantity; the largest may be infinite.
-    space : Space
-        Distributions of what differs between fingers.
-    share : float
-        Wanted share [1].
-    n, seed : int
-        Number of draws, and their seed.
-    found : ShareAt or None
-        The value; None if the share is not reached anywhere in the range.
-    value_interval : tuple of float
-        95 % confidence interval of the value, for the finite number of draws, in the SI unit of the parameter; NaN without a
-        value, infinite where the sample is too small for an end.
-    ranges : tuple of tuple of float
-        Where the wanted share of the draws is reached, in the SI unit of the parameter.
-    top : ShareAt or None
-        That value; where the share is not reached, the value with the largest one; None if no draw has the wanted quantity.
-    check : CheckResult or None
-        Of the draw that comes nearest to a limit, or exceeds it most, at the value or else at that of the largest share.
-    checked : int
-        Number of draws that were compared with the limits.
-    within : ShareAt or None
-        Largest share within the limits, where the value exceeds one.
-    method : str
-        How the quantity of each finger was computed.
-    limits : tuple of LimitsSource
-        Further limits that were given.
+    - `base`, `space`: the values that all fingers share, and distributions of what differs between them.
+    - `wanted`, `band`: quantity and free parameter, and smallest and largest wanted value, the largest may be
+      infinite.
+    - `share`: the wanted one; `n`, `seed`: number of draws, and their seed.
+    - `found`: the value; None if the share is not reached anywhere in the range.
+    - `value_interval`: 95 % confidence interval of the value, for the finite number of draws; NaN without a
+      value, infinite where the sample is too small for an end.
+    - `ranges`: where the wanted share of the draws is reached.
+    - `top`: `found`, or the value with the largest share where the wanted one is not reached; None if no draw
+      has the wanted quantity.
+    - `check`: of the draw that comes nearest to a limit, or exceeds it most, at `top`; `checked`: number of
+      draws that were compared with the limits.
+    - `within`: largest share within the limits, where the value exceeds one.
+    - `method`: how the quantity of each finger was computed; `limits`: further limits that were given.
     """
 
     base: Scenario
@@ -133,7 +107,6 @@ class DesignedForShare:
         return lines_of(self)
 
     def __str__(self) -> str:
-        """Return the sentences, a line each."""
         return "\n".join(self.lines)
 
     def to_dict(self) -> dict[str, Any]:

@@ -34,17 +34,7 @@ _FEW: Final = 3
 
 @dataclass(frozen=True)
 class DrawnFingers:
-    """Draws from a space, and the quantity of each of them.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        With the values that all fingers share.
-    wanted : Wanted
-        Quantity and free parameter.
-    draws : mapping of str to ndarray, shape (fingers,)
-        Dotted path to values in SI.
-    """
+    """Draws from a space, values in SI by dotted path, and the quantity of each of them."""
 
     scenario: Scenario
     wanted: Wanted
@@ -74,10 +64,7 @@ class DrawnFingers:
         evaluation: Evaluation | None = None,
         progress: Callable[[int, int], None] | None = None,
     ) -> Real:
-        """Compute the quantity of every finger at one value of the free parameter.
-
-        Returns `quantity` (fingers,).
-        """
+        """Compute the quantity of every finger at one value of the free parameter; one that is not known is refused."""
         together = self._together(at)
         if together is not None:
             return together
@@ -90,7 +77,7 @@ class DrawnFingers:
         return found
 
     def one_at(self, evaluation: Evaluation, finger: int, at: float) -> float:
-        """Compute the quantity of one finger by the general solution."""
+        """Compute the quantity of one finger by the general solution; one that is not known is refused."""
         try:
             value = evaluation({**self.draw(finger), self.wanted.free: at})
         except ElectrovibError as error:
@@ -104,7 +91,7 @@ class DrawnFingers:
         return value
 
     def _together(self, at: float) -> Real | None:
-        """Return the mean force in arrays over fingers; None where it is not that of a sine, or differs from the general one.
+        """Return the mean force in arrays over fingers; None where it is not that of a sine, or not the general one.
 
         The force of a sine has harmonics 0 to 2, whose mean the samples of a period give exactly.
         """
@@ -136,7 +123,7 @@ class DrawnFingers:
         return [int(each) for each in np.unique(np.linspace(0, self.count - 1, _FEW).astype(int))]
 
     def is_quadratic(self) -> bool:
-        """Return whether the quantity of a few fingers is proportional to the square of the free parameter over its range."""
+        """Return whether a few fingers have a quantity proportional to the square of the free parameter."""
         wanted, evaluation = self.wanted, self.evaluation()
         begin = reference(wanted)
         others = {begin / 2, 2 * begin, wanted.low, wanted.high} - {begin}

@@ -23,14 +23,8 @@ ROUNDED: Final = 1e-9
 class Covered:
     """Values of a variable at which each member of a sample fulfils a condition: closed intervals.
 
-    Parameters
-    ----------
-    starts, ends : ndarray, shape (intervals,)
-        Ends of the intervals, in the unit of the variable.
-    members : ndarray of int, shape (intervals,)
-        Member to which each interval belongs; the intervals of one member are disjoint.
-    count : int
-        Number of members, also of those without an interval.
+    `starts`, `ends` and `members`, shape (intervals,), give their ends and the member to which each belongs;
+    those of one member are disjoint. `count` includes members without an interval.
     """
 
     starts: Real
@@ -43,10 +37,7 @@ class Covered:
         return int(np.count_nonzero((self.starts <= at) & (at <= self.ends)))
 
     def steps(self) -> tuple[Real, Real, NDArray[np.intp]]:
-        """Return the pieces of the variable on which the same members fulfil the condition.
-
-        Returns `starts`, `ends` (pieces,), `numbers` (pieces,).
-        """
+        """Return the pieces on which the same members fulfil the condition: starts, ends and numbers of members."""
         edges = np.unique(np.concatenate([self.starts, self.ends]))
         if not len(edges):
             return np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.intp)
@@ -73,7 +64,7 @@ class Covered:
         return found
 
     def best(self) -> tuple[float, int]:
-        """Return the value at which the most members fulfil the condition, and their number."""
+        """Return the value at which the most members fulfil the condition, NaN without any interval, and their number."""
         starts, ends, numbers = self.steps()
         if not len(numbers):
             return math.nan, 0
@@ -84,10 +75,7 @@ class Covered:
         return (math.sqrt(low * high) if low > 0 else (low + high) / 2), most
 
     def resampled(self, chosen: NDArray[np.intp]) -> Covered:
-        """Return the intervals of a sample drawn from this one with replacement.
-
-        `chosen` (count,).
-        """
+        """Return the intervals of a sample drawn from this one with replacement, whose members are `chosen` (count,)."""
         times = np.bincount(chosen, minlength=self.count)[self.members]
         return Covered(
             np.repeat(self.starts, times),
@@ -98,12 +86,12 @@ class Covered:
 
 
 def needed(share: float, count: int) -> int:
-    """Return the smallest number of members that is at least a share of them."""
+    """Return the smallest number of members that is at least a share of them, one at least."""
     return max(1, math.ceil(share * count - ROUNDED))
 
 
 def clopper_pearson(number: int, count: int) -> tuple[float, float]:
-    """Return the exact 95 % confidence interval of a probability."""
+    """Return the exact 95 % confidence interval of a probability, from quantiles of the beta distribution."""
     from scipy.stats import beta
 
     tail = (1 - CONFIDENCE) / 2
@@ -115,8 +103,8 @@ def clopper_pearson(number: int, count: int) -> tuple[float, float]:
 def quantile_ranks(share: float, count: int) -> tuple[int, int]:
     """Return the ranks of the order statistics between which a quantile lies with a probability of at least 95 %.
 
-    The number of members below the quantile is binomial, whatever the distribution; the probability is exact
-    for a continuous one and larger otherwise.
+    They are 0 and count + 1 where the sample is too small. The number of members below the quantile is
+    binomial, whatever the distribution; the probability is exact for a continuous one.
     """
     from scipy.stats import binom
 
