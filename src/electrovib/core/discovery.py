@@ -24,7 +24,10 @@ M = TypeVar("M", bound="Model")
 
 
 def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, type[M]]:
-    """Return the final classes of a family by name."""
+    """Return the final classes of a family by name.
+
+    Papers are imported only if no class loaded so far has the name `wanted`, or if none is given.
+    """
     _import_beside(family)
     members = _by_name(family)
     if wanted is None or wanted not in members:
@@ -137,7 +140,10 @@ def _near_papers(name: str, known: Collection[str]) -> str:
 
 
 def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
-    """Collect what papers offer by name."""
+    """Collect what papers offer, as ``author_year/name`` to object; of two functions that offer one name the first counts.
+
+    `functions` are names of functions of a paper that return name to object, such as ``("skins",)``.
+    """
     found: dict[str, Any] = {}
     for author_year, module in ({of: paper(of)} if of else papers()).items():
         for function in functions:

@@ -33,13 +33,7 @@ _WORTH = 0.6
 
 
 class Samples:
-    """A read-only one-dimensional array of float64, compared by its content.
-
-    Parameters
-    ----------
-    values : array_like
-        The numbers, in one dimension; they are copied.
-    """
+    """A read-only one-dimensional array of float64, copied from the values given, and compared by its content."""
 
     __slots__ = ("_raw",)
     _raw: bytes
@@ -90,8 +84,8 @@ class Samples:
     def packed(self) -> str:
         """Write the numbers without loss as a short text that `read` accepts.
 
-        Numbers with few decimals, as instruments write them, are stored as differences of integers; other
-        numbers as their bytes, compressed where that shortens them enough.
+        Numbers with few decimals are stored as differences of integers, others as bytes, compressed where
+        that is shorter.
         """
         return _as_decimals(self.values) or _as_bytes(self._little_endian())
 
