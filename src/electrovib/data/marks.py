@@ -38,12 +38,15 @@ _BLOCK: Final = 1 << 20
 
 
 def unsigned(form: Form) -> str:
-    """Return the mark that a writer puts once near the beginning of its content and that `sign` completes."""
+    """Return the mark that a writer puts once near the beginning of its content and that `sign` completes.
+
+    It consists of letters, digits, blanks and a comma: ``electrovib netlist, checksum 000...``.
+    """
     return f"electrovib {form}, checksum {_EMPTY}"
 
 
 def sign(path: Path, form: Form) -> None:
-    """Write the checksum of a complete file into its mark."""
+    """Write the checksum of a complete file into its mark; a file without a mark remains unchanged."""
     with path.open("r+b") as file:
         start = file.read(_HEAD).find(unsigned(form).encode())
         if start >= 0:

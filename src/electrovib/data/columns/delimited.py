@@ -30,9 +30,8 @@ _MOST_COLUMNS = 100_000
 class TextTable:
     """Delimited text, of which only the first lines have been interpreted.
 
-    Notes
-    -----
-    The text is kept as bytes and read line by line, because a list of its lines would take many times its size.
+    The text is kept as bytes and read line by line, because a list of its lines would take many times its
+    size.
     """
 
     path: Path
@@ -57,9 +56,9 @@ class TextTable:
         return f"column '{self.headings[index]}'" if self.headings else f"column {index}"
 
     def numbers(self, indices: Sequence[int], *, missing: bool = False) -> NDArray[np.float64]:
-        """Read columns; rows of unequal length and fields that are no numbers are refused.
+        """Read columns, shape (rows, indices), in the units of the file; `missing` reads empty fields as NaN.
 
-        Returns `numbers` (n_rows, n_indices).
+        Rows of unequal length and fields that are no numbers are refused.
         """
         if next(self.rows(), None) is None:
             return np.empty((0, len(indices)))
@@ -106,7 +105,10 @@ class TextTable:
 
 
 def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> TextTable:
-    """Split delimited text into lines, headings and units."""
+    """Split delimited text into lines, headings and units; there are no headings if the first row consists of numbers.
+
+    A first row that mixes words and numbers counts as headings if it holds one of `names`.
+    """
     raw, encoding = _text(path)
     first = [line for _, line in itertools.islice(_rows(path, raw, encoding), 12)]
     if not first:

@@ -48,20 +48,12 @@ _TEXTS: Final = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-
 class Mat5Variable:
     """A variable of the file or a field of one, not yet read.
 
-    Parameters
-    ----------
-    name, kind : str
-        Name, or path of a field, and class, as in MATLAB.
-    shape : tuple of int
-        Number of rows, columns and so on; empty for an object, for which the file states none.
-    numeric : bool
-        Whether it is a real numeric array.
-    start, size : int
-        Position of its element in the file, or of a field in the unpacked variable [bytes].
-    compressed : bool
-        Whether it was saved with -v7.
-    within : memoryview, optional
-        For a field, the bytes to which `start` refers.
+    - `name`, `kind`: name, or path of a field, and class, as in MATLAB.
+    - `shape`: empty for an object, for which the file states none.
+    - `numeric`: whether it is a real numeric array.
+    - `start`, `size`: position of its element in the file, or of a field in the unpacked variable `within`
+      [bytes].
+    - `compressed`: whether it was saved with -v7.
     """
 
     name: str
@@ -75,13 +67,7 @@ class Mat5Variable:
 
 
 class Mat5:
-    """A MATLAB file of version 5 in memory.
-
-    Raises
-    ------
-    DataFileError
-        If the bytes do not begin as such a file does.
-    """
+    """A MATLAB file of version 5 in memory; bytes that do not begin as such a file does are refused."""
 
     def __init__(self, path: Path, raw: bytes) -> None:
         order = {b"IM": "<", b"MI": ">"}.get(raw[126:128])

@@ -27,9 +27,10 @@ _HOW: Final = "Save it as 8-bit greyscale PNG without transparency."
 
 
 def read_picture(path: Path, *, most_pixels: int) -> NDArray[np.uint8]:
-    """Read a greyscale picture.
+    """Read a greyscale picture as values from 0 to 255, shape (rows, columns), the upper row first.
 
-    Returns `values` (rows, columns).
+    Colours whose three channels are equal count as grey. The declared size is compared with `most_pixels`
+    before anything is unpacked.
     """
     check_file(path)
     size = path.stat().st_size
@@ -43,10 +44,7 @@ def read_picture(path: Path, *, most_pixels: int) -> NDArray[np.uint8]:
 
 
 def unpacked(path: str | Path, most_pixels: int) -> Iterator[tuple[str, NDArray[np.uint8]]]:
-    """Yield the grey values of a picture under the name ``values``.
-
-    Returns `values` (rows, columns).
-    """
+    """Yield the grey values of a picture under the name ``values``."""
     from PIL import Image, UnidentifiedImageError
 
     try:

@@ -56,8 +56,8 @@ def _faulty(
 ) -> int:
     """Count the rows right above the first row of numbers that hold words in place of numbers.
 
-    Such a row begins with a number and has other words than units, or one and the same word everywhere; a row of headings has
-    neither.
+    Such a row begins with a number and has other words than units, or the same word everywhere; a row of
+    headings has neither.
     """
     count = 0
     for at in reversed(above):
