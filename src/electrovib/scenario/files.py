@@ -16,7 +16,10 @@ M = TypeVar("M", bound=Model)
 
 
 def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> M:
-    """Build a scenario, or a part of one, from nested tables and the files that they name."""
+    """Build a scenario, or a part of one, from nested tables and the files, relative to `folder`, that they name.
+
+    Every mistake is listed at once; a file that cannot be read does not hide the others.
+    """
     faults: list[Problem] = []
     filled = _filled(kind, current_tables(kind, content), folder or Path(), "", faults)
     try:

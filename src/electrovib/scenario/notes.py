@@ -12,12 +12,8 @@ from electrovib.core.search import Searchable, as_question, suggestions
 class PresetNote:
     """What a ready-made scenario shows, declared in ``PRESETS`` of its paper by the name of the scenario.
 
-    Parameters
-    ----------
-    reproduces : str
-        The figure of the paper, or the statement in a few words.
-    keywords : str
-        What a user may search for that neither the title nor the stack says: device, drive, effect.
+    `reproduces` names the figure of the paper, or the statement in a few words; `keywords` are what a user
+    may search for that neither the title nor the stack says: device, drive, effect.
     """
 
     reproduces: str

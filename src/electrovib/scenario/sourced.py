@@ -24,10 +24,9 @@ def wrong_sources(
 ) -> list[Problem]:
     """Find the sources of a scenario whose dotted path no parameter can have.
 
-    A path may lead to a table, to a parameter that is not given, to an optional part or a layer of the
-    interface that is not there, and to a parameter of another model than the one that is chosen: such sources
-    remain where a table is changed or removed. Sources that electrovib wrote for values set by the user are
-    not examined.
+    A path may lead to a table, to a parameter that is not given, to an optional part or layer that is not
+    there, and to a parameter of another model than the chosen one: such sources remain where a table is
+    changed or removed. Sources that electrovib wrote for values set by the user are not examined.
     """
     sources = content.get("sources")
     if not isinstance(sources, Mapping):

@@ -18,7 +18,10 @@ SCHEMA: Final = 1
 
 
 def to_toml(scenario: Scenario) -> str:
-    """Write a scenario as TOML with the meaning of every parameter; it reads back equal."""
+    """Write a scenario as TOML with the meaning of every parameter; it reads back equal.
+
+    Measured samples stay in the file from which they were read.
+    """
     import tomlkit
     from tomlkit.items import KeyType, SingleKey
 
@@ -69,7 +72,7 @@ def _meaning(model: Model, name: str) -> str:
 
 
 def left_away(model: Model, prefix: str = "") -> dict[str, str]:
-    """Find the optional parts that a tree of models does not have."""
+    """Find the optional parts that a tree of models does not have, by path, and what can be added there."""
     found: dict[str, str] = {}
     for name, field in type(model).model_fields.items():
         kinds = [
