@@ -22,14 +22,8 @@ _SOME: Final = 2.0
 class FitComparison:
     """Fits of several models to the same data, in the order of their AICc.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Models, the best first.
-    aicc, bic : tuple of float
-        Criteria of each, above those of the best by AICc.
-    sentence : str
-        Which model the data support, and how clearly.
+    `aicc` and `bic` are above those of the best by AICc; `sentence` says which model the data support, and
+    how clearly.
     """
 
     names: tuple[str, ...]

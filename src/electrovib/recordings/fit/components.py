@@ -35,18 +35,10 @@ _MEDIAN: Final = {1: 0.454936, 2: 1.386294}
 
 @dataclass(frozen=True, kw_only=True)
 class Sign:
-    """What one test found.
+    """What one test found, with the probability `chance` of as much by noise alone.
 
-    Parameters
-    ----------
-    chance : float
-        Probability of as much by noise alone.
-    ratio : float
-        Variance that was found over that of noise [1].
-    subject : str
-        Signal and recording, or parameter, in words.
-    reason : str
-        What was found, in words.
+    `ratio` is the variance that was found over that of noise; `subject` names signal and recording, or
+    parameter.
     """
 
     chance: float
@@ -59,12 +51,8 @@ class Sign:
 class Components:
     """Residuals of one signal of one recording over their noise, by components of a discrete cosine transform.
 
-    Parameters
-    ----------
-    of : Residuals
-        The residuals.
-    sloped : ndarray, shape (n, unknowns)
-        Orthonormal basis of what the unknowns change, over all data of the fit; only the rows of this signal.
+    `sloped` (n, unknowns) is an orthonormal basis of what the unknowns change, over all data; only the rows
+    of this signal.
     """
 
     of: Residuals

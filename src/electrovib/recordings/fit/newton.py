@@ -13,9 +13,10 @@ if TYPE_CHECKING:
 
 
 def newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
-    """Compute the Gauss-Newton step of a least-squares problem.
+    """Compute the Gauss-Newton step of a least-squares problem, and the standard deviations for residuals with one of 1.
 
-    `derivatives` (n, unknowns), `residual` (n,); returns `step` (unknowns,), `deviations` (unknowns,).
+    `derivatives` (n, unknowns) are those of the weighted residuals; the step is NaN where they do not
+    determine it.
     """
     scale = np.linalg.norm(derivatives, axis=0)
     count = len(scale)

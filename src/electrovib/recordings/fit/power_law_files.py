@@ -33,9 +33,10 @@ def read_points(
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
 ) -> tuple[Real, Real, list[str]]:
-    """Read the points of a power law from tables.
+    """Read x, y, both in SI, and the session of each point of a power law from tables; empty fields are omitted.
 
-    Returns `x` (n,), `y` (n,).
+    A session is the number in the column `session`, with the file in front where there are several; by
+    default the file.
     """
     problems = [f"{path}: is given twice; omit one" for path in dict.fromkeys(files) if files.count(path) > 1]
     if x == y:
@@ -73,7 +74,7 @@ def _in_si(column: DataColumn) -> Real:
 
 
 def power_law_csv(law: PowerLawFit) -> str:
-    """Write a power law as CSV: a row for each session, then the mean over sessions with its interval."""
+    """Write a power law as CSV, in SI: a row for each session, then the mean over sessions with its interval."""
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n# {law.sentence}\n")
     writer = csv.writer(text, lineterminator="\n")

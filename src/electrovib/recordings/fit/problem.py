@@ -42,14 +42,8 @@ class CancelledError(ElectrovibError):
 class WeightedProblem:
     """Weighted residuals of a prediction and their derivatives.
 
-    Parameters
-    ----------
-    prediction : Prediction
-        Data and models.
-    noise : sequence of float
-        Standard deviation of each signal of each recording, over the scale of its data.
-    progress : callable, optional
-        Called with the number of evaluations and the sum of squares; a true value ends the fit.
+    `noise` is the standard deviation of each signal of each recording, over the scale of its data. `progress`
+    is called with the number of evaluations and the sum of squares; a true value ends the fit.
     """
 
     prediction: Prediction
@@ -93,7 +87,10 @@ class WeightedProblem:
         fixed: Mapping[str, float] | None = None,
         converged: float = SEARCHED,
     ) -> LeastSquaresEstimate:
-        """Minimise the sum of squares."""
+        """Minimise the sum of squares over the free unknowns, with the others at `fixed`; see `Stall` for where it is ended.
+
+        With `converged` above `SEARCHED` the covariance is not computed.
+        """
         held, names, judged = dict(fixed or {}), tuple(free), converged <= SEARCHED
         separated = Separated(self, free, held)
         if separated.is_useful:
@@ -150,7 +147,12 @@ class WeightedProblem:
         )
 
     def minimum_near(self, free: Mapping[str, FreeParameter], *, known: bool) -> LeastSquaresEstimate:
-        """Minimise the sum of squares from starting values that are close to the minimum, by Gauss-Newton steps."""
+        """Minimise the sum of squares from starting values that are close to the minimum, by Gauss-Newton steps.
+
+        It ends where a further step is less than 1 % of a standard deviation or 1e-7 of the value. Where a
+        step leads to a bound or to a larger sum of squares, or `_MOST_NEAR` steps do not suffice, this is the
+        result of `minimum`.
+        """
         values = {name: each.start for name, each in free.items()}
         left = self.residual(values)
         squares = float(left @ left)
@@ -190,9 +192,10 @@ class WeightedProblem:
         *,
         variance: float = 1.0,
     ) -> float:
-        """Smallest sum of squares with one unknown held at a value.
+        """Smallest sum of squares with one unknown held at a value; infinite where the models refuse the value.
 
-        The linear unknowns have their best values within their bounds, so that only the others are searched.
+        The linear unknowns have their best values within their bounds, so that only the others are searched,
+        from `at`. `variance` is that of the weighted residuals.
         """
         others = {each: free[each].starting_at(at[each]) for each in free if each != name}
         separated = Separated(self, others, {name: value}, within_bounds=True)

@@ -19,16 +19,8 @@ if TYPE_CHECKING:
 class Residuals:
     """What is left of one signal of one recording.
 
-    Parameters
-    ----------
-    recording : str
-        Its name.
-    observed : Observed
-        The data.
-    predicted : ndarray, shape (n,)
-        By the scenario with the estimated parameters, in the signal's unit.
-    noise : float
-        Standard deviation over the scale of the data with which it was weighted.
+    `predicted` is that of the scenario with the estimated parameters; `noise` is the standard deviation over
+    the scale of the data with which it was weighted.
     """
 
     recording: str

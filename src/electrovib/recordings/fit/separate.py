@@ -21,17 +21,10 @@ FAILED = "failed"
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedFit:
-    """The fit of one recording.
+    """The fit of one recording; None in `found` if there is none.
 
-    Parameters
-    ----------
-    record : str
-        Name of the recording.
-    found : ScenarioFit or None
-        The fit; None if there is none.
-    rows : tuple of EstimatedParameter
-        Its table: estimates in SI with 95 % intervals; of a recording that could not be fitted one row for each parameter,
-        without numbers, with the status ``"failed"`` and the reason.
+    `rows` are the estimates in SI with 95 % intervals; of a recording that could not be fitted one row for
+    each parameter, without numbers, with the status ``"failed"`` and the reason.
     """
 
     record: str
@@ -55,16 +48,8 @@ class RecordedFit:
 class SeparateFits:
     """Parameters of a scenario estimated from each of several recordings alone.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The experiment, with the values with which each search began.
-    free : tuple of str
-        Dotted paths of the parameters.
-    fits : tuple of RecordedFit
-        In the order of the recordings.
-    spreads : mapping of str to BetweenSessions
-        Path to the scatter of the parameter within and between the recordings that determine it, where there are at least two.
+    The search began with the values of `scenario`. `spreads` has the scatter of each parameter within and
+    between the recordings that determine it, where there are at least two.
     """
 
     scenario: Scenario
@@ -144,7 +129,11 @@ def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter,
 
 
 def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, BetweenSessions]:
-    """Summarise how parameters differ between recordings that were fitted separately."""
+    """Summarise how parameters differ between recordings that were fitted separately and at least two of which determine them.
+
+    Recordings count alike; those that do not determine the parameter, or whose estimate lies on a bound, are
+    omitted.
+    """
     found = {}
     for path in free:
         own = {

@@ -50,7 +50,10 @@ def _remedy(name: str, allowed: Collection[str]) -> str:
 
 
 def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
-    """Find a column by its heading, with or without its unit, or by its number."""
+    """Find a column by its heading, with or without its unit, or by its number from 0: ``"Ch2"``, ``"Ch2 (N)"``, ``"2"``.
+
+    A unit that differs from that of the file is refused.
+    """
     by_name = {each.name: each for each in recorded.channels}
     if stated in by_name:
         return by_name[stated]
@@ -83,9 +86,11 @@ def calibrated_column(
     scale: str | float | SensorCalibration | None,
     offset: str | float | None,
 ) -> tuple[Real, list[str]]:
-    """Convert a column to the SI unit of a signal.
+    """Convert a column to the SI unit of a signal, with one sentence for each step.
 
-    Returns `values` (n,).
+    `scale` is a sensitivity such as ``"4/9 N/V"``, a plain factor, or a calibration; `offset`, which is
+    subtracted, the reading at which the signal is zero in the unit of the column, or a value in that of the
+    signal.
     """
     target = SIGNALS[signal].unit
     if isinstance(scale, SensorCalibration):

@@ -55,10 +55,7 @@ def about_parts(recorded: Recorded, spectrum: MeasuredSpectrum) -> list[Diagnost
 
 
 def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
-    """Judge the samples of measured signals as they are in the file.
-
-    `time` (n,) [s].
-    """
+    """Judge the samples of measured signals as they are in the file: sensor range, missing and repeated samples, aliasing."""
     found = []
     readings = {name: _scaled(values) for name, values in readings.items()}
     for name, values in readings.items():

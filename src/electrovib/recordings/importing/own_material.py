@@ -23,18 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ImportedMaterial:
-    """A material made of a measured spectrum.
+    """A material made of a measured spectrum, ready for a layer of a scenario.
 
-    Parameters
-    ----------
-    material : Tabulated
-        Ready for a layer of a scenario.
-    thickness : float or None
-        Thickness of the sample [m]; None if a permittivity was measured and no thickness given.
-    history : tuple of str
-        One sentence for each step.
-    diagnostics : tuple of Diagnostic
-        Statements on assumptions.
+    `thickness` is that of the sample; None if a permittivity was measured and no thickness given.
     """
 
     material: Tabulated
@@ -43,7 +34,7 @@ class ImportedMaterial:
     diagnostics: tuple[Diagnostic, ...]
 
     def to_toml(self, layer: str = "stratum_corneum") -> str:
-        """Write the material as a layer of a scenario."""
+        """Write the material as the table ``stack.<layer>``, to be put into a scenario in place of its layer of this name."""
         import tomlkit
 
         document = tomlkit.document()

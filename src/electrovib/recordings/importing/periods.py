@@ -20,13 +20,7 @@ _FEWEST_SAMPLES: Final = 8
 
 @dataclass(frozen=True, kw_only=True)
 class SignalEdges:
-    """Times at which a signal passes the middle of its range.
-
-    Parameters
-    ----------
-    rising, falling : ndarray, shape (k,), (m,)
-        Times [s], increasing, interpolated linearly.
-    """
+    """Times [s] at which a signal passes the middle of its range, increasing, interpolated linearly."""
 
     rising: Real
     falling: Real
@@ -36,18 +30,8 @@ class SignalEdges:
 class PeriodAverage:
     """Signals averaged over periods.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times since the edge at which a period begins [s].
-    means, standard_errors : mapping of str to ndarray, shape (n,)
-        Signal to its mean over the periods and to the standard error of that mean, in the unit of the signal.
-    periods : int
-        Number of periods.
-    period : float
-        Mean period [s].
-    spread : float
-        Standard deviation of the periods [s].
+    `time` counts from the edge at which a period begins; `standard_errors` are those of the means over the
+    periods; `spread` is the standard deviation of the periods [s].
     """
 
     time: Real
@@ -59,10 +43,7 @@ class PeriodAverage:
 
 
 def find_edges(time: Real, values: Real) -> SignalEdges:
-    """Find the edges of a signal, with a hysteresis of 40 % of its range.
-
-    `time` (n,) [s], `values` (n,).
-    """
+    """Find the edges at the mean of the 5 % and 95 % quantiles of a signal, with a hysteresis of 40 % of its range."""
     low, high = np.quantile(values, [0.05, 0.95])
     if high == low:
         low, high = values.min(), values.max()
@@ -84,9 +65,10 @@ def find_edges(time: Real, values: Real) -> SignalEdges:
 
 
 def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAverage:
-    """Average signals over the periods between rising edges of one of them.
+    """Average signals over the periods between rising edges of one of them, stretched to the mean period.
 
-    `time` (n,) [s].
+    There are as many even times as the median period has samples. Fewer than two periods, fewer than 8
+    samples in one, and periods that differ by more than a quarter of their mean are refused.
     """
     finite = np.isfinite(signals[by])
     edges = find_edges(time[finite], signals[by][finite]).rising if finite.any() else np.array([])

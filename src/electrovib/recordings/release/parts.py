@@ -19,13 +19,7 @@ _STANDS_OUT = 3.0
 
 @dataclass(frozen=True)
 class Extremum:
-    """A turning point of the force.
-
-    Parameters
-    ----------
-    time, force : float
-        Time [s] and force [N].
-    """
+    """A turning point of the force."""
 
     time: float
     force: float
@@ -33,18 +27,9 @@ class Extremum:
 
 @dataclass(frozen=True, kw_only=True)
 class Decay:
-    """A damped sine about a level.
+    """A damped sine about a level, with standard uncertainties by the correlation of the residuals.
 
-    Parameters
-    ----------
-    start : float
-        Time of the first fitted sample [s].
-    frequency, quality : float
-        Frequency [Hz] and quality factor [1] of the damped oscillation.
-    frequency_uncertainty, quality_uncertainty : float
-        Standard uncertainties [Hz] and [1] of the fit, with the correlation of the residuals.
-    misfit : float
-        Rms of the residual [N].
+    `start` is the time of the first fitted sample, and `misfit` the rms of the residual [N].
     """
 
     start: float
@@ -62,7 +47,8 @@ class Decay:
 def drive_end(*, time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
     """Return the time at which a drive falls below half of its largest magnitude for the last time.
 
-    `time` (n,) [s], `voltage` (n,) [V].
+    It is the mean of the times of the last sample above half and of the next one. A drive may be 1 while it
+    is on and 0 otherwise.
     """
     on, peak = _on(voltage)
     if peak == 0 or len(on) == len(time):
@@ -86,9 +72,10 @@ def _on(voltage: NDArray[np.float64]) -> tuple[NDArray[np.intp], float]:
 def levels_and_misfit(
     *, shape: NDArray[np.float64], force: NDArray[np.float64], stamps: NDArray[np.float64]
 ) -> tuple[float, float, float, NDArray[np.float64], NDArray[np.float64]]:
-    """Fit the two levels of a normalised shape to a force.
+    """Fit the two levels of a shape, 1 before the release and 0 long after it, to a force.
 
-    `shape` (n,), `force` (n,) [N], `stamps` (n,) [s]; returns `residual`, `model` (n,) [N].
+    Returns the levels at 1 and 0, the misfit as in `Release`, infinite if the force does not change, model
+    less force, and model.
     """
     centred = shape - shape.mean()
     square = float(centred @ centred)
@@ -112,9 +99,9 @@ def find_extrema(
     scatter: float,
     end: float,
 ) -> list[Extremum]:
-    """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise.
+    """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise `scatter`.
 
-    `stamps` (n,) [s], `force` (n,) [N].
+    They are the vertices of parabolas fitted to the samples within an eighth of the approximate period.
     """
     before = force[stamps < 0]
     side = -1.0 if np.mean(before[-20:]) > level else 1.0
@@ -150,10 +137,7 @@ def _parabola(
 def damped_sine(
     stamps: NDArray[np.float64], force: NDArray[np.float64], *, start: float, end: float
 ) -> Decay | None:
-    """Fit a damped sine about a level to a section of a record.
-
-    `stamps` (n,) [s], `force` (n,) [N].
-    """
+    """Fit a damped sine about a level to a section of a record; None if it holds fewer than 12 samples."""
     from scipy.optimize import least_squares
 
     part = (stamps >= start) & (stamps <= end)

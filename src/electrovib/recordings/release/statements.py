@@ -40,7 +40,11 @@ def statements_on_fit(
     extrema: Sequence[Extremum],
     decays: tuple[Decay | None, Decay | None],
 ) -> tuple[str, ...]:
-    """Write what a fitted release determines."""
+    """Write what a fitted release determines: on the resonance, the delay, and the change of the frequency.
+
+    `falls` are the fall times with which the fit is as good, `without` is the misfit without the resonance,
+    and `decays` are the early and the late damped sine.
+    """
     return (
         *_resonance(best, uncertainty, without),
         *_delay(best, uncertainty["delay"], falls),

@@ -38,12 +38,20 @@ def _misses(fit: MaterialFit, allowed: float) -> bool:
 
 
 def acceptable_first(fits: Sequence[MaterialFit], allowed: float) -> tuple[MaterialFit, ...]:
-    """Put the forms that miss the data by more than is accepted behind the others."""
+    """Put the forms that miss the data by more than is accepted behind the others.
+
+    With few rows the criterion of Akaike, by which they are sorted, prefers forms of few parameters whatever
+    they miss. The limit is at least the relative deviation `allowed`, which the stated noise explains.
+    """
     return tuple(sorted(fits, key=lambda each: _misses(each, allowed)))
 
 
 def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
-    """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it."""
+    """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it.
+
+    `consistent` is the relative deviation of the data from the Kramers-Kronig relations, NaN where it cannot
+    be judged; both limits are at least `allowed`.
+    """
     limit = max(REFUSED_INCONSISTENT, allowed)
     if consistent > limit:
         more = "; a loss that was not measured is stated with --loss unknown" if best.loss == "none" else ""
@@ -66,10 +74,7 @@ def history_of(
     noise: Mapping[str, float],
     error: InstrumentError | None,
 ) -> Iterator[str]:
-    """State how a material was fitted.
-
-    `frequency` (n,) [Hz].
-    """
+    """State how a material was fitted, in one sentence for each step."""
     best = fits[0]
     for name, each in samples.items():
         weight = f"; noise {100 * noise[name]:.3g} % as stated" if noise else ""
@@ -97,7 +102,7 @@ def history_of(
 
 
 def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, float]) -> Iterator[Diagnostic]:
-    """Judge the consistency of the data and the misfit of the form."""
+    """Judge the Kramers-Kronig relations, a misfit above 5 %, and the conductivity at zero frequency."""
     limit = max(INCONSISTENT, 2 * max(noise.values(), default=0.0))
     if best.loss == "unknown":
         yield Diagnostic(
@@ -137,9 +142,9 @@ def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, flo
 
 
 def loss_that_follows(fits: Sequence[MaterialFit], frequency: Real, allowed: float) -> Diagnostic:
-    """State the loss factor that follows from a permittivity by the forms that describe it.
+    """State the loss factor that follows from a permittivity by the forms that describe it, at three frequencies of the band.
 
-    `frequency` (n,) [Hz].
+    The range is that of all acceptable forms within 10 of the best AICc, each with its 95 % interval.
     """
     low, high = float(frequency.min()), float(frequency.max())
     at = np.array([low, math.sqrt(low * high), high])

@@ -37,26 +37,12 @@ _PER_TIME: Final = 100.0
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeRecord:
-    """One edge with its samples.
+    """One edge with its samples, times counted from `reference`: the edge of the drive, or the middle of the signal.
 
-    Parameters
-    ----------
-    direction : str
-        ``rising`` or ``falling``, of the signal.
-    reference : float
-        Time to which all others refer [s]: the edge of the drive, or the passage of the middle of the signal.
-    reference_error : float
-        Standard uncertainty of that time by the distance of its samples [s].
-    time, values : ndarray, shape (n,)
-        Times after the reference [s] and signal, in its unit.
-    levels : EdgeLevels
-        Before and after.
-    passages : Passages
-        Passages through the levels as recorded.
-    fit_time, fit_values : ndarray, shape (m,)
-        Averages of neighbouring samples, to which forms are fitted.
-    fit_noise : float
-        Standard deviation of such an average before the edge, in the unit of the signal.
+    - `reference_error`: standard uncertainty of that time by the distance of its samples.
+    - `passages`: passages through the levels as recorded.
+    - `fit_time`, `fit_values`: averages of neighbouring samples, to which forms are fitted.
+    - `fit_noise`: standard deviation of such an average before the edge.
     """
 
     direction: Direction
@@ -72,9 +58,9 @@ class EdgeRecord:
 
 
 def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]:
-    """Find the times at which edges are expected.
+    """Find the times at which edges are expected, those of the drive if there is one.
 
-    `time` (n,) [s], `values` (n,), `drive` (n,).
+    The magnitude of the drive counts, so that a reversal of polarity is no edge.
     """
     if drive is None:
         return _of_signal(time, values)
@@ -132,7 +118,8 @@ def edge_record(
 ) -> EdgeRecord:
     """Select the samples of one edge, and find its levels and its passages through them.
 
-    `time` (n,) [s], `values` (n,).
+    `number` is the place of the edge among `references`, which are those of the drive if `driven`. `window`
+    and `before` are the lengths of the section after and before the edge, found from it where None.
     """
     at = references[number]
     earlier = references[number - 1] if number else float(time[0])

@@ -24,17 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RelaxationForm:
-    """One form of a relaxation after a delay.
-
-    Parameters
-    ----------
-    name : str
-        Name in tables.
-    exponentials : int
-        Number of time constants; 0 for an instantaneous change.
-    stretched : bool
-        Whether the exponential is stretched.
-    """
+    """One form of a relaxation after a delay: its number of time constants, 0 for an instantaneous change."""
 
     name: str
     exponentials: int
@@ -55,9 +45,9 @@ class RelaxationForm:
         return (*changes, "after")
 
     def columns(self, time: Real, values: Mapping[str, float], sensor: tuple[float, float] | None) -> Real:
-        """Compute what the amplitudes multiply.
+        """Compute what the amplitudes multiply, shape (n, k): relaxations from 1 to 0, and a column of ones.
 
-        `time` (n,) [s]; returns `columns` (n, k).
+        `sensor` has natural frequency [Hz] and quality factor; None if the signal is taken as it is.
         """
         start = values["start"]
         if self.stretched:

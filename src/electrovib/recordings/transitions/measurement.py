@@ -26,16 +26,8 @@ if TYPE_CHECKING:
 class Measurement:
     """Measurement of the edges of one record, with what is the same for all of them.
 
-    Parameters
-    ----------
-    levels : tuple of float
-        Fractions of the range, counted from the lower level.
-    sensor : Sensor or None
-        Declared sensor.
-    estimated : bool
-        Whether the sensor is estimated.
-    driven : bool
-        Whether the references are the edges of a drive.
+    `levels` are fractions of the range, counted from the lower level; `driven` says whether the references
+    are edges of a drive.
     """
 
     levels: tuple[float, float]

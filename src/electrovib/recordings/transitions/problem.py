@@ -29,18 +29,9 @@ _COARSE: Final = 400
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeProblem:
-    """What the fits of all forms to one edge share.
+    """What the fits of all forms to one edge share; times are between the `fractions` of the change.
 
-    Parameters
-    ----------
-    edge : EdgeRecord
-        The edge.
-    fractions : tuple of float
-        Fractions of the change between which times are computed, increasing.
-    sensor : Sensor or None
-        Sensor through which the force was recorded.
-    estimated : bool
-        Whether frequency and quality factor of the sensor are fitted too.
+    `estimated` says whether frequency and quality factor of the sensor are fitted too.
     """
 
     edge: EdgeRecord

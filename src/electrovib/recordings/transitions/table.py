@@ -28,20 +28,9 @@ UNITS: Final = {
 
 @dataclass(frozen=True, kw_only=True)
 class TimeRow:
-    """One number of a measurement.
+    """One number of a measurement, in its SI unit.
 
-    Parameters
-    ----------
-    group : str
-        ``rising``, ``falling``, ``ring`` or the impact.
-    name : str
-        What it is.
-    unit : str
-        SI unit; ``1`` if dimensionless.
-    number : Interval
-        Estimate with its interval, in that unit.
-    note : str
-        Why it may be wrong; else empty.
+    `group` is ``rising``, ``falling``, ``ring`` or the impact; `note` says why the number may be wrong.
     """
 
     group: str
