@@ -22,11 +22,7 @@ class BudgetError(InputError):
 
 @dataclass(frozen=True)
 class Budget:
-    """The computing time and memory that one computation may use.
-
-    `time` [s] is the estimated computing time on one core of a common computer; `memory` [bytes] is what is
-    held at once.
-    """
+    """The computing time [s], on one core of a common computer, and the memory [bytes] that one computation may use."""
 
     time: float = 600.0
     memory: float = 4e9

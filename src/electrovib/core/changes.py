@@ -19,11 +19,10 @@ def stored_path(model: BaseModel, path: str) -> str:
 
 
 def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Return changes by the paths of the parameters that a model stores.
+    """Return changes by the paths of the parameters that a model stores, and a problem for each that is refused.
 
-    A path may have former names and may end in a derived parameter. What is set within a table that is given
-    along with it keeps its names, because the table has no stored values yet. There is one problem for each
-    parameter that is given by two names, or that its model refuses.
+    A path may have former names and may end in a derived parameter; what is set within a table that is given
+    along with it keeps its names, because the table has no stored values yet.
     """
     named, problems = with_current_names(model, changes)
     fresh = {path.removesuffix(".model") for path, value in named.items() if _is_fresh(model, path, value)}

@@ -56,7 +56,6 @@ class Citation:
             )
 
     def __str__(self) -> str:
-        """Write the citation for a list of references."""
         authors = ", ".join(self.authors).replace(", others", " and others")
         parts = [authors, self.title or self.about, self._place(), self.doi and f"doi:{self.doi}"]
         parts += [f"arXiv:{self.eprint}" if self.eprint and self.kind != MISC else "", self.archive, self.url]

@@ -31,7 +31,6 @@ class Diagnostic:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse an unknown state."""
         if self.state not in STATES:
             msg = f"diagnostic '{self.name}': state '{self.state}' is not one of {', '.join(STATES)}"
             raise ValueError(msg)
@@ -63,10 +62,7 @@ def diagnostics_of(result: Any) -> list[Diagnostic]:
 
 
 def warning_lines(diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> list[str]:
-    """Write one line for each different warning, and one for all that could not be judged.
-
-    `brief` names what could not be judged without its reasons.
-    """
+    """Write one line for each different warning, and one for all that could not be judged, without reasons if `brief`."""
     found = list({each.text: each for each in diagnostics}.values())
     lines = [f"warning: {each.text}" for each in found if each.state == "warning"]
     unknown = [each.name if brief else each.text for each in found if each.state == "unknown"]

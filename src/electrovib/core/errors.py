@@ -36,7 +36,6 @@ class Problem(str):
     value: str
 
     def __new__(cls, reason: str, *, path: object = "", value: str = "") -> Self:
-        """Make the sentence."""
         place = str(path)
         start = f"{place or 'the file'} = {value}: " if value else f"{place}: " if place else ""
         found = super().__new__(cls, shortened(printable(f"{start}{reason}"), _LONGEST_PROBLEM))
@@ -111,10 +110,7 @@ class NotCausalError(ElectrovibError):
 
 @contextmanager
 def gathered(problems: list[str]) -> Iterator[None]:
-    """Add the mistakes of a block to a list and continue, so that the rest of the input is checked too.
-
-    The block ends at its first InputError; other errors are not caught.
-    """
+    """Add the InputError that ends a block to a list and continue, so that the rest of the input is checked too."""
     try:
         yield
     except InputError as error:

@@ -16,12 +16,7 @@ _MOST_MODELS: Final = 8
 
 
 def meant(model: Model, path: str) -> str:
-    """Write which parameters of a model, or which other models, have what an unknown path names.
-
-    The path may be a single word such as ``thickness``, or ``drive.frequency`` of a drive without a
-    frequency. The text is empty where nothing has this name, and where the last part of the path is spelled
-    like an existing name.
-    """
+    """Write which parameters of a model, or which other models, have what an unknown path names; empty where none has."""
     owner, _, name = path.rpartition(".")
     if owner:
         return _of_other_models(model, owner.split("."), name)

@@ -79,7 +79,6 @@ def _declared(kind: type[Model]) -> dict[str, Quantity]:
 
 
 def _copied(model: M, content: dict[str, Any]) -> M:
-    """Return a model of the same kind with the given parameters, which are known to be valid."""
     copy = type(model).__new__(type(model))
     object.__setattr__(copy, "__dict__", content)
     object.__setattr__(copy, "__pydantic_fields_set__", set(content))

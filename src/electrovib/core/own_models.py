@@ -102,7 +102,6 @@ def _told(error: Exception, path: Path, file: str | Path) -> str:
 
 
 def _line(error: BaseException, path: Path) -> int | None:
-    """Last line of a file through which an error came."""
     frames = traceback.extract_tb(error.__traceback__)
     return next((each.lineno for each in reversed(frames) if Path(each.filename) == path), None)
 

@@ -33,7 +33,6 @@ class Quantity:
     source: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a declaration that is itself wrong."""
         if self.unit not in KINDS:
             msg = f"unit {self.unit!r} of '{self.doc}' is not one of {', '.join(KINDS)}"
             raise TypeError(msg)

@@ -49,11 +49,7 @@ class Match:
 
 
 def search(query: str, entries: Iterable[Searchable], *, nearest: int = 3) -> tuple[Match, ...]:
-    """Find entries by a name, a former one, a part of it, or words of a description, in the order of `STAGES`.
-
-    Names of similar spelling, at most `nearest`, are given only when nothing else is found. Capitals do not
-    count.
-    """
+    """Find entries by a name, a former one, a part of it, or words of a description, in the order of `STAGES`."""
     wanted = " ".join(query.split())[:_LONGEST_QUERY]
     if not wanted:
         return ()

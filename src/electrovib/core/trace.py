@@ -28,11 +28,7 @@ def make_trace(
     coordinates: Mapping[str, Any],
     attributes: Mapping[str, Any],
 ) -> xarray.Dataset:
-    """Make a Trace, with ``units`` and ``long_name`` on every signal.
-
-    `variables` maps a signal to its dimensions and array; `attributes` are texts and numbers, structured
-    content as JSON text.
-    """
+    """Make a Trace, with ``units`` and ``long_name`` on every signal; structured attributes are JSON text."""
     import xarray
 
     for name in variables:
