@@ -31,11 +31,7 @@ _ADVICE: Final = "Copy it again from where it was made, or export it there as .c
 
 @dataclass(frozen=True, kw_only=True)
 class ReaderLimits:
-    """Resources that a reader may use.
-
-    `memory` [bytes] counts beyond that of its libraries; `content` [bytes] is the size of what it returns;
-    times in s.
-    """
+    """Resources that a reader may use: memory beyond its libraries [bytes], content [bytes] that it returns, times [s]."""
 
     memory: int
     content: int
@@ -126,13 +122,11 @@ class GuardedReading:
         self._process.kill()
 
     def __enter__(self) -> Self:
-        """Return itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the process."""
         self.close()
 
     def close(self) -> None:
@@ -176,7 +170,6 @@ class GuardedReading:
         return left - size
 
     def _check(self, message: dict[str, Any]) -> None:
-        """Raise the fault that the reader has found."""
         if "problems" in message:
             problems = [Problem(**problem) for problem in message["problems"]]
             missing = message["column"]

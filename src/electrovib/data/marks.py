@@ -38,10 +38,7 @@ _BLOCK: Final = 1 << 20
 
 
 def unsigned(form: Form) -> str:
-    """Return the mark that a writer puts once near the beginning of its content and that `sign` completes.
-
-    It consists of letters, digits, blanks and a comma: ``electrovib netlist, checksum 000...``.
-    """
+    """Return the mark that a writer puts once near the beginning of its content and that `sign` completes."""
     return f"electrovib {form}, checksum {_EMPTY}"
 
 

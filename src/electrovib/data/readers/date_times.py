@@ -51,11 +51,7 @@ def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
 
 
 def with_stamps(recorded: Recorded, stamps: str) -> Recorded:
-    """Return the content of a text with the channel ``time`` [s] from the first row; unchanged if times do not increase.
-
-    The attributes ``first_time`` and ``date_order`` state the first moment, and the order of day and month if
-    it was assumed.
-    """
+    """Return the content of a text with the channel ``time`` [s] from the first row; unchanged if times do not increase."""
     time, order = seconds_from_first(stamps)
     known = time[np.isfinite(time)]
     if known.size < 2 or not (np.diff(known) >= 0).all() or known[0] == known[-1]:

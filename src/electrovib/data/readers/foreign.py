@@ -53,11 +53,7 @@ def recorded_of(
     attributes: Mapping[str, str] | None = None,
     part: str = "",
 ) -> Recorded:
-    """Return columns as the content of a file; of columns of several lengths those that hold most numbers.
-
-    Each column is a name, a unit and values. `part` names a column whose length is chosen; columns of another
-    length are named in the attribute ``omitted``.
-    """
+    """Return columns as the content of a file; of columns of several lengths those like `part`, or that hold most numbers."""
     by_length: dict[int, list[tuple[str, str, Real]]] = defaultdict(list)
     for each in columns:
         by_length[each[2].size].append(each)

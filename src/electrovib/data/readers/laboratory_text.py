@@ -58,11 +58,7 @@ def read_laboratory_bytes(
     origin: str = "",
     part: str = "",
 ) -> Recorded:
-    """Read the text of an instrument that is in memory; `origin` names the sheet that it comes from.
-
-    Where the row of headings occurs several times, `part` names the table behind one of them, such as ``"step
-    2"``.
-    """
+    """Read the text of an instrument that is in memory; `origin` names the sheet that it comes from."""
     encoding = _encoding(path, raw)
     first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
     layout = find_layout(first, delimiter=delimiter, decimal_comma=decimal_comma)
@@ -95,7 +91,6 @@ def _left_out(layout: Layout) -> dict[str, str]:
 
 
 def _encoding(path: Path, raw: bytes) -> str:
-    """Find the encoding of a text."""
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "utf-16"
     if b"\0" in raw[:4096]:
@@ -160,7 +155,6 @@ def _plain(path: Path, number: int, cell: str, layout: Layout) -> str:
 def _recorded(
     layout: Layout, numbers: Real, settings: dict[str, str], step: float | None, start: float
 ) -> Recorded:
-    """Name the channels and find the time among them."""
     layout = named_by_preamble(layout, settings)
     channels: list[DataColumn] = []
     for place, column in enumerate(layout.columns):

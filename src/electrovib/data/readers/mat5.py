@@ -174,7 +174,6 @@ class Mat5:
         return values.astype(np.float64).reshape(variable.shape, order="F")
 
     def _body(self, variable: Mat5Variable) -> memoryview:
-        """Return the bytes of a variable, decompressed, or of a field of one."""
         place = slice(variable.start, variable.start + variable.size)
         if variable.within is not None:
             return variable.within[place]

@@ -53,11 +53,7 @@ def _is_version_73(path: Path) -> bool:
 
 
 def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column]:
-    """Read columns of the arrays of a MATLAB file: ``"name[3]"`` is column 3, from 0; a unit may follow, ``"name[3] [us]"``.
-
-    ``"name"`` is an array of one row or column, ``"trial.force"`` a field of a struct, and a number a column
-    of the only array.
-    """
+    """Read columns of the arrays of a MATLAB file: ``"name[3]"`` is column 3, from 0, and ``"trial.force"`` a field."""
     arrays: dict[str, NDArray[np.float64]] = {}
     found: dict[str | int, Column] = {}
     for column in columns:
@@ -84,7 +80,6 @@ def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Col
 
 
 def _of(path: Path, name: str, array: NDArray[np.float64], number: int | None) -> NDArray[np.float64]:
-    """Return a column of an array."""
     called = f"'{name}'" if name else "the array"
     shape = " x ".join(map(str, array.shape))
     if number is None:

@@ -14,10 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class DataColumn:
-    """One column of a file, with name and unit as written in it; `values` are in that unit, NaN where a field is empty.
-
-    The name is ``"column 2"`` where the file has none, and the unit is empty where it states none.
-    """
+    """One column of a file, with name and unit as written in it; `values` are in that unit, NaN where a field is empty."""
 
     name: str
     unit: str

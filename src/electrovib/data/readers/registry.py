@@ -231,11 +231,7 @@ def format_of(path: Path) -> FileFormat:
 
 
 def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
-    """Read a file of an instrument.
-
-    `options` are ``delimiter`` and ``decimal_comma`` of text, and ``part``, the sheet, table or array to
-    read; an option that does not belong to the format is refused.
-    """
+    """Read a file of an instrument; an option that does not belong to its format is refused."""
     by_name = {each.name: each for each in FORMATS}
     if reader and reader not in by_name:
         raise DataFileError(f"there is no reader '{reader}'.{nearest(reader, by_name)}", path=path)

@@ -101,7 +101,6 @@ def _headings(
 def _named(
     rows: Sequence[Sequence[str]], headings: Sequence[int], columns: tuple[int, ...]
 ) -> tuple[list[str], list[str]]:
-    """Return the names and units of the columns from the rows of headings."""
     names = [""] * len(columns)
     units = [""] * len(columns)
     for order, at in enumerate(headings):

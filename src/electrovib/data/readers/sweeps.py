@@ -31,11 +31,7 @@ def refuse_spectrum(part: str | None, spectrum: int) -> None:
 
 
 def sweeps_of(frequency: Real) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]]:
-    """Find the rows of each spectrum in a column of frequencies: a new one begins where the frequency turns back.
-
-    Rows without a frequency above 0 belong to none. There is one spectrum if any would have fewer than 4
-    rows.
-    """
+    """Find the rows of each spectrum in a column of frequencies: a new one begins where the frequency turns back."""
     rows = np.flatnonzero(np.isfinite(frequency) & (frequency > 0))
     changes = np.sign(np.diff(frequency[rows]))
     begins, direction = [0], 0
