@@ -86,7 +86,6 @@ def _members(part: type[Model], table: Any) -> list[type[Model]]:
 
 
 def _names(kinds: list[type[Model]], table: Any) -> set[str]:
-    """Return the names that can follow in a path."""
     if kinds[0] is Stack:
         return {*IMPLIED, *(table if isinstance(table, Mapping) else ())}
     own = (name for each in kinds for name in (*each.model_fields, *each.derived))
@@ -94,7 +93,6 @@ def _names(kinds: list[type[Model]], table: Any) -> set[str]:
 
 
 def _meant(content: Mapping[str, Any], keys: list[str], depth: int, names: set[str]) -> str:
-    """Write which paths may be meant."""
     near = closest(keys[depth], names)
     if near is not None:
         return f" Did you mean '{'.'.join([*keys[:depth], near, *keys[depth + 1 :]])}'?"
@@ -105,7 +103,6 @@ def _meant(content: Mapping[str, Any], keys: list[str], depth: int, names: set[s
 
 
 def _paths(table: Any, start: str = "") -> Iterator[str]:
-    """Yield the dotted paths of the tables as they are given."""
     for key, item in table.items():
         if isinstance(item, Mapping) and key != "sources":
             yield from _paths(item, f"{start}{key}.")

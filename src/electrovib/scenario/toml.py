@@ -18,10 +18,7 @@ SCHEMA: Final = 1
 
 
 def to_toml(scenario: Scenario) -> str:
-    """Write a scenario as TOML with the meaning of every parameter; it reads back equal.
-
-    Measured samples stay in the file from which they were read.
-    """
+    """Write a scenario as TOML with the meaning of every parameter; it reads back equal."""
     import tomlkit
     from tomlkit.items import KeyType, SingleKey
 

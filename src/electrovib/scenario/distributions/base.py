@@ -36,10 +36,7 @@ class Distribution(ABC):
         """Smallest and largest value that can occur, in the SI unit of the parameter; infinite if unbounded."""
 
     def truncated(self, low: float, high: float) -> Distribution:
-        """Return the distribution of the values between two ends, which may be infinite, renormalised.
-
-        Ends in the wrong order, or with next to nothing between them, are refused.
-        """
+        """Return the distribution of the values between two ends, which may be infinite, renormalised."""
         return Truncated(distribution=self, low=low, high=high)
 
 
