@@ -33,7 +33,6 @@ class CalibrationError:
     covariance: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no covariance."""
         numbers = (self.gain, self.zero, self.covariance)
         if not np.isfinite(numbers).all() or self.gain < 0 or self.zero < 0:
             raise InputError(

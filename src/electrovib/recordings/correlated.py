@@ -55,10 +55,7 @@ def covariance(*, jacobian: NDArray[np.float64], autocovariance: NDArray[np.floa
 
 
 def line(*, time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """Fit a straight line to a section of a record, for its mean and slope, each with its standard error.
-
-    Both errors include the correlation of the samples.
-    """
+    """Fit a straight line: mean, its standard error, slope, its standard error, with the correlation of the samples."""
     jacobian = np.column_stack([np.ones_like(time), time - time.mean()])
     mean, slope = (float(value) for value in np.linalg.lstsq(jacobian, values, rcond=None)[0])
     # about the mean, so that a drift counts as scatter of the mean

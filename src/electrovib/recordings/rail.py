@@ -46,11 +46,7 @@ def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def at_extreme(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant.
-
-    It occurs much more often than any other in its half of the range: a zero that is read long lies in the
-    other half.
-    """
+    """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant."""
     low, high = reading.min(), reading.max()
     found = np.zeros(len(reading), dtype=np.bool_)
     for extreme in (low, high):

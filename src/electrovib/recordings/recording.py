@@ -82,11 +82,7 @@ def read_recording(path: Path, channels: TribometerChannels) -> Recording:
 def calibrated(
     columns: Mapping[str, NDArray[np.float64]], channels: TribometerChannels, *, source: str = "the recording"
 ) -> Recording:
-    """Compute forces and a position from the columns of a tribometer, and refuse columns that are missing or constant.
-
-    The columns are ``normal`` and ``lateral`` [V], or [N] without a sensitivity, ``encoder``, and ``time`` if
-    the clock is one.
-    """
+    """Compute forces and a position from the columns ``normal``, ``lateral``, ``encoder`` and ``time`` of a tribometer."""
     needed = ["normal", "lateral"]
     needed += ["encoder"] if channels.encoder is not None else []
     needed += ["time"] if isinstance(channels.clock, TimeColumn) else []

@@ -59,9 +59,8 @@ def omitted_from_space(
 def space_correlations(found: ScenarioFit, tables: Collection[str]) -> dict[tuple[str, str], float]:
     """Return the correlation coefficients of the estimates in a space, pair by pair in the order of the unknowns.
 
-    They are a minor of a correlation matrix, which is positive semidefinite, and to first order hold for the
-    logarithms too. A parameter that varies between sessions has none, because a few sessions do not determine
-    it, nor has one that is not determined or lies on a bound.
+    To first order they hold for the logarithms too. A parameter that varies between sessions, is not
+    determined or lies on a bound has none.
     """
     names = list(found.estimate.values)
     matrix = found.correlation

@@ -20,11 +20,7 @@ _SOME: Final = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class FitComparison:
-    """Fits of several models to the same data, in the order of their AICc.
-
-    `aicc` and `bic` are above those of the best by AICc; `sentence` says which model the data support, and
-    how clearly.
-    """
+    """Fits of several models to the same data, the best first; `aicc` and `bic` are above those of the best by AICc."""
 
     names: tuple[str, ...]
     aicc: tuple[float, ...]

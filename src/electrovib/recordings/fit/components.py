@@ -35,11 +35,7 @@ _MEDIAN: Final = {1: 0.454936, 2: 1.386294}
 
 @dataclass(frozen=True, kw_only=True)
 class Sign:
-    """What one test found, with the probability `chance` of as much by noise alone.
-
-    `ratio` is the variance that was found over that of noise; `subject` names signal and recording, or
-    parameter.
-    """
+    """What one test found, with the probability `chance` and the ratio of the variance to that by noise alone."""
 
     chance: float
     ratio: float
@@ -49,7 +45,7 @@ class Sign:
 
 @dataclass(frozen=True, kw_only=True)
 class Components:
-    """Residuals of one signal of one recording over their noise, by components of a discrete cosine transform.
+    """Residuals of one signal over their noise, by components of a discrete cosine transform.
 
     `sloped` (n, unknowns) is an orthonormal basis of what the unknowns change, over all data; only the rows
     of this signal.

@@ -129,10 +129,7 @@ def estimate_at(
     converged: bool,
     stalled: bool = False,
 ) -> LeastSquaresEstimate:
-    """Judge the parameters at which a search has ended; those on a bound have variance 0.
-
-    `derivatives` (n, parameters) are those of the weighted residuals.
-    """
+    """Judge the parameters at which a search has ended; those on a bound have variance 0."""
     inside = [at for at, name in enumerate(values) if name not in on_bound]
     squares = float(residual @ residual)
     left = residual.size - len(values)

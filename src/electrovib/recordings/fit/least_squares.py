@@ -30,11 +30,7 @@ _AT_BOUND: Final = 1e-9  # relative to the bound or the initial value
 
 @dataclass(frozen=True, kw_only=True)
 class FreeParameter:
-    """One parameter of a fit, with where the search begins and where it may go, in its unit.
-
-    A `logarithmic` search uses the logarithm of the value, as a positive parameter that may change by decades
-    needs.
-    """
+    """One parameter of a fit, with its bounds; a `logarithmic` search suits one that may change by decades."""
 
     start: float
     lower: float = -math.inf

@@ -95,10 +95,7 @@ class Observed:
 
 
 def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> tuple[Observed, ...]:
-    """Collect the signals of a recording that a scenario predicts; samples that are no number are omitted.
-
-    A name in `signals` that is no signal of the recording, or one that a scenario prescribes, is refused.
-    """
+    """Collect the signals of a recording that a scenario predicts; samples that are no number are omitted."""
     trace = measured.trace
     offered = {
         str(name): str(variable.dims[0])

@@ -123,7 +123,6 @@ def _basis(columns: Real) -> Real:
 
 
 def _parts(slopes: Real, residuals: Sequence[Residuals]) -> list[Components]:
-    """Decompose the residuals of each signal."""
     basis, at, found = _basis(slopes), 0, []
     for each in residuals:
         size = each.observed.x.size * each.observed.parts

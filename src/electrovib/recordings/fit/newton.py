@@ -13,11 +13,7 @@ if TYPE_CHECKING:
 
 
 def newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
-    """Compute the Gauss-Newton step of a least-squares problem, and the standard deviations for residuals with one of 1.
-
-    `derivatives` (n, unknowns) are those of the weighted residuals; the step is NaN where they do not
-    determine it.
-    """
+    """Compute the Gauss-Newton step, NaN where it is not determined, and the deviations for residuals of variance 1."""
     scale = np.linalg.norm(derivatives, axis=0)
     count = len(scale)
     if not np.isfinite(scale).all() or not scale.all():

@@ -147,7 +147,6 @@ def _judged(
 def _means(
     estimate: LeastSquaresEstimate, prediction: Prediction, varying: Sequence[str]
 ) -> dict[str, BetweenSessions]:
-    """Summarise the parameters that vary between sessions."""
     return {
         path: between_sessions(
             estimate, {each.session: each.name for each in prediction.unknowns if each.path == path}

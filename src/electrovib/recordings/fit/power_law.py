@@ -23,11 +23,7 @@ _FEWEST: Final = 3
 
 @dataclass(frozen=True, kw_only=True)
 class SessionLaw:
-    """The law of one session, with the noise of its own points.
-
-    `factor` is y at x = 1, and `scatter` the standard deviation of ln y about the law, with
-    `degrees_of_freedom` points less 2.
-    """
+    """The law of one session, with `factor` at x = 1 and the standard deviation `scatter` of ln y about the law."""
 
     exponent: float
     standard_error: float

@@ -33,11 +33,7 @@ def read_points(
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
 ) -> tuple[Real, Real, list[str]]:
-    """Read x, y, both in SI, and the session of each point of a power law from tables; empty fields are omitted.
-
-    A session is the number in the column `session`, with the file in front where there are several; by
-    default the file.
-    """
+    """Read x, y, both in SI, and the session, by default the file, of each point of a power law from tables."""
     problems = [f"{path}: is given twice; omit one" for path in dict.fromkeys(files) if files.count(path) > 1]
     if x == y:
         problems.append(f"x, y: both are the column {x!r}; a power law relates two")

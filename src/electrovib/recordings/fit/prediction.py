@@ -52,11 +52,7 @@ class Unknown:
 
 
 class Prediction:
-    """The predictions for several recordings as a function of the unknown numbers.
-
-    Initial values are those of `start`, by path in SI, or of the scenario. Every path that does not exist,
-    and recordings that the scenario does not predict, are refused.
-    """
+    """The predictions for several recordings as a function of the unknown numbers, which begin at `start` or the scenario."""
 
     def __init__(
         self,
@@ -188,10 +184,7 @@ class Prediction:
         return tuple(found[number] for number in range(len(columns)))
 
     def derivatives(self, values: Mapping[str, float], *, names: Sequence[str] | None = None) -> Real:
-        """Differentiate all predictions after the unknowns, shape (n, unknowns), in the order of `unknowns`.
-
-        The last ones are kept, because a search ends where it has just computed them.
-        """
+        """Differentiate all predictions after the unknowns, shape (n, unknowns), in the order of `unknowns`."""
         wanted = [each for each in self.unknowns if names is None or each.name in names]
         key = (tuple(values.items()), tuple(each.name for each in wanted))
         if self._last is not None and self._last[0] == key:
@@ -216,11 +209,7 @@ class Prediction:
         return self(dict(values) | zeros)[rows]
 
     def linear_rows(self, unknown: Unknown) -> NDArray[np.bool_] | None:
-        """Return the data that are linear in an unknown, where all others are independent of it; None if there are none.
-
-        They are those to which a zero is added, or that are proportional to the parameter as its model
-        declares.
-        """
+        """Return the data that are linear in an unknown, where all others are independent of it; None if there are none."""
         if unknown.name not in self._linear:
             self._linear[unknown.name] = (
                 self._rows(unknown) if unknown.is_offset else self._proportional_rows(unknown)

@@ -124,7 +124,6 @@ def _declared(scenario: Scenario, part: str, time: Real) -> Real:
 
 
 def _noise(values: Real) -> float:
-    """Return the standard deviation of the noise of a recorded signal, in its unit."""
     return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / math.sqrt(20)) if values.size > 8 else 0.0
 
 

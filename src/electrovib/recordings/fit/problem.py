@@ -42,8 +42,8 @@ class CancelledError(ElectrovibError):
 class WeightedProblem:
     """Weighted residuals of a prediction and their derivatives.
 
-    `noise` is the standard deviation of each signal of each recording, over the scale of its data. `progress`
-    is called with the number of evaluations and the sum of squares; a true value ends the fit.
+    `noise` is the standard deviation of each signal of each recording, over the scale of its data. A true
+    value of `progress` ends the fit.
     """
 
     prediction: Prediction
@@ -52,7 +52,6 @@ class WeightedProblem:
     count: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        """Compute the weights of the data."""
         columns = [each for group in self.prediction.columns for each in group]
         self.weights: Real = np.concatenate(
             [
@@ -87,10 +86,7 @@ class WeightedProblem:
         fixed: Mapping[str, float] | None = None,
         converged: float = SEARCHED,
     ) -> LeastSquaresEstimate:
-        """Minimise the sum of squares over the free unknowns, with the others at `fixed`; see `Stall` for where it is ended.
-
-        With `converged` above `SEARCHED` the covariance is not computed.
-        """
+        """Minimise the sum of squares over the free unknowns, without covariance if `converged` is above `SEARCHED`."""
         held, names, judged = dict(fixed or {}), tuple(free), converged <= SEARCHED
         separated = Separated(self, free, held)
         if separated.is_useful:
@@ -192,11 +188,7 @@ class WeightedProblem:
         *,
         variance: float = 1.0,
     ) -> float:
-        """Smallest sum of squares with one unknown held at a value; infinite where the models refuse the value.
-
-        The linear unknowns have their best values within their bounds, so that only the others are searched,
-        from `at`. `variance` is that of the weighted residuals.
-        """
+        """Smallest sum of squares with one unknown held at a value; infinite where the models refuse the value."""
         others = {each: free[each].starting_at(at[each]) for each in free if each != name}
         separated = Separated(self, others, {name: value}, within_bounds=True)
         try:

@@ -113,7 +113,6 @@ def _spread(values: Real, variances: Real, wanted: Real) -> Real:
 
 
 def _quantile(means: Real, errors: Real, share: float) -> float:
-    """Quantile of a mixture of normal distributions."""
     from scipy.special import ndtr
 
     reach = 10 * errors.max()

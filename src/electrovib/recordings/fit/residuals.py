@@ -17,11 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Residuals:
-    """What is left of one signal of one recording.
-
-    `predicted` is that of the scenario with the estimated parameters; `noise` is the standard deviation over
-    the scale of the data with which it was weighted.
-    """
+    """What is left of one signal of one recording; `noise` is the standard deviation over the scale of the data."""
 
     recording: str
     observed: Observed

@@ -121,10 +121,7 @@ class ScenarioFit:
         return ""
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
-        """Interval in SI of one unknown from its standard deviation and the rounding of the recordings.
-
-        It is within the range of the parameter; NaN where the data do not determine it.
-        """
+        """Interval in SI of one unknown by its standard deviation and by rounding; NaN where the data do not determine it."""
         if self.why_no_interval(name):
             return math.nan, math.nan
         value, free = self.estimate.values[name], self.problem.prediction.free[name]

@@ -31,11 +31,7 @@ _NOTHING: Final = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class RoundedSignal:
-    """A signal of which successive samples have rounding errors that are alike.
-
-    `resolution` is the step between recorded values, and `noise` the standard deviation before rounding, as
-    stated if `is_stated`, or at least, both in the unit of the signal.
-    """
+    """A signal of which successive samples have rounding errors that are alike, with the least noise before rounding."""
 
     signal: str
     recording: str
@@ -73,10 +69,7 @@ class Rounding:
         return math.hypot(self.deviations[name], float(np.sqrt(np.mean(self.errors[name] ** 2))))
 
     def half_width(self, name: str, *, level: float, quantile: float) -> float:
-        """Compute half the width of the interval of an unknown, if all positions of the steps are equally probable.
-
-        `quantile` standard deviations hold the probability `level` where rounding has no effect.
-        """
+        """Compute half the width of the interval of an unknown, if all positions of the steps are equally probable."""
         from scipy.optimize import brentq
         from scipy.stats import norm
 

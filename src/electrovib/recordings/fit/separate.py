@@ -21,11 +21,7 @@ FAILED = "failed"
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedFit:
-    """The fit of one recording; None in `found` if there is none.
-
-    `rows` are the estimates in SI with 95 % intervals; of a recording that could not be fitted one row for
-    each parameter, without numbers, with the status ``"failed"`` and the reason.
-    """
+    """The fit of one recording; None in `found`, and rows with the status ``"failed"``, if there is none."""
 
     record: str
     found: ScenarioFit | None
@@ -46,11 +42,7 @@ class RecordedFit:
 
 @dataclass(frozen=True, kw_only=True)
 class SeparateFits:
-    """Parameters of a scenario estimated from each of several recordings alone.
-
-    The search began with the values of `scenario`. `spreads` has the scatter of each parameter within and
-    between the recordings that determine it, where there are at least two.
-    """
+    """Parameters of a scenario estimated from each of several recordings alone, and their spread between these."""
 
     scenario: Scenario
     free: tuple[str, ...]
@@ -81,7 +73,8 @@ class SeparateFits:
     def means(self) -> tuple[EstimatedParameter, ...]:
         """Mean of each parameter over the recordings that determine it, with its interval by Student's t.
 
-        Its systematic error is the mean of theirs: the sensors are the same, and their error does not average out.
+        Its systematic error is the mean of theirs: the sensors are the same, and their error does not average
+        out.
         """
         units = {row.name: row.unit for each in self.fits for row in each.rows}
         found = []
@@ -129,11 +122,7 @@ def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter,
 
 
 def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, BetweenSessions]:
-    """Summarise how parameters differ between recordings that were fitted separately and at least two of which determine them.
-
-    Recordings count alike; those that do not determine the parameter, or whose estimate lies on a bound, are
-    omitted.
-    """
+    """Summarise how parameters differ between the recordings that determine them, at least two, which count alike."""
     found = {}
     for path in free:
         own = {

@@ -77,11 +77,7 @@ def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -
 def spread_of(
     values: Mapping[str, float], deviations: Sequence[float], *, group: str = "session"
 ) -> BetweenSessions:
-    """Summarise at least two separate estimates of one parameter, with the spread between them of `random_effects`.
-
-    `deviations` are those by their own noise; where fewer than two are known, the spread is the scatter of
-    the estimates.
-    """
+    """Summarise at least two separate estimates of one parameter, with the spread between them of `random_effects`."""
     found = np.array(list(values.values()))
     scatter = float(np.var(found, ddof=1))
     within = float(np.sqrt(np.mean(np.square(deviations))))

@@ -25,8 +25,7 @@ search would reach is no more likely than the present one by a factor of exp(0.0
 class Stall:
     """Judgement, at each accepted step of a search, whether further steps can change the result.
 
-    `variance` is that of the weighted residuals; None takes their scatter at the present step. `zeros` are as
-    for `identifiability`.
+    `variance` is that of the weighted residuals; None takes their scatter at the present step.
     """
 
     variance: float | None

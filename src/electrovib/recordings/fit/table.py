@@ -62,11 +62,7 @@ class EstimatedParameter:
 
 
 def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[EstimatedParameter, ...]:
-    """Summarise a fit, one row for each unknown, then one for the mean of each parameter that varies between sessions.
-
-    With `profiles`, parameters that are not well determined get their interval from the profile of the
-    likelihood.
-    """
+    """Summarise a fit, one row for each unknown, then one for the mean of each parameter that varies between sessions."""
     systematic = systematic_deviations(found)
     rows = [
         dataclasses.replace(

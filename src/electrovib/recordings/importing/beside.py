@@ -22,10 +22,7 @@ _MEASURED: Final = "file_sha256"
 
 @dataclass(frozen=True, kw_only=True)
 class SignalResidual:
-    """The residual of one measured signal, at the times [s] or frequencies [Hz] of the measurement at which both are known.
-
-    `along` is ``"time"`` or ``"frequency"``. The prediction is interpolated linearly; impedances are complex.
-    """
+    """The residual of one signal at the times or frequencies of the measurement; the prediction is interpolated linearly."""
 
     name: str
     predicted_name: str
@@ -63,7 +60,7 @@ def is_measured(trace: xarray.Dataset) -> bool:
 
 
 def residuals(predicted: xarray.Dataset, measured: xarray.Dataset) -> list[SignalResidual]:
-    """Compare each signal of a measurement with the same one of a prediction, where their axes overlap in two samples or more.
+    """Compare each signal of a measurement with the same one of a prediction, where their axes overlap in two samples.
 
     A measured force is compared with the force as the tribometer reads it, or with the force itself where
     none is modelled.

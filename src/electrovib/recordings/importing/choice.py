@@ -50,10 +50,7 @@ def _remedy(name: str, allowed: Collection[str]) -> str:
 
 
 def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
-    """Find a column by its heading, with or without its unit, or by its number from 0: ``"Ch2"``, ``"Ch2 (N)"``, ``"2"``.
-
-    A unit that differs from that of the file is refused.
-    """
+    """Find a column by its heading, with or without its unit, or by its number from 0: ``"Ch2"``, ``"Ch2 (N)"``, ``"2"``."""
     by_name = {each.name: each for each in recorded.channels}
     if stated in by_name:
         return by_name[stated]
@@ -125,7 +122,6 @@ def calibrated_column(
 def _by_line(
     column: DataColumn, signal: str, line: SensorCalibration, offset: str | float | None
 ) -> tuple[Real, list[str]]:
-    """Convert a column by a calibration line."""
     known = kind_and_factor(column.unit) if column.unit else None
     if known is None or offset is not None:
         why = (

@@ -36,11 +36,7 @@ class SampleTimes:
 def sample_times(
     recorded: Recorded, *, time: str = "", step: str | float | None = None, stamps: str = "refuse"
 ) -> SampleTimes:
-    """Return the times of the samples of a file; a `step` [s] has priority over the file.
-
-    `time` is the column of the time stamps, by default that which the reader recognised; `stamps`, one of
-    `STAMPS`, treats time stamps that do not increase.
-    """
+    """Return the times of the samples of a file; a `step` [s] has priority over the file, `stamps` is one of `STAMPS`."""
     if stamps not in STAMPS:
         raise InputError(f"stamps = {stamps}: expected one of {', '.join(STAMPS)}")
     if step is not None and time:

@@ -155,7 +155,6 @@ def _fitted(
 
 
 def _relation(fit: tuple[float, float, float, Real, Real], timing: float) -> ClockRelation:
-    """Return the relation with its intervals."""
     from scipy.stats import t as student
 
     misfit, shift, ratio, one, two = fit

@@ -81,7 +81,6 @@ def _scaled(values: Real) -> Real:
 
 
 def _range(name: str, values: Real) -> Diagnostic:
-    """Judge whether a sensor is at the end of its range."""
     share = float(np.mean(at_rail(values)))
     title = f"sensor range of {name}"
     if not share and (share := float(np.mean(at_extreme(values)))):

@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ImportedMaterial:
-    """A material made of a measured spectrum, ready for a layer of a scenario.
-
-    `thickness` is that of the sample; None if a permittivity was measured and no thickness given.
-    """
+    """A material made of a measured spectrum; the thickness is None if a permittivity was measured and none given."""
 
     material: Tabulated
     thickness: float | None

@@ -28,11 +28,7 @@ class SignalEdges:
 
 @dataclass(frozen=True, kw_only=True)
 class PeriodAverage:
-    """Signals averaged over periods.
-
-    `time` counts from the edge at which a period begins; `standard_errors` are those of the means over the
-    periods; `spread` is the standard deviation of the periods [s].
-    """
+    """Signals averaged over periods, from their first edge on; `spread` is the standard deviation of the periods [s]."""
 
     time: Real
     means: dict[str, Real]
@@ -65,11 +61,7 @@ def find_edges(time: Real, values: Real) -> SignalEdges:
 
 
 def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAverage:
-    """Average signals over the periods between rising edges of one of them, stretched to the mean period.
-
-    There are as many even times as the median period has samples. Fewer than two periods, fewer than 8
-    samples in one, and periods that differ by more than a quarter of their mean are refused.
-    """
+    """Average signals over the periods between rising edges of one of them, stretched to the mean period."""
     finite = np.isfinite(signals[by])
     edges = find_edges(time[finite], signals[by][finite]).rising if finite.any() else np.array([])
     lengths = np.diff(edges)

@@ -67,11 +67,7 @@ class ProposedColumn:
 
 
 def proposed_columns(recorded: Recorded) -> tuple[ProposedColumn, ...]:
-    """Propose a signal, each once, for each column whose unit or heading tells one.
-
-    The unit decides before the heading does, except that a reading in V belongs to the force, current or
-    speed that its heading names.
-    """
+    """Propose a signal, each once, for each column whose unit tells one, or else its heading."""
     found: dict[str, ProposedColumn] = {}
     for channel in recorded.channels:
         if channel.name == recorded.time:

@@ -73,7 +73,6 @@ def reduced(
 def _aligned(
     time: Real, signals: dict[str, Real], steps: ReductionSteps, words: list[str]
 ) -> tuple[Real, dict[str, Real]]:
-    """Apply shifts and trigger."""
     for name, value in steps.shift.items():
         shift = seconds(f"shift.{name}", value)
         signals[name] = shifted(time, signals[name], shift)
@@ -95,7 +94,6 @@ def _aligned(
 def _level(
     time: Real, signals: dict[str, Real], steps: ReductionSteps, words: list[str]
 ) -> tuple[Real, dict[str, Real]]:
-    """Subtract baselines and trends, and crop."""
     for name, span in steps.baseline.items():
         first, last = time_span(f"baseline.{name}", span)
         part = signals[name][(time >= first) & (time <= last)]
@@ -119,7 +117,6 @@ def _level(
 def _averaged(
     time: Real, signals: dict[str, Real], by: str, words: list[str]
 ) -> tuple[Real, dict[str, Real]]:
-    """Average over the periods of a signal."""
     whole = average_periods(time, signals, by)
     errors = (
         f"{name}: rms of the standard error {np.sqrt(np.mean(each**2)):.4g}"

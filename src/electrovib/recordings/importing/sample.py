@@ -144,7 +144,6 @@ def _of_impedance(
     resistance: float,
     capacitance: float,
 ) -> tuple[Complex, list[str]]:
-    """Compute the permittivity of the sample from its impedance."""
     missing = [name for name, value in (("area", area), ("thickness", depth)) if value is None]
     if missing or area is None or depth is None:
         raise InputError(

@@ -40,10 +40,7 @@ def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, flo
 
 
 def trigger_time(time: Real, values: Real, level: float | None = None) -> float | None:
-    """Return the time, interpolated linearly, at which a signal first rises through a level; None if it does not.
-
-    The level is the mean of the 5 % and 95 % quantiles if it is not given.
-    """
+    """Return the time at which a signal first rises through a level, by default the middle of its range; None if never."""
     finite = np.isfinite(values)
     if level is None:
         low, high = np.quantile(values[finite], [0.05, 0.95]) if finite.any() else (0.0, 0.0)

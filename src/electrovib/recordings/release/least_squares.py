@@ -57,10 +57,7 @@ class Release:
 
 
 def resonant_release(*, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float) -> Release:
-    """Fit a release and one resonance to times `stamps` after the end of the drive, from the four best points of a grid.
-
-    There are samples up to the time `window`; they must not be too far apart to resolve an oscillation.
-    """
+    """Fit a release and one resonance to times `stamps` after the end of the drive, from the four best points of a grid."""
     fit = _Fit(stamps, force, window)
     starts = [
         np.array([delay / frequency / window, np.log(part / frequency), np.log(frequency), np.log(quality)])

@@ -27,10 +27,7 @@ class Extremum:
 
 @dataclass(frozen=True, kw_only=True)
 class Decay:
-    """A damped sine about a level, with standard uncertainties by the correlation of the residuals.
-
-    `start` is the time of the first fitted sample, and `misfit` the rms of the residual [N].
-    """
+    """A damped sine about a level, from the time `start` on, with standard uncertainties by the correlated residuals."""
 
     start: float
     frequency: float
@@ -45,11 +42,7 @@ class Decay:
 
 
 def drive_end(*, time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
-    """Return the time at which a drive falls below half of its largest magnitude for the last time.
-
-    It is the mean of the times of the last sample above half and of the next one. A drive may be 1 while it
-    is on and 0 otherwise.
-    """
+    """Return the mean time of the last sample above half of the largest magnitude of a drive and of the next one."""
     on, peak = _on(voltage)
     if peak == 0 or len(on) == len(time):
         raise InputError(
@@ -99,10 +92,7 @@ def find_extrema(
     scatter: float,
     end: float,
 ) -> list[Extremum]:
-    """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise `scatter`.
-
-    They are the vertices of parabolas fitted to the samples within an eighth of the approximate period.
-    """
+    """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise `scatter`."""
     before = force[stamps < 0]
     side = -1.0 if np.mean(before[-20:]) > level else 1.0
     place, reach, found = start, (0.2, 0.9), []

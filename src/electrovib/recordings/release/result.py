@@ -71,7 +71,6 @@ class FittedRelease:
         return tuple(1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times))
 
     def __repr__(self) -> str:
-        """Return the sentences that state the result."""
         return "\n".join(self.words)
 
     def to_dict(self) -> dict[str, Any]:

@@ -52,10 +52,7 @@ class Uncertainty:
 def uncertainties(
     *, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float, best: Release
 ) -> tuple[dict[str, Uncertainty], tuple[float, float]]:
-    """Compute the uncertainty of a fitted release, and its lowest and highest fall time that fit as well.
-
-    The fall times are 95 % on either side; the lowest is 0 if a discontinuity fits as well.
-    """
+    """Compute the uncertainty of a fitted release, and its lowest and highest fall time that fit as well within 95 %."""
     jacobian, after = _jacobian(stamps, best), stamps >= 0
     # the residual is noise before the end of the drive, and includes model error after it: the larger effect is taken
     kinds = (
@@ -87,10 +84,7 @@ def uncertainties(
 def with_change(
     found: Mapping[str, Uncertainty], decays: tuple[Decay | None, Decay | None]
 ) -> dict[str, Uncertainty]:
-    """Add the change of frequency and quality factor during the decay, beyond the noise of both fits.
-
-    It is that of a uniform distribution between the early and the late value.
-    """
+    """Add the change of frequency and quality factor during the decay, uniformly distributed, beyond the noise of both fits."""
     early, late = decays
     if early is None or late is None:
         return dict(found)

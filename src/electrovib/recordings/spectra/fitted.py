@@ -64,11 +64,7 @@ class MaterialParameter:
 
 @dataclass(frozen=True, kw_only=True)
 class FittedMaterial:
-    """A dispersion fitted to measured spectra.
-
-    `fits` begins with the chosen form, the others follow by the criterion of Akaike; `parameters` are those
-    of the chosen form. `thickness` is stated where it is common to all samples.
-    """
+    """A dispersion fitted to measured spectra, the chosen form first, with the thickness that is common to all samples."""
 
     fits: tuple[MaterialFit, ...]
     origin: str
@@ -102,10 +98,7 @@ class FittedMaterial:
         }
 
     def to_toml(self, layer: str = "stratum_corneum") -> str:
-        """Write the material as the table ``stack.<layer>``, to be put into a scenario in place of its layer of this name.
-
-        Comments state origin, statistical interval and systematic error of each parameter.
-        """
+        """Write the material as the table ``stack.<layer>`` of a scenario, with origin and errors as comments."""
         import tomlkit
 
         document = tomlkit.document()

@@ -41,7 +41,6 @@ class InstrumentError:
     words: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what is no uncertainty."""
         problems = [
             f"systematic {name} = {value}: expected 0 or more, and less than 1"
             for name, value in (("gain", self.gain), ("phase", self.phase))

@@ -47,11 +47,7 @@ def acceptable_first(fits: Sequence[MaterialFit], allowed: float) -> tuple[Mater
 
 
 def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
-    """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it.
-
-    `consistent` is the relative deviation of the data from the Kramers-Kronig relations, NaN where it cannot
-    be judged; both limits are at least `allowed`.
-    """
+    """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it."""
     limit = max(REFUSED_INCONSISTENT, allowed)
     if consistent > limit:
         more = "; a loss that was not measured is stated with --loss unknown" if best.loss == "none" else ""
@@ -142,10 +138,7 @@ def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, flo
 
 
 def loss_that_follows(fits: Sequence[MaterialFit], frequency: Real, allowed: float) -> Diagnostic:
-    """State the loss factor that follows from a permittivity by the forms that describe it, at three frequencies of the band.
-
-    The range is that of all acceptable forms within 10 of the best AICc, each with its 95 % interval.
-    """
+    """State the loss factor that follows from a permittivity by all acceptable forms within 10 of the best AICc."""
     low, high = float(frequency.min()), float(frequency.max())
     at = np.array([low, math.sqrt(low * high), high])
     near = [

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 def impedance_residual(frequency: ArrayLike, impedance: ArrayLike) -> float:
     """Compute the relative rms deviation of a measured admittance from the Kramers-Kronig relations.
 
-    The admittance over j w is treated as a permittivity and tested as `kramers_kronig_residual` describes. It
-    is about the noise for linear, causal parts with a resistive-capacitive spectrum. Inductive parts count as
+    The admittance over j w is tested as a permittivity by `kramers_kronig_residual`. Inductive parts count as
     a misfit.
     """
     grid, data = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
@@ -34,10 +33,7 @@ def impedance_residual(frequency: ArrayLike, impedance: ArrayLike) -> float:
 
 
 def consistency(frequency: Real, permittivity: Complex) -> float:
-    """Compute the deviation of a permittivity from the Kramers-Kronig relations, as `kramers_kronig_residual` does.
-
-    NaN for rows that are too few or at repeated frequencies.
-    """
+    """Compute the deviation of a permittivity from the Kramers-Kronig relations; NaN where the rows do not allow it."""
     loss = -permittivity.imag * 2 * math.pi * frequency * eps0
     try:
         return kramers_kronig_residual(frequency, permittivity.real, loss)

@@ -175,10 +175,7 @@ def shift_of(
     factor: complex | Complex,
     noise: ArrayLike | None,
 ) -> dict[str, float]:
-    """Compute by how much the estimates change if all data are multiplied by a complex factor close to 1.
-
-    It is that by the derivative of the estimate after the data; 0 of a parameter that lies on its bound.
-    """
+    """Compute, to first order, the change of the estimates if all data are multiplied by a complex factor close to 1."""
     kept = ~fit.outliers
     grid, data = frequency[kept], permittivity[kept]
     given = weights_of(noise, frequency.size)
@@ -257,7 +254,6 @@ def _from(
     converged: float,
     most: int,
 ) -> tuple[LeastSquaresEstimate, Material]:
-    """Fit a material from given values of its parameters."""
     free = free_parameters(start, loss)
     each = 1.0 if weights is None else weights
     target = logarithms(data, grid, loss) * each

@@ -25,11 +25,7 @@ _COVERAGE = 2.262
 
 @dataclass(frozen=True)
 class Estimate:
-    """A measured number, its value for every choice of the baseline, and its statistical error.
-
-    `value` is that with the interpolated baseline, or with the only one; `standard_error` that of the mean
-    over the window, from the scatter of its parts and of the baseline.
-    """
+    """A measured number by the interpolated baseline, its value for every choice of it, and its statistical error."""
 
     value: float
     by_baseline: dict[str, float]
@@ -59,10 +55,7 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class Zero:
-    """Zeros of both force sensors in one section free of load: median readings at its mean time.
-
-    The standard errors are without the drift.
-    """
+    """Zeros of both force sensors in one section free of load: median readings, with errors without the drift."""
 
     time: float
     normal: float

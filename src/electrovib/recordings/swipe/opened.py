@@ -33,11 +33,7 @@ _FORCES = {
 def recording_of(
     record: Recorded, *, channels: Channels | None = None, speed: float | str | None = None
 ) -> Recording:
-    """Open a recording of a tribometer; the position of a Trace is the integral of its sliding speed.
-
-    With `channels` the record is a file of an instrument; `speed` is the set one of a Trace without
-    `sliding_speed`.
-    """
+    """Open a recording of a tribometer; the position of a Trace is the integral of its sliding speed."""
     if channels is not None:
         if not isinstance(record, (str, Path)) or speed is not None:
             raise InputError(

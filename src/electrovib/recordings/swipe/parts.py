@@ -29,10 +29,7 @@ FEWEST_COUNTS = 100.0
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact: its samples, and the nearest samples free of load before and after it.
-
-    `before` and `after` reach to the neighbouring contact or the end of the record; None if there are none.
-    """
+    """A contact: its samples, and those free of load up to the next contact before and after it, or None."""
 
     span: Span
     before: Span | None
@@ -145,10 +142,7 @@ def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
 
 
 def middle(recording: Recording, slide: Span, contact: Touch, *, trim: float) -> Span:
-    """Return the steady middle of a slide: without a fraction at both ends, and well inside the contact.
-
-    `trim` is a fraction of the sliding distance, or without a position of the time.
-    """
+    """Return the steady middle of a slide, without `trim` of its distance, or of its time without a position, at both ends."""
     first, last = slide
     along = recording.time if recording.position is None else recording.position
     gone = np.abs(along[first:last] - along[first])

@@ -38,7 +38,6 @@ class SwipeResult:
     trace: xarray.Dataset
 
     def __repr__(self) -> str:
-        """Return the sentences that state the result."""
         return "\n".join(self.words)
 
     def to_dict(self) -> dict[str, Any]:

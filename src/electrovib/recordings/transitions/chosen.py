@@ -36,10 +36,7 @@ def columns_of(
     by: str | None = None,
     readback: Readback | None = None,
 ) -> Columns:
-    """Return the signal, the only one besides `by` if None, and the drive of a record, without missing samples.
-
-    `readback` is the relation of the signal `by` to the drive. Fewer than 40 samples are refused.
-    """
+    """Return the signal, the only one besides `by` if None, and the drive of a record, without missing samples."""
     if isinstance(record, (str, Path)):
         from electrovib.data.traces import open_trace
 

@@ -15,11 +15,7 @@ SUPPORTED: Final = 2.0
 
 
 def chosen_form(criterion: Mapping[Name, float]) -> Name:
-    """Choose the first form, from the simplest on, whose criterion is at most 2 above the lowest.
-
-    So noise rarely makes a more complex form be chosen. The criterion of a form that was rejected is
-    infinite.
-    """
+    """Choose the first form, from the simplest on, whose criterion is at most 2 above the lowest."""
     lowest = min(criterion.values())
     return next(
         name for name, value in criterion.items() if value <= lowest + SUPPORTED or not math.isfinite(lowest)

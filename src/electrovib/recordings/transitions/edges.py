@@ -58,10 +58,7 @@ class EdgeRecord:
 
 
 def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]:
-    """Find the times at which edges are expected, those of the drive if there is one.
-
-    The magnitude of the drive counts, so that a reversal of polarity is no edge.
-    """
+    """Find the times at which edges are expected; a reversal of the polarity of the drive is no edge."""
     if drive is None:
         return _of_signal(time, values)
     size = np.abs(drive)
@@ -116,11 +113,7 @@ def edge_record(
     window: float | None,
     before: float | None,
 ) -> EdgeRecord:
-    """Select the samples of one edge, and find its levels and its passages through them.
-
-    `number` is the place of the edge among `references`, which are those of the drive if `driven`. `window`
-    and `before` are the lengths of the section after and before the edge, found from it where None.
-    """
+    """Select the samples of one edge, and find its levels and its passages through them."""
     at = references[number]
     earlier = references[number - 1] if number else float(time[0])
     later = references[number + 1] if number + 1 < len(references) else float(time[-1])
@@ -168,7 +161,6 @@ def _found(
     levels: tuple[float, float],
     driven: bool,
 ) -> tuple[slice, EdgeLevels, Passages]:
-    """Find the levels and the passages of an edge."""
     here = slice(
         int(np.searchsorted(time, at - behind)), int(np.searchsorted(time, at + ahead, side="right"))
     )

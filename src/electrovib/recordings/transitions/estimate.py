@@ -16,11 +16,7 @@ _LEVEL = 0.975
 
 @dataclass(frozen=True, kw_only=True)
 class Interval:
-    """A number with its 95 % interval; what there is none of is NaN.
-
-    `scatter` is the standard deviation between `count` edges, NaN with one; `method` says how the interval
-    was found, or why there is none.
-    """
+    """A number with its 95 % interval; `scatter` is the standard deviation between edges; what there is none of is NaN."""
 
     value: float
     lower: float
@@ -54,10 +50,7 @@ def none(value: float, why: str) -> Interval:
 
 
 def over_edges(each: Sequence[Interval], *, of: str = "edge") -> Interval:
-    """Compute the mean of a number over edges, with its interval by Student's t over the edges, which includes the noise.
-
-    One edge keeps its own interval.
-    """
+    """Compute the mean of a number over edges, by Student's t over the edges; one edge keeps its own interval."""
     from scipy.stats import t
 
     if len(each) == 1:

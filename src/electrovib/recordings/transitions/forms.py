@@ -45,10 +45,7 @@ class RelaxationForm:
         return (*changes, "after")
 
     def columns(self, time: Real, values: Mapping[str, float], sensor: tuple[float, float] | None) -> Real:
-        """Compute what the amplitudes multiply, shape (n, k): relaxations from 1 to 0, and a column of ones.
-
-        `sensor` has natural frequency [Hz] and quality factor; None if the signal is taken as it is.
-        """
+        """Compute what the amplitudes multiply, shape (n, k): relaxations from 1 to 0, and a column of ones."""
         start = values["start"]
         if self.stretched:
             shape = {"time_constant": values["time_constant"], "stretching": values["stretching"]}

@@ -60,11 +60,7 @@ class Impact:
 
 @dataclass(frozen=True)
 class RingSpan:
-    """How long an oscillation lasts.
-
-    `end` is the time at which it has fallen into the noise, by a quarter later, or at which the next impact
-    strikes; `period` a first estimate [s]; `swings` whether it falls into the noise about one level.
-    """
+    """The end of an oscillation, in the noise or at the next impact, its rough period, and whether it is about one level."""
 
     end: float
     period: float
@@ -102,7 +98,6 @@ def find_impacts(time: Real, values: Real) -> list[Impact]:
 
 
 def _level(values: Real) -> Real:
-    """Moving median of the record."""
     from scipy.ndimage import median_filter
 
     count = max(1, values.size // _BLOCKS)

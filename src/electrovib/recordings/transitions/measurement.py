@@ -24,11 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """Measurement of the edges of one record, with what is the same for all of them.
-
-    `levels` are fractions of the range, counted from the lower level; `driven` says whether the references
-    are edges of a drive.
-    """
+    """Measurement of the edges of one record at fractions of the range, counted from the lower level."""
 
     levels: tuple[float, float]
     sensor: Sensor | None

@@ -29,10 +29,7 @@ _COARSE: Final = 400
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeProblem:
-    """What the fits of all forms to one edge share; times are between the `fractions` of the change.
-
-    `estimated` says whether frequency and quality factor of the sensor are fitted too.
-    """
+    """What the fits of all forms to one edge share; times are between the `fractions` of the change."""
 
     edge: EdgeRecord
     fractions: tuple[float, float]

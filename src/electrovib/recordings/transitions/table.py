@@ -28,10 +28,7 @@ UNITS: Final = {
 
 @dataclass(frozen=True, kw_only=True)
 class TimeRow:
-    """One number of a measurement, in its SI unit.
-
-    `group` is ``rising``, ``falling``, ``ring`` or the impact; `note` says why the number may be wrong.
-    """
+    """One number of a measurement, in its SI unit, and why it may be wrong."""
 
     group: str
     name: str
