@@ -25,7 +25,7 @@ _used: dict[Path, ModuleType] = {}
 
 
 def use_models(file: str | Path) -> ModuleType:
-    """Import a file that defines models, which can then be named like those of electrovib."""
+    """Import, once, a file that defines models, which can then be named like those of electrovib."""
     path = Path(file).resolve()
     imported = sys.modules.get(path.stem)
     if path not in _used and getattr(imported, "__file__", None) == str(path) and imported is not None:

@@ -46,14 +46,11 @@ _TEXTS: Final = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-
 
 @dataclass(frozen=True, kw_only=True)
 class Mat5Variable:
-    """A variable of the file or a field of one, not yet read.
+    """A variable of the file or a field of one, not yet read, with name, or path of a field, and class as in MATLAB.
 
-    - `name`, `kind`: name, or path of a field, and class, as in MATLAB.
-    - `shape`: empty for an object, for which the file states none.
-    - `numeric`: whether it is a real numeric array.
-    - `start`, `size`: position of its element in the file, or of a field in the unpacked variable `within`
-      [bytes].
-    - `compressed`: whether it was saved with -v7.
+    `shape` is empty for an object, for which the file states none. `start` and `size` are those of its
+    element in the file, or of a field in the unpacked variable `within` [bytes]. `compressed` is what was
+    saved with -v7.
     """
 
     name: str

@@ -54,15 +54,13 @@ _APART: Final = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredSpectrum:
-    """A spectrum in SI.
+    """A spectrum in SI, over a frequency that increases.
 
-    - `frequency`: increasing, above 0 [Hz].
     - `permittivity`: relative, eps' - j eps'', conduction included.
     - `lossless`: whether the table gives a permittivity without loss, which is then taken for 0.
     - `read_as`: meaning of each column that was used.
     - `among`: which of several spectra of the table it is, and which others there are; empty where there is
       one.
-    - `phase_unit`: unit in which the phase was read; empty where there is none.
     """
 
     frequency: Real

@@ -25,15 +25,12 @@ NORMAL: Final = 1.959963984540054
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatedParameter:
-    """One row of the table of a fit, all numbers in the SI unit `unit`.
+    """One row of the table of a fit, all numbers in the SI unit `unit`, NaN where there are none, for the reason in `note`.
 
     - `name`: dotted path, with the session where the parameter varies between sessions.
-    - `deviation`: standard deviation; it and the 95 % interval are NaN where there is none, and `note` says
-      why.
     - `method`: ``"symmetric"``, ``"profile"`` or ``"sessions"``; empty without an interval.
     - `state`: as in `ScenarioFit.states`.
-    - `systematic`: standard deviation by the calibration errors of the signals, in addition to that by noise;
-      NaN where none is stated.
+    - `systematic`: standard deviation by the calibration errors of the signals, in addition to that by noise.
     - `low`: lowest value that the parameter may have, below which no interval reaches.
     """
 

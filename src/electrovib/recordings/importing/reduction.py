@@ -37,9 +37,7 @@ class ReductionSteps:
     - `scale`, `offset`: sensitivity or `SensorCalibration` of a signal, and the reading that is subtracted.
     - `shift`: time that is added to the time stamps of a signal [s].
     - `trigger`: signal whose first rise through the middle of its range becomes time 0.
-    - `baseline`: span of time whose mean is subtracted from a signal; `detrend`: signals whose fitted
-      straight line is.
-    - `crop`: span of time that is kept.
+    - `baseline`, `detrend`: span of time whose mean, and signals whose fitted straight line, is subtracted.
     - `average`: signal whose rising edges begin the periods over which all signals are averaged.
     - `resample`: step of an even time grid [s].
     """

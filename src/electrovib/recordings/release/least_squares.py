@@ -22,12 +22,9 @@ _SCALE = (0.05, 0.3, 0.1, 0.3)
 class Release:
     """A fitted release, with times after the end of the drive.
 
-    - `start`, `fall_time`: time at which the force begins to fall, and time constant of the fall.
-    - `frequency`, `quality`: natural frequency and quality factor of the resonance.
-    - `held`, `after`: force before the release and long after it.
-    - `misfit`: rms of the residual over the rms of the force about its last level, both after the end of the
-      drive.
-    - `model`, `residual`: fitted force and its difference from the record.
+    `start` is the time at which the force begins to fall, `held` and `after` are its levels before and long
+    after, and `misfit` is the rms of the residual over the rms of the force about its last level, both after
+    the end of the drive.
     """
 
     start: float

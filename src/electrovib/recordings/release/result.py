@@ -27,19 +27,16 @@ class FittedRelease:
       decay after it. A record rarely determines the two separately.
     - `fall_time`: time constant of the decay that fits best; `fall_time_interval` has the lowest and highest
       one that fit as well, 95 % on either side, the lowest 0 if a discontinuity fits as well.
-    - `held`, `after`: force before the release and long after it.
     - `frequency`, `quality`: of the one resonance that fits best. It is that of the load cell with its load,
       which is lower than that of the bare cell.
     - `misfit`, `misfit_without`: rms of the residual over the rms of the force about its last level, after
       the end of the drive: with the resonance, and for the best exponential release recorded by a sensor
       without resonance.
-    - `scatter`: standard deviation of the force before the release.
+    - `held`, `after`, `scatter`: force before the release, long after it, and its standard deviation before
+      it.
     - `missing`: number of rows that were omitted because they held a NaN.
-    - `extrema`: turning points that exceed the noise.
     - `early`, `late`: damped sines fitted from the first turning point on, and from three quarters of a
       period later, or None.
-    - `time`, `force`, `model`, `model_without`: fitted samples and both fits.
-    - `words`: sentences that state what the record determines and what it does not.
     """
 
     drive_end: float

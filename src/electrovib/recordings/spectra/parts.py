@@ -28,9 +28,8 @@ _LEAST_CAPACITANCE: Final = 1e-18
 
 @dataclass(frozen=True, kw_only=True)
 class ParallelPart:
-    """A resistor and a capacitor in parallel, measured.
+    """A resistor and a capacitor in parallel, measured; the capacitance is without that of the leads.
 
-    - `capacitance`: without that of the leads [F].
     - `estimate`: of ``resistance`` [ohm], ``capacitance`` [F, leads included] and ``phase_offset`` [rad].
     - `residual`: relative root mean square of the impedance that the part misses, offset included.
     - `left_out`: frequencies of rows that are far from the others [Hz].

@@ -17,12 +17,9 @@ class SwipeResult:
 
     - `normal_force`, `lateral_force`: means over the window [N]; the lateral force is positive in the
       direction of the friction of this swipe.
-    - `friction`: ratio of the lateral to the normal force.
     - `direction`: 1 if the position increases, else -1; without a position, the sign of the lateral force.
     - `speed`, `distance`: mean speed in the window and sliding distance of the whole slide. Without a
       position the speed is the declared one; None if not known.
-    - `contact`, `window`: first and last time.
-    - `words`: sentences that state what was found and what the record does not determine.
     - `trace`: whole record, with the baseline of this swipe subtracted.
     """
 

@@ -28,14 +28,11 @@ _FEWEST: Final = 5
 
 @dataclass(frozen=True, kw_only=True)
 class Passages:
-    """Passages of one edge through two levels.
+    """Passages of one edge through two levels, with standard errors by the noise.
 
-    - `first`, `last`: times at which the lower and the upper fraction of the change is reached, with standard
-      errors by the noise.
-    - `time`: time between them, whose `standard_error` includes the uncertainty of both levels.
-    - `freedom`: degrees of freedom of the standard errors.
-    - `interpolated`: whether a passage lies between two samples alone, because too few samples lie near the
-      level.
+    `first` and `last` are the times at which the lower and the upper fraction of the change is reached; the
+    `standard_error` of the time between them includes the uncertainty of both levels. `interpolated` says
+    that a passage lies between two samples alone, because too few lie near the level.
     """
 
     first: float

@@ -39,10 +39,9 @@ _PER_TIME: Final = 100.0
 class EdgeRecord:
     """One edge with its samples, times counted from `reference`: the edge of the drive, or the middle of the signal.
 
-    - `reference_error`: standard uncertainty of that time by the distance of its samples.
-    - `passages`: passages through the levels as recorded.
-    - `fit_time`, `fit_values`: averages of neighbouring samples, to which forms are fitted.
-    - `fit_noise`: standard deviation of such an average before the edge.
+    `reference_error` is the standard uncertainty of that time by the distance of its samples. Forms are
+    fitted to `fit_values`, averages of neighbouring samples, of which `fit_noise` is the standard deviation
+    before the edge.
     """
 
     direction: Direction

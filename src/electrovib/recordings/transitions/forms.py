@@ -79,7 +79,7 @@ STRETCHED: Final = RelaxationForm("stretched exponential", 1, stretched=True)
 
 
 def forms(most: int, *, sensor: bool) -> tuple[RelaxationForm, ...]:
-    """List the forms that are compared."""
+    """List the forms that are compared, by their number of parameters; only a sensor gives an instantaneous change a form."""
     sums = tuple(RelaxationForm(f"{count} exponentials", count) for count in range(2, most + 1))
     return (*((INSTANTANEOUS,) if sensor else ()), EXPONENTIAL, STRETCHED, *sums)
 

@@ -34,13 +34,11 @@ _LEVEL_TIMES: Final = (0.2, 3.0)
 
 @dataclass(frozen=True, kw_only=True)
 class FittedModes:
-    """One form of a damped oscillation fitted to a section.
+    """One form of a damped oscillation, such as ``one mode``, fitted to a section about a level, such as ``linear``.
 
-    - `form`: ``one mode``, ``one drifting mode`` or ``two modes``.
-    - `level`: level about which it oscillates: ``constant``, ``linear`` or ``exponential`` in time.
-    - `estimate`: frequencies of the damped oscillation [Hz], rates of decay [1/s] and amplitudes.
-    - `rejected`: why the fit has not this form; else empty.
-    - `criterion`: BIC of this form fitted to samples without the correlation of the noise.
+    `estimate` has frequencies of the damped oscillation [Hz], rates of decay [1/s] and amplitudes; `rejected`
+    says why the fit has not this form; `criterion` is the BIC of this form fitted to samples without the
+    correlation of the noise.
     """
 
     form: str

@@ -34,10 +34,8 @@ class FittedForm:
     - `estimate`: ``start`` [s], time constants [s], ``stretching``, sensor if it was estimated, and
       amplitudes.
     - `sensor`: natural frequency [Hz] and quality factor through which it was seen.
-    - `aicc`: on residuals whose correlation was filtered out; infinite if the form was rejected, for the
-      reason in `rejected`.
+    - `aicc`: on residuals whose correlation was filtered out; infinite if the form was rejected.
     - `between`: time between the levels of the force, the sensor taken out.
-    - `reading`: fitted signal at the samples.
     - `misfit`: rms of the residual after the start over the standard deviation of the noise before the edge.
     """
 

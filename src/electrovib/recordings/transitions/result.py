@@ -36,12 +36,11 @@ class DirectionTimes:
       `rejected`.
     - `parameters`: of the best form as means over the edges, in SI: ``delay`` (with a drive),
       ``time_constant`` or ``time_constant_1`` and ``share_1`` and so on from the shortest, ``stretching``,
-      and ``frequency`` and ``quality`` of an estimated sensor.
-    - `exponential`: the same of the exponential, whichever form is best.
+      and ``frequency`` and ``quality`` of an estimated sensor; `exponential` has those of the exponential,
+      whichever form is best.
     - `sensor_limit`: time between the levels that an instantaneous change would show through the sensor; NaN
       without a sensor.
     - `misfit`: largest rms residual over the noise before the edge.
-    - `words`: sentences about the result, first those that may change its use.
     """
 
     direction: str

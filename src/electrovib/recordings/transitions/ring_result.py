@@ -26,9 +26,8 @@ class RingSection:
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredRing:
-    """Resonance, quality factor and drift of a damped oscillation after an impact or a release.
+    """Resonance, quality factor and drift of a damped oscillation after an impact or a release, at the time `reference`.
 
-    - `reference`: time of the impact or release.
     - `form`: ``one mode``, ``one drifting mode`` or ``two modes``: the simplest whose criterion is at most 2
       above the lowest.
     - `level`: level about which the signal oscillates: ``constant``, ``linear`` or ``exponential`` in time,
@@ -39,9 +38,7 @@ class MeasuredRing:
       [s] of an exponential level; ``early_frequency`` and ``early_quality`` of the mode that decays sooner.
     - `drift`: rate of change of the frequency of one drifting mode [Hz/s], whichever form is best.
     - `sections`: one mode fitted from later and later starts.
-    - `time`, `values`, `model`: samples after the reference, signal and best form.
     - `misfit`: rms of the residual over the noise at the end of the record.
-    - `words`: sentences about the result, warnings first.
     """
 
     signal: str
