@@ -22,7 +22,7 @@ def content_allowed(size: int) -> int:
 
 
 def megabytes(size: float) -> str:
-    """Write a number of bytes as text for people."""
+    """Write a number of bytes in MB, GB or TB, with three digits."""
     if size >= 1e12:
         return f"{size / 1e12:.3g} TB"
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"

@@ -18,7 +18,7 @@ _MORE: Final = 1.5
 
 
 def duration(seconds: float) -> str:
-    """Write a computing time as text for people."""
+    """Write a computing time [s] in s, min, h or days, with two significant digits."""
     unit, length = next((unit, length) for unit, length, fewest in _DURATIONS if seconds >= fewest * length)
     return f"{float(f'{seconds / length:.2g}'):g} {unit}"
 
@@ -45,7 +45,7 @@ def _bytes(text: str) -> float:
 
 
 def amount_of_memory(name: str, value: float | str) -> float:
-    """Read an amount of memory."""
+    """Read an amount of memory [bytes], given as a number above 0 or as a text such as ``"8 GB"``."""
     number = _bytes(value) if isinstance(value, str) else float(value)
     if not (math.isfinite(number) and number > 0):
         raise InputError(f"{name} = {value}: expected an amount of memory above 0, for instance '1 GB'")

@@ -22,15 +22,7 @@ class BudgetError(InputError):
 
 @dataclass(frozen=True)
 class Budget:
-    """The computing time and memory that one computation may use.
-
-    Parameters
-    ----------
-    time : float
-        Estimated computing time on one core of a common computer [s].
-    memory : float
-        Memory held at once [bytes].
-    """
+    """The computing time [s], on one core of a common computer, and the memory [bytes] that one computation may use."""
 
     time: float = 600.0
     memory: float = 4e9
@@ -40,16 +32,9 @@ class Budget:
 class Work:
     """One part of a computation, estimated before it begins.
 
-    Parameters
-    ----------
-    what : str
-        What is computed, with its count: "1e+08 output times".
-    time : float
-        Estimated computing time [s].
-    memory : float
-        Estimated memory held at once [bytes].
-    remedy : str
-        What reduces it, as an instruction to the user: "ask for fewer time.samples".
+    `what` says what is computed, with its count (``"1e+08 output times"``), and `remedy` what reduces it, as
+    an instruction to the user (``"ask for fewer time.samples"``). `time` [s]; `memory` [bytes] is what is
+    held at once.
     """
 
     what: str
@@ -107,7 +92,7 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
 
 
 def read_budget(text: str) -> dict[str, float]:
-    """Read a budget from one text: a time, an amount of memory, or both."""
+    """Read ``time`` [s] and ``memory`` [bytes], or one of them, from a text such as ``"2 h, 16 GB"``."""
     found: dict[str, float] = {}
     for part in text.split(","):
         name, read = ("memory", _bytes) if _MEMORY.fullmatch(part) else ("time", _seconds)
@@ -123,7 +108,7 @@ def read_budget(text: str) -> dict[str, float]:
 
 
 def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
-    """Refuse a computation before it begins if its estimate exceeds the budget."""
+    """Refuse a computation whose estimate exceeds the budget; times of `works` add up, and the largest memory counts."""
     limit = allowed()
     time, memory = sum(work.time for work in works), max((work.memory for work in works), default=0.0)
     if time <= limit.time and memory <= limit.memory:
@@ -157,16 +142,8 @@ def _advice(remedy: str, time: float, memory: float) -> str:
 class Meter:
     """Counter of time steps whose number is not known beforehand; it ends the time stepping beyond the budget.
 
-    Parameters
-    ----------
-    what : str
-        What is computed, for the refusal.
-    end : float
-        Time at which the time stepping ends [s].
-    each : float
-        Estimated computing time of one step [s].
-    remedy : str
-        What reduces the number of steps, as for `Work`.
+    The time stepping ends at `end` [s]; one step takes a computing time of about `each` [s]. `what` and
+    `remedy` are as in `Work`.
     """
 
     def __init__(self, what: str, *, end: float, each: float, remedy: str) -> None:
@@ -176,7 +153,7 @@ class Meter:
         self._listener = _LISTENER.get()
 
     def count(self, now: float, *, steps: int = 1) -> None:
-        """Count steps that have been made."""
+        """Count further steps, of which the last has reached the time `now` [s]; refuse to go on beyond the budget."""
         self.steps += steps
         share = now / self.end if self.end else 1.0
         if self._listener is not None:
@@ -206,7 +183,7 @@ class Meter:
 
 @contextmanager
 def listening(listener: Callable[[float], None] | None) -> Iterator[None]:
-    """Report the progress of time stepping to a listener."""
+    """Report the progress of time stepping in the block to a listener, as the fraction that is done, 0 to 1."""
     token = _LISTENER.set(listener)
     try:
         yield

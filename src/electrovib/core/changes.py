@@ -12,14 +12,18 @@ from electrovib.core.tables import place_of
 
 
 def stored_path(model: BaseModel, path: str) -> str:
-    """Return a dotted path with the names that parameters have today."""
+    """Return a dotted path with the names that parameters have today; what leads to no parameter stays as it is."""
     parents, owner = _descended(model, path.split(".")[:-1])
     last = path.rpartition(".")[2]
     return ".".join([*parents, _name(owner, last)])
 
 
 def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Return changes by the paths of the parameters that a model stores."""
+    """Return changes by the paths of the parameters that a model stores, and a problem for each that is refused.
+
+    A path may have former names and may end in a derived parameter; what is set within a table that is given
+    along with it keeps its names, because the table has no stored values yet.
+    """
     named, problems = with_current_names(model, changes)
     fresh = {path.removesuffix(".model") for path, value in named.items() if _is_fresh(model, path, value)}
     found: dict[str, Any] = {}

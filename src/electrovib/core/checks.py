@@ -17,22 +17,11 @@ __all__ = ["STATUSES", "Check"]
 class Check:
     """Comparison of a published or derived number with the number computed here.
 
-    Parameters
-    ----------
-    name : str
-        Method of the model that is called with `given`, or the name of the quantity that `compute` returns.
-    expect : float
-        The number that the source states [SI].
-    rtol : float
-        Relative tolerance, from the digits that the source prints.
-    source : str
-        Where the number is stated.
-    given : mapping of str to float, optional
-        Arguments of the method.
-    compute : callable, optional
-        For a check of a whole paper: takes nothing and returns the number computed here.
-    status : str
-        One of `STATUSES`; a number cited from memory is never a check.
+    - `name`: the method of the model that is called with `given`, or the quantity that `compute` returns.
+    - `expect`: the number that the source states [SI].
+    - `rtol`: relative tolerance, from the digits that the source prints.
+    - `compute`: for a check of a whole paper, takes nothing and returns the number computed here.
+    - `status`: one of `STATUSES`; a number cited from memory is never a check.
     """
 
     name: str
@@ -60,5 +49,5 @@ class Check:
         return float(getattr(model, self.name)(**self.given))
 
     def accepts(self, value: float) -> bool:
-        """Return whether a number agrees within the tolerance."""
+        """Return whether a number agrees within the tolerance, bounds included; NaN never agrees."""
         return abs(value - self.expect) <= self.rtol * abs(self.expect)

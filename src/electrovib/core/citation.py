@@ -18,32 +18,14 @@ KINDS: Final = (ARTICLE, PROCEEDINGS, MISC)
 class Citation:
     """A publication, with what is known of it: nothing is filled in that was not read.
 
-    Parameters
-    ----------
-    kind : str
-        One of `KINDS`.
-    authors : tuple of str
-        Initials before the family name; ``"others"`` as the last one where the rest is not known.
-    title : str
-        As it is printed; empty where it is not known.
-    about : str
-        What the text is about, in words of our own, where the title is not known.
-    journal, booktitle : str
-        Where it appeared: of an article, of a contribution to a conference.
-    year : int, optional
-        Of publication.
-    volume, number, pages : str
-        Of a journal; first page or article number if no more is known.
-    doi, eprint, url : str
-        Digital object identifier; number of a preprint on arXiv; address.
-    archive : str
-        Number in another archive, ``hal-01253573`` for instance.
-    read : str
-        How it was read here where that was not the whole text: ``abstract``, or ``cited from memory, unverified``.
-    note : str
-        What else a reader has to know.
-    key : str
-        Of the BibTeX entry where it is not the name of the paper's module.
+    - `kind`: one of `KINDS`.
+    - `authors`: initials before the family name; ``"others"`` as the last one where the rest is not known.
+    - `title`: as it is printed; `about` says in words of our own what the text is about where the title is
+      not known.
+    - `pages`: the first page or the article number if no more is known.
+    - `eprint`: number of a preprint on arXiv; `archive` that in another archive, such as ``hal-01253573``.
+    - `read`: how it was read here if not the whole text: ``abstract``, or ``cited from memory, unverified``.
+    - `key`: key of the BibTeX entry where it is not the name of the paper's module.
     """
 
     kind: str
@@ -74,7 +56,6 @@ class Citation:
             )
 
     def __str__(self) -> str:
-        """Write the citation for a list of references."""
         authors = ", ".join(self.authors).replace(", others", " and others")
         parts = [authors, self.title or self.about, self._place(), self.doi and f"doi:{self.doi}"]
         parts += [f"arXiv:{self.eprint}" if self.eprint and self.kind != MISC else "", self.archive, self.url]
@@ -94,7 +75,7 @@ class Citation:
         return f"{place} ({self.year})" if self.year else place
 
     def bibtex(self, key: str) -> str:
-        """Write a BibTeX entry."""
+        """Write a BibTeX entry under its own key or `key`; a text above it says how the publication was read here."""
         doubtful = self.read if UNVERIFIED in self.read else ""
         remarks = (self.about, self.archive, self.note, doubtful)
         fields = {
@@ -123,7 +104,7 @@ def cited(citations: Iterable[Citation]) -> str:
 
 
 def bibtex_of(text: str, key: str) -> str:
-    """Write a BibTeX entry for a citation that is known as a text only."""
+    """Write an entry ``@misc`` for a citation that is known as a text only; the year is that of the key ``author_year``."""
     doi = re.search(r"doi:(10\.\S+?)(?=[\s,;)]|$)", text)
     year = re.search(r"_(\d{4})", key)
     fields = {"note": _typeset(text), "year": year[1] if year else "", "doi": doi[1] if doi else ""}

@@ -18,18 +18,9 @@ STATES: Final = ("ok", "unknown", "warning")
 class Diagnostic:
     """One statement on how far a result can be believed.
 
-    Parameters
-    ----------
-    name : str
-        What is judged.
-    state : str
-        ``"ok"``, ``"warning"`` (beyond the limit) or ``"unknown"`` (no limit known, or nothing to judge).
-    text : str
-        One sentence with the value and the limit.
-    value, limit : float, optional
-        Largest value reached and the limit it is compared with, both in `unit`; absent where there is no number.
-    unit : str
-        SI unit of both.
+    `state` is ``"ok"``, ``"warning"`` (beyond the limit) or ``"unknown"`` (no limit known, or nothing to
+    judge). `value`, the largest value reached, and `limit` are in the SI unit `unit`, and None where there is
+    no number.
     """
 
     name: str
@@ -40,7 +31,6 @@ class Diagnostic:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse an unknown state."""
         if self.state not in STATES:
             msg = f"diagnostic '{self.name}': state '{self.state}' is not one of {', '.join(STATES)}"
             raise ValueError(msg)
@@ -62,7 +52,7 @@ def read_diagnostics(text: str) -> list[Diagnostic]:
 
 
 def diagnostics_of(result: Any) -> list[Diagnostic]:
-    """Return the diagnostics that a result states."""
+    """Return the diagnostics of a Trace, sweep or study (attribute ``validity``) or of any other result that has them."""
     if not hasattr(result, "attrs"):
         return list(result.diagnostics)
     try:
@@ -72,7 +62,7 @@ def diagnostics_of(result: Any) -> list[Diagnostic]:
 
 
 def warning_lines(diagnostics: Iterable[Diagnostic], *, brief: bool = False) -> list[str]:
-    """Write diagnostics for people: the one form in which the terminal, texts and files state them."""
+    """Write one line for each different warning, and one for all that could not be judged, without reasons if `brief`."""
     found = list({each.text: each for each in diagnostics}.values())
     lines = [f"warning: {each.text}" for each in found if each.state == "warning"]
     unknown = [each.name if brief else each.text for each in found if each.state == "unknown"]
@@ -85,7 +75,7 @@ def comment_lines(diagnostics: Iterable[Diagnostic]) -> str:
 
 
 def against(name: str, *, value: float, limit: float, unit: str, what: str, why: str) -> Diagnostic:
-    """Compare a value with a limit."""
+    """Compare a value with a limit, both in `unit`: a warning above it, unknown for NaN."""
     bound = format_quantity(limit, unit, digits=3)
     if math.isnan(value):
         return Diagnostic(name, "unknown", f"{what} is not known, so it was not compared with {bound}: {why}")

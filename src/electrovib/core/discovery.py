@@ -24,7 +24,7 @@ M = TypeVar("M", bound="Model")
 
 
 def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, type[M]]:
-    """Return the final classes of a family by name."""
+    """Return the final classes of a family by name; papers are imported only if none loaded so far has the name `wanted`."""
     _import_beside(family)
     members = _by_name(family)
     if wanted is None or wanted not in members:
@@ -67,7 +67,6 @@ def _import_beside(family: type[Model]) -> None:
 
 @functools.cache
 def _import_folder(package: str) -> tuple[ModuleType, ...]:
-    """Import every module of a package and of the packages in it."""
     root = importlib.import_module(package)
     names = [info.name for info in pkgutil.walk_packages(root.__path__, f"{package}.")]
     return tuple(importlib.import_module(name) for name in names)
@@ -137,7 +136,7 @@ def _near_papers(name: str, known: Collection[str]) -> str:
 
 
 def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
-    """Collect what papers offer by name."""
+    """Collect what the functions of papers, such as ``("skins",)``, offer, as ``author_year/name`` to object."""
     found: dict[str, Any] = {}
     for author_year, module in ({of: paper(of)} if of else papers()).items():
         for function in functions:

@@ -23,21 +23,11 @@ _SENTENCE: Final = re.compile(r"([^\s:='\"]+)(?: = ([^:]{1,200}))?: (.+)", re.DO
 
 
 class Problem(str):
-    """One mistake in an input: a sentence for people, and its parts for programs.
+    """One mistake in an input: the sentence ``path = value: reason`` for people, and its parts for programs.
 
-    Parameters
-    ----------
-    reason : str
-        What is wrong, what is allowed and the nearest name. Quoted text may come from a file: control characters are shown
-        as their codes, and the middle of a long text is omitted.
-    path : object
-        Dotted path of a parameter, name of a file, or an option; empty for the whole input.
-    value : str
-        The value at that place, as text; empty where none is shown.
-
-    Notes
-    -----
-    The sentence is ``path = value: reason``. Programs read `path`, `value` and `reason`.
+    `path` is the dotted path of a parameter, the name of a file, or an option; empty for the whole input.
+    Quoted text may come from a file: control characters are shown as their codes, and the middle of a long
+    text is omitted.
     """
 
     __slots__ = ("path", "reason", "value")
@@ -46,7 +36,6 @@ class Problem(str):
     value: str
 
     def __new__(cls, reason: str, *, path: object = "", value: str = "") -> Self:
-        """Make the sentence."""
         place = str(path)
         start = f"{place or 'the file'} = {value}: " if value else f"{place}: " if place else ""
         found = super().__new__(cls, shortened(printable(f"{start}{reason}"), _LONGEST_PROBLEM))
@@ -74,17 +63,8 @@ class Problem(str):
 class ElectrovibError(Exception):
     """A mistake that a user can correct; shown as one line for each problem, without a traceback.
 
-    Parameters
-    ----------
-    problems : str or iterable of str
-        All mistakes: each a `Problem` or a sentence, ``path = value: reason``.
-    path, value
-        Of a single problem, if its sentence does not contain them.
-
-    Attributes
-    ----------
-    problems : tuple of Problem
-        Each a sentence with its path, value and reason.
+    The attribute `problems` is a tuple of `Problem`, each made of a sentence; `path` and `value` are those of
+    a single problem whose sentence does not contain them.
     """
 
     def __init__(self, problems: str | Iterable[str], *, path: object = "", value: str = "") -> None:
@@ -117,15 +97,7 @@ class DataFileError(InputError):
 
 
 class NoColumnError(DataFileError):
-    """A file without the column that is needed.
-
-    Parameters
-    ----------
-    problems, path
-        As for `ElectrovibError`.
-    column : str
-        Name of the column.
-    """
+    """A file without the column `column`, which is needed."""
 
     def __init__(self, problems: str | Iterable[str], *, column: str, path: object = "") -> None:
         super().__init__(problems, path=path)
@@ -138,7 +110,7 @@ class NotCausalError(ElectrovibError):
 
 @contextmanager
 def gathered(problems: list[str]) -> Iterator[None]:
-    """Add the mistakes of a block to a list and continue, so that the rest of the input is checked too."""
+    """Add the InputError that ends a block to a list and continue, so that the rest of the input is checked too."""
     try:
         yield
     except InputError as error:
@@ -159,7 +131,7 @@ def suggestion(word: str, known: Iterable[str]) -> str:
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:
-    """Find the known name that is most similar to a word."""
+    """Find the known name that is most similar to a word; None if no name is similar."""
     names = sorted(known)
     close = difflib.get_close_matches(word[:_LONGEST_NAME], names[:_MOST_NAMES], n=1, cutoff=0.6)
     if not close:  # a difference in capitals only is the most frequent mistake

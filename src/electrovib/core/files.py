@@ -20,14 +20,8 @@ _inputs: ContextVar[list[Path] | None] = ContextVar("inputs", default=None)
 class FileColumn:
     """A column of a file that a model needs: declared by the model, read together with the scenario.
 
-    Parameters
-    ----------
-    name : str or int
-        Heading, or number of the column from 0.
-    unit : str
-        Unit of the numbers where the file states none.
-    otherwise : str
-        What the user can do if there is no such column.
+    `name` is the heading, or the number of the column from 0; `unit` holds where the file states none;
+    `otherwise` says what the user can do if there is no such column.
     """
 
     name: str | int

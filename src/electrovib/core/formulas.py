@@ -7,7 +7,7 @@ import re
 
 
 def formula_lines(name: str, text: str) -> tuple[str, ...]:
-    """Return a declared equation in words, one line for each case."""
+    """Return a declared equation in words, one line ``name = formula``, with ``, for condition``, for each case."""
     shown = name if name.endswith("'") else name.rpartition(".")[2]
     node = ast.parse(text, mode="eval").body
     found = []

@@ -16,7 +16,7 @@ _MOST_MODELS: Final = 8
 
 
 def meant(model: Model, path: str) -> str:
-    """Write which parameters of a model, or which other models, have what an unknown path names."""
+    """Write which parameters of a model, or which other models, have what an unknown path names; empty where none has."""
     owner, _, name = path.rpartition(".")
     if owner:
         return _of_other_models(model, owner.split("."), name)

@@ -137,7 +137,6 @@ class Model(Immutable, DeclaresFile, Written):
 
     @classmethod
     def _build(cls, content: dict[str, Any], handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Validate a table."""
         if missing := ", ".join(sorted(getattr(cls, "__abstractmethods__", ()))):
             why = f"the class {cls.__name__} does not define {missing}, which {cls.__mro__[1].__name__} asks of its members"
             raise PydanticCustomError("unfinished", "{why}", {"why": why})

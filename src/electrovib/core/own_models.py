@@ -25,7 +25,7 @@ _used: dict[Path, ModuleType] = {}
 
 
 def use_models(file: str | Path) -> ModuleType:
-    """Import a file that defines models, which can then be named like those of electrovib."""
+    """Import, once, a file that defines models, which can then be named like those of electrovib."""
     path = Path(file).resolve()
     imported = sys.modules.get(path.stem)
     if path not in _used and getattr(imported, "__file__", None) == str(path) and imported is not None:
@@ -102,13 +102,12 @@ def _told(error: Exception, path: Path, file: str | Path) -> str:
 
 
 def _line(error: BaseException, path: Path) -> int | None:
-    """Last line of a file through which an error came."""
     frames = traceback.extract_tb(error.__traceback__)
     return next((each.lineno for each in reversed(frames) if Path(each.filename) == path), None)
 
 
 def fault(error: Exception) -> str:
-    """Describe an error that comes from a file of `use_models`."""
+    """Describe an error that comes from a file of `use_models`, with its line; empty if no such file is at fault."""
     for path, module in reversed(_used.items()):
         if _line(error, path) is not None:
             return _told(error, path, path.name)
@@ -120,7 +119,11 @@ def fault(error: Exception) -> str:
 
 
 def origins(model: Model) -> list[dict[str, str]]:
-    """List the models in a tree that are not part of electrovib, and the files that define them."""
+    """List the models in a tree that are not part of electrovib, and the files that define them.
+
+    For each class once: ``model``, ``family``, ``file`` (name without folder; empty for an interactive
+    session) and ``sha256`` of the file as it is now (empty without a file).
+    """
     kinds = dict.fromkeys(type(each) for each in _tree(model))
     return [_origin(kind) for kind in kinds if kind.__module__.partition(".")[0] != _OURS]
 
@@ -165,7 +168,7 @@ def _digest(path: Path, changed: int) -> str:
 def missing_models(
     kind: type[Model] | None, content: Any, path: str = ""
 ) -> Iterator[tuple[str, type[Model], str]]:
-    """Find the models that nested tables name and that no loaded file defines."""
+    """Find path, family and name of the models that nested tables name and that no loaded file defines."""
     if isinstance(content, (list, tuple)):
         for index, item in enumerate(content):
             yield from missing_models(kind, item, f"{path}.{index}")

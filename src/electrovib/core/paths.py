@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def value_at(model: Model, path: str) -> Any:
-    """Return what stands at a dotted path of a model."""
+    """Return what stands at a dotted path of a model: a float in SI, a text, or a nested table."""
     if (found := derived_at(model, path)) is not None:
         return getattr(*found)
     if (number := number_at(model, path)) is not None:
@@ -49,7 +49,7 @@ def quantity_at(model: Model, path: str) -> Quantity:
 
 
 def followers(model: Model, path: str) -> list[str]:
-    """Find the parameters that change with another one."""
+    """Find the stored parameters, without itself, that change when the one at a path alone is changed."""
     try:
         value = value_at(model, path)
     except InputError:

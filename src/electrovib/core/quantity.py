@@ -22,16 +22,8 @@ Number: TypeAlias = float
 class Quantity:
     """Unit, inclusive range and meaning of one physical parameter.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit, one of `electrovib.core.units.KINDS`; ``"1"`` for a pure number.
-    low, high : float
-        Inclusive finite range in that unit.
-    doc : str
-        What the number means, in a few words.
-    source : str
-        Source of the default; empty without a default, or where it is 0.
+    `unit` is one of `electrovib.core.units.KINDS`, ``"1"`` for a pure number; `low` and `high` are finite, in
+    that unit. `source` is that of the default; empty without a default, or where it is 0.
     """
 
     unit: str
@@ -41,7 +33,6 @@ class Quantity:
     source: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a declaration that is itself wrong."""
         if self.unit not in KINDS:
             msg = f"unit {self.unit!r} of '{self.doc}' is not one of {', '.join(KINDS)}"
             raise TypeError(msg)

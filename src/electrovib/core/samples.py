@@ -33,13 +33,7 @@ _WORTH = 0.6
 
 
 class Samples:
-    """A read-only one-dimensional array of float64, compared by its content.
-
-    Parameters
-    ----------
-    values : array_like
-        The numbers, in one dimension; they are copied.
-    """
+    """A read-only one-dimensional array of float64, copied from the values given, and compared by its content."""
 
     __slots__ = ("_raw",)
     _raw: bytes
@@ -57,7 +51,6 @@ class Samples:
         return np.frombuffer(self._raw, np.float64)
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
-        """Refuse to set an attribute: samples are read-only."""
         raise AttributeError(f"samples are read-only: '{name}' cannot be set")
 
     def __reduce__(self) -> tuple[type[Samples], tuple[NDArray[np.float64]]]:
@@ -65,19 +58,15 @@ class Samples:
         return type(self), (self.values,)
 
     def __eq__(self, other: object) -> bool:
-        """Compare all bits."""
         return isinstance(other, Samples) and self._raw == other._raw
 
     def __hash__(self) -> int:
-        """Hash the content."""
         return hash(self._raw)
 
     def __len__(self) -> int:
-        """Count the samples."""
         return len(self.values)
 
     def __repr__(self) -> str:
-        """Write the number of samples."""
         return f"<{len(self)} samples>"
 
     def canonical_content(self) -> dict[str, Any]:
@@ -88,11 +77,7 @@ class Samples:
         return self._raw if sys.byteorder == "little" else self.values.astype("<f8").tobytes()
 
     def packed(self) -> str:
-        """Write the numbers without loss as a short text that `read` accepts.
-
-        Numbers with few decimals, as instruments write them, are stored as differences of integers; other
-        numbers as their bytes, compressed where that shortens them enough.
-        """
+        """Write the numbers without loss as a short text that `read` accepts."""
         return _as_decimals(self.values) or _as_bytes(self._little_endian())
 
     @classmethod
@@ -113,7 +98,6 @@ class Samples:
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Validate with `read`."""
         del source, handler
         return core_schema.no_info_plain_validator_function(cls.read)
 
@@ -177,7 +161,6 @@ def _minus_zeros(values: NDArray[np.float64]) -> list[int]:
 
 
 def _from_decimals(text: str) -> NDArray[np.float64]:
-    """Read what `_as_decimals` writes."""
     places, kind, first, minus, packed = text.removeprefix(_DECIMALS).split(":")
     if kind not in _KINDS or not 0 <= int(places) <= _MOST_PLACES:
         raise ValueError("the beginning of the packed text is not valid")

@@ -27,20 +27,8 @@ _LIKE, _NEAR = 0.55, 0.3
 class Searchable:
     """Something that can be searched for.
 
-    Parameters
-    ----------
-    name : str
-        What is written to use it, ``Sine`` or ``vezzoli_2014/fig6``.
-    kind : str
-        What it is, in a few words.
-    meaning : str
-        One line for people.
-    former : tuple of str
-        Names that it had.
-    aliases : tuple of str
-        Other names of the same thing.
-    texts : mapping of str to str
-        Label of a text to the text: where words are searched for besides `name` and `meaning`, the best place first.
+    `name` is what is written to use it, ``Sine`` or ``vezzoli_2014/fig6``. `texts` maps labels to the texts
+    in which words are searched for besides `name` and `meaning`, the best place first.
     """
 
     name: str
@@ -53,17 +41,7 @@ class Searchable:
 
 @dataclass(frozen=True)
 class Match:
-    """An entry that was found, and why.
-
-    Parameters
-    ----------
-    entry : Searchable
-        What was found.
-    stage : str
-        One of `STAGES`.
-    reason : str
-        A few words for people.
-    """
+    """An entry that was found at a stage of `STAGES`, and why."""
 
     entry: Searchable
     stage: str
@@ -71,7 +49,7 @@ class Match:
 
 
 def search(query: str, entries: Iterable[Searchable], *, nearest: int = 3) -> tuple[Match, ...]:
-    """Find entries, the best first."""
+    """Find entries by a name, a former one, a part of it, or words of a description, in the order of `STAGES`."""
     wanted = " ".join(query.split())[:_LONGEST_QUERY]
     if not wanted:
         return ()

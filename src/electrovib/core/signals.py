@@ -17,16 +17,8 @@ from electrovib.core.errors import ElectrovibError, nearest
 class Signal:
     """Declaration of a signal.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit, one of `electrovib.core.units.KINDS`.
-    symbol : str
-        Symbol for an axis, in mathtext.
-    doc : str
-        Meaning, in a few words.
-    dims : tuple of str
-        Dimensions in the Trace of one scenario; empty for a coordinate.
+    `unit` is one of `electrovib.core.units.KINDS`; `symbol` is written in mathtext; `dims` are the dimensions
+    in the Trace of one scenario, empty for a coordinate.
     """
 
     unit: str

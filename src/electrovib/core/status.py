@@ -21,5 +21,5 @@ STATUSES_EXPLAINED: Final = (
 
 
 def status_text(status: str) -> str:
-    """Write a status for people."""
+    """Write one of `STATUSES` for people; the empty status is that of a definition, which has no source."""
     return _SHOWN[status] if status else "a definition"

@@ -10,7 +10,12 @@ from electrovib.core.samples import Samples
 
 
 def put(content: dict[str, Any], changes: Mapping[str, Any], *, strict: bool = True) -> list[Problem]:
-    """Put changes by dotted path into nested tables, in place."""
+    """Put changes by dotted path into nested tables, in place; return a problem for each that is refused.
+
+    A table is set before single values in it. A new ``model`` is set first and keeps no parameter of the
+    former one, so that its own parameters can be given beside it. If `strict`, paths that do not exist are
+    refused; otherwise missing tables are made, and validation follows.
+    """
     ordered = sorted(changes, key=lambda path: (path.count("."), not path.endswith(".model")))
     fresh: list[Any] = []
     problems = [_put(content, path, changes[path], fresh, strict=strict) for path in ordered]

@@ -28,7 +28,7 @@ def make_trace(
     coordinates: Mapping[str, Any],
     attributes: Mapping[str, Any],
 ) -> xarray.Dataset:
-    """Make a Trace, with the unit of every signal."""
+    """Make a Trace, with ``units`` and ``long_name`` on every signal; structured attributes are JSON text."""
     import xarray
 
     for name in variables:
@@ -42,7 +42,7 @@ def make_trace(
 
 
 def stamp(trace: xarray.Dataset) -> xarray.Dataset:
-    """Write the units and meanings of a Trace again, from the names of its variables."""
+    """Return a shallow copy of a Trace with units and meanings of its signals written again, after arithmetic for instance."""
     stamped = trace.copy()
     for name in stamped.variables:
         stamped[name].attrs.update(_meaning(str(name)))

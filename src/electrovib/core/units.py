@@ -87,7 +87,7 @@ _PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*({_PINT_UNIT}(?:(?:\s*[*/]\s*|\s+){_PI
 
 
 def parse_quantity(text: str, unit: str) -> float:
-    """Convert a text with a unit to a float in SI."""
+    """Convert a text with a unit, such as ``"90 um"``, to the nearest float in SI; a number without a unit is in SI."""
     plain = text.translate(_SPELLINGS) if len(text) <= _LONGEST else ""
     value = _parse_own_unit(plain, unit)
     if value is None:
@@ -106,7 +106,7 @@ def expected(unit: str) -> str:
 
 
 def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
-    """Write a number with its unit, with a prefix where it reads better (``90 um``)."""
+    """Write a number in SI with its unit, and with a prefix where it reads better (``90 um``)."""
     value += 0.0  # one zero, not two
     if unit == "1":
         return f"{value:.{digits}g}"
@@ -126,7 +126,7 @@ def format_quantity(value: float, unit: str, *, digits: int = 6) -> str:
 
 
 def digits_of_interval(value: float, lower: float, upper: float) -> int:
-    """Return the significant digits that show an interval."""
+    """Return the significant digits that show an interval: two of its width, from 4 to 15, and 4 where it has no width."""
     width = upper - lower
     if not (math.isfinite(width) and width > 0 and value):
         return 4

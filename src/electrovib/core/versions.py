@@ -17,7 +17,7 @@ PARTS = (
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of electrovib, Python and the packages on which a result depends, without importing them."""
+    """Return the versions of Python, electrovib and the installed packages on which a result depends, without imports."""
     import platform
     from importlib.metadata import PackageNotFoundError, version
 

@@ -67,13 +67,11 @@ class Written(BaseModel):
         return hashlib.sha256(self.canonical().encode()).hexdigest()
 
     def __eq__(self, other: object) -> bool:
-        """Compare the canonical JSON."""
         return (
             isinstance(other, Written) and type(self) is type(other) and self.canonical() == other.canonical()
         )
 
     def __hash__(self) -> int:
-        """Hash the canonical JSON."""
         return hash((type(self).__name__, self.canonical()))
 
 

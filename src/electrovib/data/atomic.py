@@ -23,7 +23,12 @@ _LEFT: Final = 86400.0
 
 @contextmanager
 def writing(outputs: Mapping[Path, Form | None], *, force: bool = False) -> Iterator[dict[Path, Path]]:
-    """Provide temporary files beside the outputs, and move them into place once all of them are complete."""
+    """Provide temporary files beside the outputs, and move them into place once all of them are complete.
+
+    Yields for each output an empty file to be overwritten, which is removed after any failure. Files are
+    replaced in the order of `outputs`, so that the one that states which files belong together comes first. A
+    form None means that a file carries no mark. Files that we did not write are replaced only with `force`.
+    """
     check_writable(outputs, force=force)
     places = {path: Path(os.path.realpath(path)) for path in outputs}  # a link keeps pointing to its file
     temporaries = {
@@ -94,7 +99,7 @@ def _take_places(moves: Mapping[Path, Path]) -> None:
 
 
 def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> None:
-    """Write a text file as a whole, or keep the older one."""
+    """Write a text that has the mark of its form as a whole, or keep the older file."""
     with writing({path: form}, force=force) as temporaries:
         temporaries[path].write_text(text, encoding="utf-8", newline="")
 
@@ -102,7 +107,7 @@ def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> Non
 def check_writable(
     outputs: Mapping[Path, Form | None], *, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:
-    """Check, before a long computation, whether its outputs can be written."""
+    """Check, before a long computation, whether its outputs can be written; `inputs` are never replaced."""
     read = list(inputs)
     problems = []
     taken: dict[str, Path] = {}

@@ -31,17 +31,7 @@ _ADVICE: Final = "Copy it again from where it was made, or export it there as .c
 
 @dataclass(frozen=True, kw_only=True)
 class ReaderLimits:
-    """Resources that a reader may use.
-
-    Parameters
-    ----------
-    memory : int
-        Memory beyond that of its libraries [bytes].
-    content : int
-        Size of the content that it returns [bytes].
-    processor_time, waiting_time : float
-        Processor time and elapsed time [s].
-    """
+    """Resources that a reader may use: memory beyond its libraries [bytes], content [bytes] that it returns, times [s]."""
 
     memory: int
     content: int
@@ -65,15 +55,10 @@ class ReaderLimits:
 class Reader:
     """A reader, named so that another process can import it.
 
-    Parameters
-    ----------
-    function : str
-        ``"module:name"`` of a generator that takes the path and further arguments by name, and yields pairs of a name and
-        an array or JSON content. It may raise DataFileError with a sentence for the user.
-    needs : tuple of str
-        Modules that it imports; they are loaded before the memory is limited.
-    format_name : str
-        Name of the format for messages: ``"a netCDF file"``.
+    `function` is ``"module:name"`` of a generator that takes the path and further arguments by name, and
+    yields pairs of a name and an array or JSON content; it may raise DataFileError with a sentence for the
+    user. The modules `needs` are loaded before the memory is limited. `format_name` is for messages: ``"a
+    netCDF file"``.
     """
 
     function: str
@@ -84,21 +69,8 @@ class Reader:
 class GuardedReading:
     """A file that another process reads; to be used in a ``with`` statement, at whose end the process is ended.
 
-    Parameters
-    ----------
-    reader : Reader
-        Reader; it starts at once, so that the caller can continue before it requests the content.
-    path : Path
-        File to be read.
-    limits : ReaderLimits, optional
-        Limits; those for the size of the file if not given.
-    **arguments
-        Arguments of the reader; anything that JSON can hold.
-
-    Raises
-    ------
-    DataFileError
-        If the path is not an ordinary file.
+    The reader starts at once, so that the caller can continue before it requests the content. Without
+    `limits` those for the size of the file hold; `arguments` of the reader are anything that JSON can hold.
     """
 
     def __init__(
@@ -150,13 +122,11 @@ class GuardedReading:
         self._process.kill()
 
     def __enter__(self) -> Self:
-        """Return itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the process."""
         self.close()
 
     def close(self) -> None:
@@ -172,7 +142,7 @@ class GuardedReading:
         self._process.kill()
 
     def content(self) -> dict[str, Any]:
-        """Wait for the reader and return its content."""
+        """Wait for the reader and return its items; a fault of the file, a limit and a crash are DataFileErrors."""
         return dict(self._items())
 
     def _items(self) -> Iterator[tuple[str, Any]]:
@@ -200,7 +170,6 @@ class GuardedReading:
         return left - size
 
     def _check(self, message: dict[str, Any]) -> None:
-        """Raise the fault that the reader has found."""
         if "problems" in message:
             problems = [Problem(**problem) for problem in message["problems"]]
             missing = message["column"]

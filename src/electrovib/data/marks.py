@@ -43,7 +43,7 @@ def unsigned(form: Form) -> str:
 
 
 def sign(path: Path, form: Form) -> None:
-    """Write the checksum of a complete file into its mark."""
+    """Write the checksum of a complete file into its mark; a file without a mark remains unchanged."""
     with path.open("r+b") as file:
         start = file.read(_HEAD).find(unsigned(form).encode())
         if start >= 0:

@@ -24,14 +24,8 @@ _ATTRIBUTES: Final = {
 class CalibrationError:
     """Systematic error of a measured signal: values = true values times (1 + gain error) + zero error.
 
-    Parameters
-    ----------
-    gain : float
-        Standard uncertainty of the gain over the gain, dimensionless.
-    zero : float
-        Standard uncertainty of the zero, in the unit of the signal.
-    covariance : float
-        Of both, in the unit of the signal.
+    `gain` is the standard uncertainty of the gain over the gain, `zero` that of the zero in the unit of the
+    signal, and `covariance` that of both, in the same unit.
     """
 
     gain: float = 0.0
@@ -39,7 +33,6 @@ class CalibrationError:
     covariance: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no covariance."""
         numbers = (self.gain, self.zero, self.covariance)
         if not np.isfinite(numbers).all() or self.gain < 0 or self.zero < 0:
             raise InputError(
@@ -56,7 +49,7 @@ class CalibrationError:
 
     @classmethod
     def from_attributes(cls, attributes: Mapping[Any, Any]) -> CalibrationError | None:
-        """Read the error from the attributes of a signal."""
+        """Read the error from the attributes of a signal; None where no attribute states an error other than 0."""
         try:
             stated = {name: float(attributes.get(attribute, 0.0)) for name, attribute in _ATTRIBUTES.items()}
         except (TypeError, ValueError):

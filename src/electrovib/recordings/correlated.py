@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 
 def autocovariance(residual: NDArray[np.float64], *, fitted: int = 0) -> NDArray[np.float64]:
-    """Return the autocovariance of residuals, modelled as an autoregression of second order.
+    """Return the autocovariance of residuals at lags of 0 to n - 1 samples, by an autoregression of second order.
 
-    `residual` (n,); returns `autocovariance` (n,).
-
-    The autoregression is found by Burg's recursion. Its second order can represent a relaxation or one oscillation, and
-    it is nearly unbiased in short records. The mean of 128 samples of noise, independent or correlated over 2 samples,
-    lies beyond two of its standard errors in 6 to 8 % of all records; correlated over 10 samples, in 16 %.
+    `residual` is about 0 at even intervals, n >= 4; `fitted` parameters were fitted to these samples. The
+    autoregression is found by Burg's recursion (Maximum entropy spectral analysis, Stanford 1975). Its second
+    order can represent a relaxation or one oscillation, and it is nearly unbiased in short records: the mean
+    of 128 samples of noise, independent or correlated over 2 samples, lies beyond two of its standard errors
+    in 6 to 8 % of all records; correlated over 10 samples, in 16 %.
     """
     count = len(residual)
     forward = backward = residual
@@ -38,9 +38,9 @@ def autocovariance(residual: NDArray[np.float64], *, fitted: int = 0) -> NDArray
 def covariance(*, jacobian: NDArray[np.float64], autocovariance: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the covariance of parameters fitted by least squares to samples with noise of known autocovariance.
 
-    `jacobian` (n, p), `autocovariance` (m,); returns `covariance` (p, p).
-
-    (J^T J)^-1 J^T R J (J^T J)^-1 with the covariance R of the noise, for a fit that was not weighted with R.
+    (J^T J)^-1 J^T R J (J^T J)^-1 with the `jacobian` J (n, p) and the covariance R of the noise, for a fit
+    that was not weighted with R; infinite if the samples do not determine the parameters. `autocovariance` is
+    0 beyond the lags that are given.
     """
     from scipy.linalg import matmul_toeplitz
 
@@ -55,10 +55,7 @@ def covariance(*, jacobian: NDArray[np.float64], autocovariance: NDArray[np.floa
 
 
 def line(*, time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """Fit a straight line to a section of a record.
-
-    `time` (n,) [s], `values` (n,).
-    """
+    """Fit a straight line: mean, its standard error, slope, its standard error, with the correlation of the samples."""
     jacobian = np.column_stack([np.ones_like(time), time - time.mean()])
     mean, slope = (float(value) for value in np.linalg.lstsq(jacobian, values, rcond=None)[0])
     # about the mean, so that a drift counts as scatter of the mean

@@ -28,14 +28,13 @@ _MOST = 0.5
 
 
 def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Find the samples at which a sensor is at the end of its range.
+    """Find the samples at which a sensor is at the end of its range, at a reading that occurs much more often than any other.
 
-    `reading` (n,); returns `at_rail` (n,).
-
-    A converter at the end of its range repeats one number, while a force within the range comes with noise. A reading
-    whose noise is less than a step of the converter is never found to be at the end of its range; nor is one that is
-    limited by an amplifier before the converter, because it keeps the noise of the converter. A dead band, in which a
-    small force reads exactly 0, cannot be distinguished from the end of the range; it hides the zero of the sensor too.
+    A converter at the end of its range repeats one number, while a force within the range comes with noise. A
+    reading whose noise is less than a step of the converter is never found, nor one that is limited by an
+    amplifier before the converter, because it keeps the noise of the converter. A dead band, in which a small
+    force reads exactly 0, cannot be distinguished from the end of the range; it hides the zero of the sensor
+    too.
     """
     found = at_extreme(reading)
     inside = (reading != reading.min()) & (reading != reading.max())
@@ -47,10 +46,7 @@ def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def at_extreme(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant.
-
-    `reading` (n,); returns `at_extreme` (n,).
-    """
+    """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant."""
     low, high = reading.min(), reading.max()
     found = np.zeros(len(reading), dtype=np.bool_)
     for extreme in (low, high):
@@ -63,7 +59,7 @@ def at_extreme(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def about_rails(recording: Recording, contact: Touch, window: Span) -> tuple[str, ...]:
-    """Refuse forces beyond the range of a sensor, and state where part of the samples used are beyond it."""
+    """Refuse forces beyond the range of a sensor for most of the window, and state where part of the samples used are."""
     said = []
     for name, railed in recording.at_rail.items():
         shares = {"the window": float(np.mean(railed[slice(*window)]))}

@@ -29,26 +29,11 @@ _FEWEST = 100
 class Recording:
     """A calibrated recording of a tribometer; the zeros of its forces are still those of the sensors.
 
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    normal_force, lateral_force : ndarray, shape (n,)
-        Forces [N], up to a zero that may drift.
-    position : ndarray, shape (n,), or None
-        Position of the carriage [m], 0 at the first sample, continuous where the encoder wraps; None without an encoder.
-    step : float
-        Length of one count of the encoder [m]; 0 without one.
-    channels : TribometerChannels
-        Calibration.
-    source : str
-        Name of the file or record, for messages.
-    wraps : int
-        Number of times the register of the encoder wrapped.
-    missing : int
-        Number of rows that were omitted because they held a NaN.
-    at_rail : mapping of str to ndarray of bool, shape (n,)
-        For ``normal`` and ``lateral``: True at the samples at which the sensor is at the end of its range.
+    - `position`: position of the carriage, 0 at the first sample, continuous where the encoder wraps `wraps`
+      times; None without an encoder.
+    - `step`: length of one count of the encoder [m]; 0 without one.
+    - `missing`: number of rows that were omitted because they held a NaN.
+    - `at_rail`: for ``normal`` and ``lateral``, True where the sensor is at the end of its range.
     """
 
     time: NDArray[np.float64]
@@ -97,7 +82,7 @@ def read_recording(path: Path, channels: TribometerChannels) -> Recording:
 def calibrated(
     columns: Mapping[str, NDArray[np.float64]], channels: TribometerChannels, *, source: str = "the recording"
 ) -> Recording:
-    """Compute forces and a position from the columns of a tribometer."""
+    """Compute forces and a position from the columns ``normal``, ``lateral``, ``encoder`` and ``time`` of a tribometer."""
     needed = ["normal", "lateral"]
     needed += ["encoder"] if channels.encoder is not None else []
     needed += ["time"] if isinstance(channels.clock, TimeColumn) else []
@@ -144,10 +129,7 @@ def _on_time(
 
 
 def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -> NDArray[np.bool_]:
-    """Return which samples of a record have increasing time stamps, or refuse the record.
-
-    `time` (n,) [s]; returns `kept` (n,).
-    """
+    """Return which samples of a record to keep so that time stamps increase, or refuse the record; 100 have to be left."""
     try:
         kept = stamps.keep(time)
     except ValueError as error:
@@ -165,10 +147,7 @@ def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -
 def without_missing(
     columns: Mapping[str, NDArray[np.float64]], allowed: int, source: str
 ) -> NDArray[np.bool_]:
-    """Find the rows of a record in which every value is a finite number.
-
-    Returns `kept` (n,).
-    """
+    """Find the rows of a record in which every value is a finite number; refuse if more than `allowed` are not."""
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
     missing = int(np.count_nonzero(~kept))
     if missing <= allowed:

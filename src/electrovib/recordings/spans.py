@@ -49,6 +49,5 @@ def _runs(mask: NDArray[np.bool_]) -> list[Span]:
 
 
 def _run_length(mask: NDArray[np.bool_]) -> int:
-    """Count the true values before the first false one."""
     false = np.flatnonzero(~mask)
     return int(false[0]) if len(false) else len(mask)

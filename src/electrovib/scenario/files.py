@@ -16,7 +16,7 @@ M = TypeVar("M", bound=Model)
 
 
 def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> M:
-    """Build a scenario, or a part of one, from nested tables and the files that they name."""
+    """Build a scenario, or a part of one, from tables and the files that they name, and list every mistake at once."""
     faults: list[Problem] = []
     filled = _filled(kind, current_tables(kind, content), folder or Path(), "", faults)
     try:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def lines_of(model: Model) -> Iterator[str]:
-    """Write the parts of a model, one line each."""
+    """Write the parts of a model that are not the default, one line each; of a stack one line for each layer."""
     fields = type(model).model_fields
     for name, value in model:
         if not isinstance(value, Model) or (name in fields and fields[name].default == value):
@@ -27,7 +27,7 @@ def lines_of(model: Model) -> Iterator[str]:
 
 
 def in_words(model: Model) -> str:
-    """Write a model in one line: its class and its parameters that are not the default."""
+    """Write a model in one line, its parameters that are not the default: ``Trapezium(high = 100 V, rise = 1 ms)``."""
     kind = type(model)
     given = []
     for name, value in model:

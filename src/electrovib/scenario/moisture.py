@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
-    """Return the changes that bring a scenario to a moisture, for `Scenario.replace`."""
+    """Return the changes that bring a scenario to a moisture, for `Scenario.replace`; only of parameters that it has."""
     layers, found = scenario.stack.layers, {}
     known = {path for path, _, _ in scenario.parameters()}
     skin, gap = _skin(scenario), scenario.stack.gap_name

@@ -10,15 +10,7 @@ from electrovib.core.search import Searchable, as_question, suggestions
 
 @dataclass(frozen=True)
 class PresetNote:
-    """What a ready-made scenario shows, declared in ``PRESETS`` of its paper by the name of the scenario.
-
-    Parameters
-    ----------
-    reproduces : str
-        The figure of the paper, or the statement in a few words.
-    keywords : str
-        What a user may search for that neither the title nor the stack says: device, drive, effect.
-    """
+    """What a ready-made scenario shows, and words that a user may search for and that neither title nor stack has."""
 
     reproduces: str
     keywords: str = ""

@@ -16,12 +16,16 @@ from electrovib.scenario.sources import is_default
 
 
 def skins() -> dict[str, Skin]:
-    """Collect the skins that papers publish."""
+    """Collect the skins that papers publish, by the ``author_year/name`` that a scenario may give in place of a material."""
     return offers(("skins",))
 
 
 def with_offers(changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Replace names of materials and stacks by their tables."""
+    """Replace names of materials and stacks by their tables; an unknown name is kept for the validation to refuse.
+
+    Beside the changes, `sources` maps each parameter that such a table gives to the name, the source of the
+    value and its status; the breakdown strengths of the library stand under the path of ``substance``.
+    """
     found, sources = dict(changes), dict[str, str]()
     for path in sorted(changes, key=lambda path: path.count(".")):
         table = path.removesuffix(".model")

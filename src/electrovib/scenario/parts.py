@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 def with_parts(
     kind: type[Model], content: dict[str, Any], changes: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[Problem]]:
-    """Prepare nested tables for changes that add optional parts.
+    """Prepare nested tables for changes that add optional parts; a new layer gets its place in ``stack`` here.
 
     A layer is added where its role is known: implied by the name (``insulator``, ``gap``,
     ``stratum_corneum``) or given as its ``role``. A gap is air unless a material is given; any other layer
-    needs one.
+    needs one. Changes of a part whose model has to be chosen first are left out, with one problem for each.
     """
     found, problems = dict(changes), list[Problem]()
     for name, role in _place_layers(content, found).items():

@@ -36,7 +36,12 @@ def preset(
     changes: Mapping[str, Any],
     unchanged: str = "",
 ) -> Scenario:
-    """Make a ready-made scenario from another one."""
+    """Make a ready-made scenario, with the source of each value, from another one; `plain` if `base` is absent.
+
+    A change may be a pair ``(value, source)``, at any depth: the source of a table holds for those of its
+    values that have none of their own. `unchanged` is the source of the unchanged values of the base; each
+    keeps its own if absent.
+    """
     start = plain() if base is None else read_scenario(base)
     told: dict[str, str] = {path.removesuffix(".model"): "" for path in changes}
     values = {path: _without_sources(given, path, told) for path, given in changes.items()}
@@ -81,7 +86,11 @@ def _nearest_table(path: str, told: Mapping[str, str]) -> str | None:
 
 
 def sourced(scenario: Scenario, sources: Mapping[str, str]) -> Scenario:
-    """Return a copy in which every parameter has a source, defaults and absent ones included."""
+    """Return a copy in which every parameter has a source, defaults and absent ones included.
+
+    `sources` maps the path of a table, ``""`` for the whole scenario, to the source of its values; an empty
+    source adds none: ``{"": "table 2", "time": ""}``.
+    """
     found = dict(scenario.sources)
     for path, _, _ in scenario.parameters():
         table = _nearest_table(path, sources)

@@ -24,10 +24,9 @@ def wrong_sources(
 ) -> list[Problem]:
     """Find the sources of a scenario whose dotted path no parameter can have.
 
-    A path may lead to a table, to a parameter that is not given, to an optional part or a layer of the
-    interface that is not there, and to a parameter of another model than the one that is chosen: such sources
-    remain where a table is changed or removed. Sources that electrovib wrote for values set by the user are
-    not examined.
+    A path may lead to a table, to a parameter that is not given, to an optional part or layer that is not
+    there, and to a parameter of another model than the chosen one: such sources remain where a table is
+    changed or removed. Sources that electrovib wrote for values set by the user are not examined.
     """
     sources = content.get("sources")
     if not isinstance(sources, Mapping):
@@ -87,7 +86,6 @@ def _members(part: type[Model], table: Any) -> list[type[Model]]:
 
 
 def _names(kinds: list[type[Model]], table: Any) -> set[str]:
-    """Return the names that can follow in a path."""
     if kinds[0] is Stack:
         return {*IMPLIED, *(table if isinstance(table, Mapping) else ())}
     own = (name for each in kinds for name in (*each.model_fields, *each.derived))
@@ -95,7 +93,6 @@ def _names(kinds: list[type[Model]], table: Any) -> set[str]:
 
 
 def _meant(content: Mapping[str, Any], keys: list[str], depth: int, names: set[str]) -> str:
-    """Write which paths may be meant."""
     near = closest(keys[depth], names)
     if near is not None:
         return f" Did you mean '{'.'.join([*keys[:depth], near, *keys[depth + 1 :]])}'?"
@@ -106,7 +103,6 @@ def _meant(content: Mapping[str, Any], keys: list[str], depth: int, names: set[s
 
 
 def _paths(table: Any, start: str = "") -> Iterator[str]:
-    """Yield the dotted paths of the tables as they are given."""
     for key, item in table.items():
         if isinstance(item, Mapping) and key != "sources":
             yield from _paths(item, f"{start}{key}.")

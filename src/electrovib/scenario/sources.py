@@ -24,7 +24,11 @@ def is_default(model: Model, path: str, value: Any) -> bool:
 
 
 def not_in_paper(scenario: Scenario, paper: str) -> dict[str, str]:
-    """Find the values of a paper's scenario that are not found in the paper."""
+    """Find the values, as text by dotted path, of a paper's scenario that are not found in the paper.
+
+    A value is found in the paper if its source begins with author and year, as in ``Vezzoli 2014, section
+    4``. Values that the user has set, and defaults of 0, which switch an effect off, are left out.
+    """
     author, _, year = paper.partition("_")
     printed = f"{author.capitalize()} {year}"
     found = {}

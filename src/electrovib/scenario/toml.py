@@ -69,7 +69,7 @@ def _meaning(model: Model, name: str) -> str:
 
 
 def left_away(model: Model, prefix: str = "") -> dict[str, str]:
-    """Find the optional parts that a tree of models does not have."""
+    """Find the optional parts that a tree of models does not have, by path, and what can be added there."""
     found: dict[str, str] = {}
     for name, field in type(model).model_fields.items():
         kinds = [

@@ -28,12 +28,7 @@ _MOST_COLUMNS = 100_000
 
 @dataclass(frozen=True, kw_only=True)
 class TextTable:
-    """Delimited text, of which only the first lines have been interpreted.
-
-    Notes
-    -----
-    The text is kept as bytes and read line by line, because a list of its lines would take many times its size.
-    """
+    """Delimited text, of which only the first lines have been interpreted; as bytes it is smaller than a list of lines."""
 
     path: Path
     raw: bytes
@@ -57,10 +52,7 @@ class TextTable:
         return f"column '{self.headings[index]}'" if self.headings else f"column {index}"
 
     def numbers(self, indices: Sequence[int], *, missing: bool = False) -> NDArray[np.float64]:
-        """Read columns; rows of unequal length and fields that are no numbers are refused.
-
-        Returns `numbers` (n_rows, n_indices).
-        """
+        """Read columns, shape (rows, indices), in the units of the file; `missing` reads empty fields as NaN."""
         if next(self.rows(), None) is None:
             return np.empty((0, len(indices)))
         said = ""
@@ -90,7 +82,6 @@ class TextTable:
             yield row
 
     def _fault(self, indices: Sequence[int], missing: bool) -> str:
-        """Return the first fault in the rows, or an empty text."""
         for number, line in self.rows():
             cells = _split(line, self.delimiter)
             if len(cells) != self.width:
@@ -106,7 +97,7 @@ class TextTable:
 
 
 def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> TextTable:
-    """Split delimited text into lines, headings and units."""
+    """Split delimited text into lines, headings and units; there are no headings if the first row consists of numbers."""
     raw, encoding = _text(path)
     first = [line for _, line in itertools.islice(_rows(path, raw, encoding), 12)]
     if not first:
@@ -149,7 +140,6 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
 
 
 def _text(path: Path) -> tuple[bytes, str]:
-    """Return the bytes of a file and their encoding."""
     raw = path.read_bytes()
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         return raw, "utf-16"

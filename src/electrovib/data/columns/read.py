@@ -41,7 +41,10 @@ def read_columns(
 ) -> dict[str, NDArray[np.float64]]:
     """Read the wanted columns of a measured file, converted to SI.
 
-    A unit in the file has priority over the one in `wanted`, and must be of the same kind.
+    `wanted` maps a name to heading, or number from 0, and unit; a unit in the file has priority over it, and
+    must be of the same kind. With `missing`, NaN, infinities and empty fields of text (as NaN) are accepted.
+    Text has lines of ``#`` as comments; of a ``.mat`` file ``"name[3]"`` is column 3 of the array ``name``,
+    and ``"trial.force"`` a field of a struct.
     """
     check_file(path)
     reader = _READERS.get(path.suffix.lower())

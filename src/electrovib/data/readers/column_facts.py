@@ -46,5 +46,4 @@ def named_by_preamble(layout: Layout, settings: Mapping[str, str]) -> Layout:
 
 
 def _key(cell: str) -> str:
-    """Return the first field of a row as a key."""
     return cell.strip().lstrip("#").rstrip(" :=").replace("_", " ").lower()

@@ -34,7 +34,7 @@ _MOST_DAYS: Final = 10_000
 
 
 def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
-    """Return the columns of a text that hold the date and the time of a row."""
+    """Return the columns of a text that hold date and time of a row: one, or one of each; empty if there is none."""
     rows = [split(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
     rows = [row for row in rows if len(row) > layout.columns[-1]]
     kinds = {
@@ -51,7 +51,7 @@ def stamp_columns(layout: Layout, lines: Sequence[str]) -> tuple[int, ...]:
 
 
 def with_stamps(recorded: Recorded, stamps: str) -> Recorded:
-    """Return the content of a text with its dates and times as a channel of time."""
+    """Return the content of a text with the channel ``time`` [s] from the first row; unchanged if times do not increase."""
     time, order = seconds_from_first(stamps)
     known = time[np.isfinite(time)]
     if known.size < 2 or not (np.diff(known) >= 0).all() or known[0] == known[-1]:
@@ -78,9 +78,10 @@ def kind_of(cells: Sequence[str]) -> str:
 
 
 def seconds_from_first(text: str) -> tuple[Real, str]:
-    """Return the times of lines that hold a time of day, with or without a date.
+    """Return the times [s] after the first line that holds a time of day, and the order of the date if it was assumed.
 
-    Returns `time` (n,) [s].
+    A line without a time is NaN. A clock without a date that goes back by more than half a day has passed
+    midnight.
     """
     day_first, order, dated = _day_first(text)
     lines = (line.rstrip("\n")[:_LONGEST] for line in io.StringIO(text))

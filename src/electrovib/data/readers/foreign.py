@@ -53,7 +53,7 @@ def recorded_of(
     attributes: Mapping[str, str] | None = None,
     part: str = "",
 ) -> Recorded:
-    """Return columns as the content of a file; of columns of several lengths those that hold most numbers."""
+    """Return columns as the content of a file; of columns of several lengths those like `part`, or that hold most numbers."""
     by_length: dict[int, list[tuple[str, str, Real]]] = defaultdict(list)
     for each in columns:
         by_length[each[2].size].append(each)
@@ -98,10 +98,7 @@ def is_named_time(channel: DataColumn) -> bool:
 
 
 def columns_of_array(name: str, unit: str, values: Real, most: int = 64) -> Iterator[tuple[str, str, Real]]:
-    """Iterate over the columns of an array of one or two dimensions; other arrays have none.
-
-    Returns `values` (n,).
-    """
+    """Iterate over the columns, ``"name[3]"`` for column 3, of an array of one or two dimensions; other arrays have none."""
     if values.ndim == 1 or (values.ndim == 2 and 1 in values.shape):
         yield name, unit, values.ravel()
     elif values.ndim == 2:

@@ -30,7 +30,7 @@ _UNITS: Final = ("units", "unit", "Units", "Unit")
 
 
 def read_hdf5(path: Path, *, part: str = "") -> Recorded:
-    """Read the arrays of a netCDF or HDF5 file."""
+    """Read the arrays of a netCDF or HDF5 file that have the length with most numbers, or that of the array `part`."""
     check_file(path)
     with path.open("rb") as file:
         classic = file.read(3) == b"CDF"

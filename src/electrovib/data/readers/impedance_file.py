@@ -40,7 +40,7 @@ def instrument_of(head: bytes) -> str:
 
 
 def read_impedance_file(path: Path) -> Recorded:
-    """Read the spectrum of an impedance analyser."""
+    """Read the spectrum of an impedance analyser: frequency [Hz], real and imaginary part of the impedance [ohm]."""
     check_file(path)
     check_package(
         path, PACKAGE, "a file of an impedance analyser", "; with --reader text it is read as a plain table"

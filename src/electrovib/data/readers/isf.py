@@ -33,7 +33,8 @@ def read_isf(path: Path) -> Recorded:
     """Read one waveform of a Tektronix oscilloscope.
 
     value = yzero + ymult (count - yoff), time = xzero + xincr (index - pt_off). Of an envelope (PT_FMT ENV) a
-    pair of points belongs to one interval of two times xincr.
+    pair of points belongs to one interval of two times xincr; minimum and maximum are two channels, which are
+    never averaged.
     """
     check_file(path)
     raw = path.read_bytes()

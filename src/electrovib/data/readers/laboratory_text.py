@@ -34,7 +34,11 @@ _LONGEST_LINE: Final = 1_000_000
 def read_laboratory_text(
     path: Path, *, delimiter: str | None = None, decimal_comma: bool | None = None, part: str = ""
 ) -> Recorded:
-    """Read a text file of an instrument."""
+    """Read every column of numbers of a text file of an instrument, and the statements of its preamble.
+
+    An empty `delimiter` stands for blanks. Of a file with several tables, as Gamry and VersaStudio write
+    them, `part` names the table; by default it is the spectrum or the longest one.
+    """
     check_file(path)
     raw, about = one_table(path, path.read_bytes(), part)
     if about and delimiter is None:
@@ -54,7 +58,7 @@ def read_laboratory_bytes(
     origin: str = "",
     part: str = "",
 ) -> Recorded:
-    """Read the text of an instrument that is in memory."""
+    """Read the text of an instrument that is in memory; `origin` names the sheet that it comes from."""
     encoding = _encoding(path, raw)
     first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
     layout = find_layout(first, delimiter=delimiter, decimal_comma=decimal_comma)
@@ -87,7 +91,6 @@ def _left_out(layout: Layout) -> dict[str, str]:
 
 
 def _encoding(path: Path, raw: bytes) -> str:
-    """Find the encoding of a text."""
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "utf-16"
     if b"\0" in raw[:4096]:
@@ -152,7 +155,6 @@ def _plain(path: Path, number: int, cell: str, layout: Layout) -> str:
 def _recorded(
     layout: Layout, numbers: Real, settings: dict[str, str], step: float | None, start: float
 ) -> Recorded:
-    """Name the channels and find the time among them."""
     layout = named_by_preamble(layout, settings)
     channels: list[DataColumn] = []
     for place, column in enumerate(layout.columns):

@@ -23,28 +23,14 @@ INSPECTED: Final = 400
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """Layout of a text file.
+    """Layout of a text file; lines and fields count from 0.
 
-    Parameters
-    ----------
-    delimiter : str
-        One character; empty for blanks.
-    decimal_comma : bool
-        Whether decimals are written with a comma.
-    first : int
-        Line of the first row of numbers, 0 first.
-    width : int
-        Fields of a row of numbers.
-    columns : tuple of int
-        Fields that hold numbers, 0 first.
-    names, units : tuple of str
-        Of these columns, empty where the file states none.
-    preamble : tuple of tuple of str
-        Fields of the lines before the numbers, and the fields beside the numbers that hold text.
-    headings : int
-        Line of the first row of headings, 0 first; that of the first row of numbers if there is none.
-    left_out : int
-        Number of rows right above `first` that hold words in place of numbers.
+    - `delimiter`: one character; empty for blanks.
+    - `first`, `width`: line of the first row of numbers, and fields of such a row.
+    - `columns`: fields that hold numbers; `names` and `units` are theirs, empty where the file states none.
+    - `preamble`: fields of the lines before the numbers, and the fields beside the numbers that hold text.
+    - `headings`: line of the first row of headings; that of the first row of numbers if there is none.
+    - `left_out`: number of rows right above `first` that hold words in place of numbers.
     """
 
     delimiter: str
@@ -76,10 +62,10 @@ def split(line: str, delimiter: str) -> list[str]:
 def find_layout(
     lines: Sequence[str], *, delimiter: str | None = None, decimal_comma: bool | None = None
 ) -> Layout | None:
-    """Find the layout of a text file from its beginning.
+    """Find the layout under which most lines of the beginning of a text are rows of numbers; None if no line is one.
 
-    All rows of numbers hold numbers in the same columns, which are those of the last lines that were
-    inspected. The lines before the first such row, and the text in other columns, are the preamble.
+    All rows of numbers hold numbers in the same columns, which are those of the last lines. The lines before
+    the first such row, and the text in other columns, are the preamble.
     """
     best: tuple[tuple[float, int], Layout] | None = None
     for separator in DELIMITERS if delimiter is None else (delimiter,):

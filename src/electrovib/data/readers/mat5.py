@@ -46,22 +46,11 @@ _TEXTS: Final = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-
 
 @dataclass(frozen=True, kw_only=True)
 class Mat5Variable:
-    """A variable of the file or a field of one, not yet read.
+    """A variable of the file or a field of one, not yet read, with name, or path of a field, and class as in MATLAB.
 
-    Parameters
-    ----------
-    name, kind : str
-        Name, or path of a field, and class, as in MATLAB.
-    shape : tuple of int
-        Number of rows, columns and so on; empty for an object, for which the file states none.
-    numeric : bool
-        Whether it is a real numeric array.
-    start, size : int
-        Position of its element in the file, or of a field in the unpacked variable [bytes].
-    compressed : bool
-        Whether it was saved with -v7.
-    within : memoryview, optional
-        For a field, the bytes to which `start` refers.
+    `shape` is empty for an object, for which the file states none. `start` and `size` are those of its
+    element in the file, or of a field in the unpacked variable `within` [bytes]. `compressed` is what was
+    saved with -v7.
     """
 
     name: str
@@ -75,13 +64,7 @@ class Mat5Variable:
 
 
 class Mat5:
-    """A MATLAB file of version 5 in memory.
-
-    Raises
-    ------
-    DataFileError
-        If the bytes do not begin as such a file does.
-    """
+    """A MATLAB file of version 5 in memory; bytes that do not begin as such a file does are refused."""
 
     def __init__(self, path: Path, raw: bytes) -> None:
         order = {b"IM": "<", b"MI": ">"}.get(raw[126:128])
@@ -188,7 +171,6 @@ class Mat5:
         return values.astype(np.float64).reshape(variable.shape, order="F")
 
     def _body(self, variable: Mat5Variable) -> memoryview:
-        """Return the bytes of a variable, decompressed, or of a field of one."""
         place = slice(variable.start, variable.start + variable.size)
         if variable.within is not None:
             return variable.within[place]

@@ -68,7 +68,6 @@ def _described(name: str, kind: str, shape: tuple[int, ...]) -> str:
 
 
 def _fields(known: Known, name: str) -> list[str]:
-    """Return the paths of the fields of a struct."""
     depth = name.count(".") + 1
     return [path for path in known if path.startswith(f"{name}.") and path.count(".") == depth]
 

@@ -24,7 +24,11 @@ _COLUMN: Final = re.compile(r"(([A-Za-z]\w*(?:\.[A-Za-z]\w*)*)(?:\[(\d{1,9})\])?
 
 
 def read_matlab(path: Path, variable: str = "") -> NDArray[np.float64]:
-    """Read one real numeric array of a MATLAB file."""
+    """Read one real numeric array of a MATLAB file, in the shape that MATLAB shows.
+
+    `variable` may be the path of a field of a struct, ``"trial.force"``; it may be omitted if the file holds
+    only one real numeric array that is no single number.
+    """
     version = _version_73 if _is_version_73(path) else _version_5
     try:
         return version(path, variable)
@@ -33,7 +37,7 @@ def read_matlab(path: Path, variable: str = "") -> NDArray[np.float64]:
 
 
 def read_variables(path: Path, names: Collection[str]) -> dict[str, NDArray[Any] | str]:
-    """Read whole variables of a MATLAB file: arrays of real or complex numbers, and rows of characters."""
+    """Read those of the named variables that a MATLAB file has: arrays of real or complex numbers, and rows of characters."""
     version = _variables_of_version_73 if _is_version_73(path) else _variables_of_version_5
     try:
         return version(path, names)
@@ -49,7 +53,7 @@ def _is_version_73(path: Path) -> bool:
 
 
 def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Column]:
-    """Read columns of the arrays of a MATLAB file."""
+    """Read columns of the arrays of a MATLAB file: ``"name[3]"`` is column 3, from 0, and ``"trial.force"`` a field."""
     arrays: dict[str, NDArray[np.float64]] = {}
     found: dict[str | int, Column] = {}
     for column in columns:
@@ -76,7 +80,6 @@ def from_matlab(path: Path, columns: Sequence[str | int]) -> dict[str | int, Col
 
 
 def _of(path: Path, name: str, array: NDArray[np.float64], number: int | None) -> NDArray[np.float64]:
-    """Return a column of an array."""
     called = f"'{name}'" if name else "the array"
     shape = " x ".join(map(str, array.shape))
     if number is None:

@@ -26,7 +26,7 @@ _MOST: Final = 500
 
 
 def read_matlab_table(path: Path, *, part: str = "") -> Recorded:
-    """Read the real numeric arrays of a MATLAB file."""
+    """Read the real numeric arrays of a MATLAB file that have the length with most numbers, or that of the array `part`."""
     check_file(path)
     with path.open("rb") as file:
         begin = file.read(512)

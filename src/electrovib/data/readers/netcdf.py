@@ -35,20 +35,9 @@ _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
 class NetcdfVariable:
     """A variable that is not yet read.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Size in each dimension.
-    dtype : dtype
-        Type of the numbers; ``object`` for texts.
-    attributes : mapping
-        Texts and numbers.
-    dimensions : callable
-        Returns the names of the dimensions.
-    read : callable
-        Returns the numbers, or the texts as nested lists.
-    refusal : str
-        Reason why the variable must not be read; empty if it may be read.
+    The type is ``object`` for texts. `dimensions` returns the names of the dimensions, and `read` the
+    numbers, or the texts as nested lists. `refusal` is the reason why the variable must not be read; empty if
+    it may be read.
     """
 
     shape: tuple[int, ...]

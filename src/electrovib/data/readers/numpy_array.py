@@ -22,7 +22,11 @@ _MOST: Final = 1024
 
 
 def read_numpy(path: Path) -> Recorded:
-    """Read an array of numbers; nothing is unpickled."""
+    """Read an array of numbers, one channel for each column or field; nothing is unpickled.
+
+    An array with more columns than rows, and at most 64 rows, is taken for a row per signal, which the
+    attribute ``arrangement`` states.
+    """
     check_file(path)
     try:
         with warnings.catch_warnings():

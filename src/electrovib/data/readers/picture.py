@@ -27,10 +27,7 @@ _HOW: Final = "Save it as 8-bit greyscale PNG without transparency."
 
 
 def read_picture(path: Path, *, most_pixels: int) -> NDArray[np.uint8]:
-    """Read a greyscale picture.
-
-    Returns `values` (rows, columns).
-    """
+    """Read a greyscale picture, checked before it is unpacked, as values 0 to 255, (rows, columns), the upper row first."""
     check_file(path)
     size = path.stat().st_size
     if size > MOST_BYTES:
@@ -43,10 +40,7 @@ def read_picture(path: Path, *, most_pixels: int) -> NDArray[np.uint8]:
 
 
 def unpacked(path: str | Path, most_pixels: int) -> Iterator[tuple[str, NDArray[np.uint8]]]:
-    """Yield the grey values of a picture under the name ``values``.
-
-    Returns `values` (rows, columns).
-    """
+    """Yield the grey values of a picture under the name ``values``."""
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -76,7 +70,6 @@ def unpacked(path: str | Path, most_pixels: int) -> Iterator[tuple[str, NDArray[
 
 
 def _grey(path: str | Path, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return grey values; colours are refused."""
     if values.ndim == 2:
         return values
     if np.any(values != values[..., :1]):

@@ -56,7 +56,7 @@ def _looks_like_number(text: str) -> bool:
 
 
 def timing(layout: Layout, settings: Mapping[str, str]) -> tuple[float | None, float]:
-    """Find the time step and the first time in the preamble."""
+    """Find the time step [s], None if it is not stated, and the first time [s], 0 if it is not stated, in the preamble."""
     step: float | None = None
     start = 0.0
     for key, value in settings.items():

@@ -14,17 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class DataColumn:
-    """One column of a file.
-
-    Parameters
-    ----------
-    name : str
-        As written in the file; ``"column 2"`` where it has none.
-    unit : str
-        As written in the file; empty where it states none.
-    values : ndarray, shape (n,)
-        In that unit; not a number where a field is empty.
-    """
+    """One column of a file, with name and unit as written in it; `values` are in that unit, NaN where a field is empty."""
 
     name: str
     unit: str
@@ -35,18 +25,9 @@ class DataColumn:
 class Recorded:
     """The content of one file.
 
-    Parameters
-    ----------
-    channels : tuple of DataColumn
-        In the order of the file, all of one length; the time among them only if it stands in a column.
-    time : str
-        Name of the channel that is the time; empty if it follows from `step`, or is not known.
-    step : float or None
-        Time between samples [s], where the file states it instead of a column.
-    start : float
-        Time of the first sample [s], where the file states a step.
-    attributes : mapping of str to str
-        Statements of the preamble of the file: make, model, date, settings.
+    All `channels` have one length. `time` names the one that is the time; it is empty if the time follows
+    from `step` [s] and `start` [s], the time of the first sample, or is not known. `attributes` are
+    statements of the preamble: make, model, date, settings.
     """
 
     channels: tuple[DataColumn, ...]

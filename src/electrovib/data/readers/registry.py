@@ -43,22 +43,8 @@ class CanRead(enum.Enum):
 class FileFormat:
     """One format of files.
 
-    Parameters
-    ----------
-    name : str
-        Name of the reader in options.
-    description : str
-        Description with its suffixes.
-    suffixes : tuple of str
-        Usual suffixes of the names of its files, in small letters.
-    can_read : callable
-        Function of the first bytes and the suffix that returns whether the reader takes the file.
-    read : callable
-        Function of the path and options that returns the content.
-    options : tuple of str
-        Options that `read` takes.
-    package : str
-        Package that has to be installed for it; empty if none.
+    `name` is that of the reader in options; `suffixes` are in small letters; `can_read` judges by the first
+    bytes and the suffix; `package` has to be installed for it and is empty if none has to be.
     """
 
     name: str
@@ -245,7 +231,7 @@ def format_of(path: Path) -> FileFormat:
 
 
 def read_recorded(path: Path, *, reader: str = "", **options: Any) -> Recorded:
-    """Read a file of an instrument."""
+    """Read a file of an instrument; an option that does not belong to its format is refused."""
     by_name = {each.name: each for each in FORMATS}
     if reader and reader not in by_name:
         raise DataFileError(f"there is no reader '{reader}'.{nearest(reader, by_name)}", path=path)

@@ -56,8 +56,8 @@ def _faulty(
 ) -> int:
     """Count the rows right above the first row of numbers that hold words in place of numbers.
 
-    Such a row begins with a number and has other words than units, or one and the same word everywhere; a row of headings has
-    neither.
+    Such a row begins with a number and has other words than units, or the same word everywhere; a row of
+    headings has neither.
     """
     count = 0
     for at in reversed(above):
@@ -101,7 +101,6 @@ def _headings(
 def _named(
     rows: Sequence[Sequence[str]], headings: Sequence[int], columns: tuple[int, ...]
 ) -> tuple[list[str], list[str]]:
-    """Return the names and units of the columns from the rows of headings."""
     names = [""] * len(columns)
     units = [""] * len(columns)
     for order, at in enumerate(headings):

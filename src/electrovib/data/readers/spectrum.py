@@ -54,24 +54,13 @@ _APART: Final = 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredSpectrum:
-    """A spectrum in SI.
+    """A spectrum in SI, over a frequency that increases.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        Hz, increasing, above 0.
-    impedance : ndarray of complex, shape (n,), or None
-        ohm.
-    permittivity : ndarray of complex, shape (n,), or None
-        Relative, eps' - j eps'', conduction included.
-    lossless : bool
-        Whether the table gives a permittivity without loss, which is then taken for 0.
-    read_as : str
-        Meaning of each column that was used.
-    among : str
-        Which of several spectra of the table it is, and which others there are; empty where there is one.
-    phase_unit : str
-        Unit in which the phase was read; empty where there is none.
+    - `permittivity`: relative, eps' - j eps'', conduction included.
+    - `lossless`: whether the table gives a permittivity without loss, which is then taken for 0.
+    - `read_as`: meaning of each column that was used.
+    - `among`: which of several spectra of the table it is, and which others there are; empty where there is
+      one.
     """
 
     frequency: Real
@@ -86,13 +75,16 @@ class MeasuredSpectrum:
 def spectrum_of(
     recorded: Recorded, *, columns: Mapping[str, str] | None = None, spectrum: int = 0, phase_unit: str = ""
 ) -> MeasuredSpectrum:
-    """Find frequency and impedance, or permittivity, among the columns of a table.
+    """Find frequency and impedance, or permittivity, among the columns of a table, sorted by frequency.
 
-    Rows of the frequency 0, which a potentiostat writes for samples over time, and of an impedance of 0 are
-    omitted. Of modulus and phase, and real and imaginary part, the pair with more rows other than 0 is taken,
-    of equal ones the first. A phase without a unit is in degrees if any value is beyond 2 pi, and otherwise
-    refused unless its heading or `columns` states the unit. Where several columns state the loss, the first
-    of those above is taken, and a difference of more than 2 % between them is refused.
+    `columns` maps a meaning to its heading, with a unit behind it where the file states none: ``"Phase
+    [deg]"``; what it lacks is found by the headings. `spectrum` counts several spectra from 1; 0 takes the
+    first. Rows of the frequency 0, which a potentiostat writes for samples over time, and of an impedance of
+    0 are omitted. Of modulus and phase, and real and imaginary part, the pair with more rows other than 0 is
+    taken, of equal ones the first. A phase without a unit is in degrees if any value is beyond 2 pi, and
+    otherwise refused unless its heading, `columns` or `phase_unit` states the unit. Where several columns
+    state the loss, the first of loss factor, loss tangent, conductivity and resistivity is taken, and a
+    difference of more than 2 % between them is refused.
     """
     found = _assigned(recorded, columns or {})
     if "frequency" in found:

@@ -34,7 +34,7 @@ _MOST_FILLED: Final = 64
 
 
 def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
-    """Read a sheet of a spreadsheet that holds rows of numbers."""
+    """Read a sheet of a spreadsheet that holds rows of numbers; formulas count as the values that were saved with them."""
     check_file(path)
     check_package(path, PACKAGE, "a spreadsheet", ", or save it as .csv")
     size = path.stat().st_size

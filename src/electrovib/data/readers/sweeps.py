@@ -19,7 +19,7 @@ _MOST_NAMED: Final = 20
 
 
 def split_part(part: str | None) -> tuple[str | None, int]:
-    """Split the name of a part into that of the table and the number of the spectrum in it."""
+    """Split a part such as ``"Sheet1, spectrum 2"`` into the table and the number of the spectrum, 0 where none is stated."""
     found = _NAME.fullmatch(part or "")
     return (part, 0) if found is None else (found[1], int(found[2]))
 
@@ -31,10 +31,7 @@ def refuse_spectrum(part: str | None, spectrum: int) -> None:
 
 
 def sweeps_of(frequency: Real) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]]:
-    """Find the spectra in a column of frequencies.
-
-    `frequency` (n,).
-    """
+    """Find the rows of each spectrum in a column of frequencies: a new one begins where the frequency turns back."""
     rows = np.flatnonzero(np.isfinite(frequency) & (frequency > 0))
     changes = np.sign(np.diff(frequency[rows]))
     begins, direction = [0], 0
@@ -51,10 +48,7 @@ def sweeps_of(frequency: Real) -> list[np.ndarray[tuple[int], np.dtype[np.intp]]
 
 
 def chosen_sweep(frequency: Real, spectrum: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], str]:
-    """Return the rows of one spectrum, and what was chosen among several.
-
-    `frequency` (n,).
-    """
+    """Return the rows of one spectrum, and what was chosen among several."""
     found = sweeps_of(frequency)
     if spectrum > len(found):
         raise InputError(

@@ -34,7 +34,7 @@ _SHORTEST: Final = 3
 
 
 def one_table(path: Path, raw: bytes, part: str) -> tuple[bytes, dict[str, str]]:
-    """Return one table of a file that holds several."""
+    """Return one table of a text that holds several; by default that of an impedance spectrum, else the longest one."""
     tables, about = _of_gamry(raw) if _HEAD.match(raw) else _of_versastudio(raw)
     if not tables:
         return raw, {}

@@ -22,7 +22,7 @@ _UNITS: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
 def read_tdms(path: Path, *, part: str = "") -> Recorded:
-    """Read the channels of a TDMS file."""
+    """Read the channels ``"group/channel"`` of a TDMS file that have the length with most numbers, or that of `part`."""
     check_file(path)
     check_package(path, PACKAGE, "NI TDMS")
     found = read_guarded(Reader(f"{__name__}:channels", (PACKAGE, "numpy"), "an NI TDMS file"), path)

@@ -32,7 +32,7 @@ UNIT_NAMES: Final = {word for word, unit in UNITS.items() if unit and word.isalp
 
 
 def name_and_unit(heading: str) -> tuple[str, str]:
-    """Split ``Time (s)``, ``CH1 [mV]`` or ``Volt``, ``in s``."""
+    """Split ``Time (s)``, ``CH1 [mV]`` or ``Volt``, ``in s``; a unit that is not known stays as written."""
     heading = heading[:_LONGEST_HEADING]
     if found := _PARTS_OF_ZPLOT.fullmatch(heading):
         return found[1], "ohm"
@@ -52,7 +52,7 @@ def name_and_unit(heading: str) -> tuple[str, str]:
 
 
 def as_unit(text: str) -> str | None:
-    """Return the unit that a word stands for; None if it is no unit."""
+    """Return the unit that a word stands for; None if it is no unit, and empty for a word such as ``"unknown"``."""
     if found := _RESISTIVITY.fullmatch(text.strip()):
         return f"{found[1].replace('µ', 'u')}ohm {found[2]}"
     if (found := _PER_TIME.fullmatch(text.strip())) and UNITS.get(found[1].lower(), "").endswith("m"):

@@ -22,7 +22,7 @@ _MOST_CHANNELS: Final = 256
 
 
 def read_wave(path: Path) -> Recorded:
-    """Read a sound file."""
+    """Read a sound file, its channels as shares of full scale, because the file states no other unit."""
     check_file(path)
     raw = path.read_bytes()
     order = "<" if raw[:4] == b"RIFF" else ">"

@@ -60,6 +60,7 @@ def save_csv(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
     """Write a Trace as CSV: one file over time, another over frequency; of a sweep, one row for each case.
 
     One column per layer, two for complex numbers; each number has the digits that restore the float exactly.
+    A Trace with records of a sweep is refused.
     """
     stored = prepared(trace, path)
     files = csv_files(stored.sizes, path)

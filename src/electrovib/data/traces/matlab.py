@@ -40,7 +40,7 @@ def save_mat(trace: xarray.Dataset, path: Path, *, force: bool = False) -> list[
 
     Names become MATLAB names (``drive.rise`` is ``drive_rise``). Beside the signals the file has the structs
     ``units`` and ``dimensions`` with a text per variable, and the JSON text ``trace_json`` with everything
-    else, such as ``jsondecode(trace_json).attributes.scenario``.
+    else, such as ``jsondecode(trace_json).attributes.scenario``. A variable holds at most 4 GB.
     """
     import scipy.io
 
@@ -90,10 +90,7 @@ def matlab_names(names: Iterable[str]) -> dict[str, str]:
 
 
 def load_mat(path: Path) -> xarray.Dataset:
-    """Read a Trace from a MATLAB file.
-
-    The checksums of compressed variables are verified.
-    """
+    """Read a Trace from a MATLAB file, also one that MATLAB has saved again; checksums of variables are verified."""
     text = read_variables(path, ["trace_json"]).get("trace_json", "{}")
     try:
         about = json.loads(text) if isinstance(text, str) else {}

@@ -89,7 +89,6 @@ def load_nc(path: Path) -> xarray.Dataset:
 
 
 def _as_saved(loaded: xarray.Dataset) -> xarray.Dataset:
-    """Restore attributes that were stored as variables."""
     trace = loaded.drop_encoding()
     trace.attrs.pop(WRITTEN_BY, None)
     for name, variable in list(trace.variables.items()):

@@ -20,7 +20,14 @@ def space_tables(
     *,
     between: Mapping[str, float] | None = None,
 ) -> dict[str, dict[str, object]]:
-    """Write estimates as tables of distributions, as `electrovib.scenario.space.read_space` reads them."""
+    """Write estimates as tables of distributions, as `electrovib.scenario.space.read_space` reads them.
+
+    `paths` maps the name of a row to the path of its parameter, other rows are omitted; `between` is the
+    standard deviation of a parameter between sessions, added to that of its mean. A symmetric interval gives
+    a normal distribution; one from a profile with two ends above 0 a log-normal one, with the median at the
+    estimate and the same 95 % interval. Parameters that the data do not determine, or of a model that does
+    not describe them, are omitted.
+    """
     found: dict[str, dict[str, object]] = {}
     for row in rows:
         if row.name not in paths or not row.method or row.state in {"not", MISFIT}:
@@ -50,7 +57,11 @@ def omitted_from_space(
 
 
 def space_correlations(found: ScenarioFit, tables: Collection[str]) -> dict[tuple[str, str], float]:
-    """Return the correlation matrix of the estimates in a space, pair by pair."""
+    """Return the correlation coefficients of the estimates in a space, pair by pair in the order of the unknowns.
+
+    To first order they hold for the logarithms too. A parameter that varies between sessions, is not
+    determined or lies on a bound has none.
+    """
     names = list(found.estimate.values)
     matrix = found.correlation
     shared = [

@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 
 
 def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list[str]]:
-    """Collect the signals of a recording over one axis.
-
-    Returns `stamps` (n,) [s or Hz].
-    """
+    """Return which signals are over one axis, all values of that axis, increasing [s or Hz], and the names of the signals."""
     there = [number for number, each in enumerate(columns) if each.axis == axis]
     stamps = [columns[number].x for number in there]
     same = all(each is stamps[0] or np.array_equal(each, stamps[0]) for each in stamps[1:])
@@ -35,7 +32,7 @@ def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list
 
 
 def over_time(prepared: Prepared, columns: Sequence[Observed]) -> Repeated | None:
-    """Prepare the signals of a recording over time."""
+    """Prepare the signals of a recording over time; None where none is over time."""
     if all(each.axis != "time" for each in columns):
         return None
     _, stamps, names = along(columns, "time")
@@ -45,10 +42,7 @@ def over_time(prepared: Prepared, columns: Sequence[Observed]) -> Repeated | Non
 def signals_over_frequency(
     scenario: Scenario, frequency: Real, names: Sequence[str]
 ) -> dict[str, NDArray[Any]]:
-    """Predict signals over frequency, exactly, for the materials as declared.
-
-    `frequency` (n,) [Hz].
-    """
+    """Predict signals over frequency, exactly, for the materials as declared."""
     variables = over_frequency(scenario, phasors(scenario, frequency))
     absent = [name for name in names if name not in variables or variables[name][0] != ("frequency",)]
     if absent:

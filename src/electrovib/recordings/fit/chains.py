@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def chains_of(posterior: Posterior, units: Mapping[str, str]) -> xarray.Dataset:
-    """Return the chains of a posterior distribution with their diagnostics."""
+    """Return the chains of a posterior distribution over ``parameter``, ``step`` and ``chain``, with their diagnostics."""
     import xarray
 
     names = list(posterior.chains)

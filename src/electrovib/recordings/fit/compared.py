@@ -20,17 +20,7 @@ _SOME: Final = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class FitComparison:
-    """Fits of several models to the same data, in the order of their AICc.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Models, the best first.
-    aicc, bic : tuple of float
-        Criteria of each, above those of the best by AICc.
-    sentence : str
-        Which model the data support, and how clearly.
-    """
+    """Fits of several models to the same data, the best first; `aicc` and `bic` are above those of the best by AICc."""
 
     names: tuple[str, ...]
     aicc: tuple[float, ...]

@@ -35,19 +35,7 @@ _MEDIAN: Final = {1: 0.454936, 2: 1.386294}
 
 @dataclass(frozen=True, kw_only=True)
 class Sign:
-    """What one test found.
-
-    Parameters
-    ----------
-    chance : float
-        Probability of as much by noise alone.
-    ratio : float
-        Variance that was found over that of noise [1].
-    subject : str
-        Signal and recording, or parameter, in words.
-    reason : str
-        What was found, in words.
-    """
+    """What one test found, with the probability `chance` and the ratio of the variance to that by noise alone."""
 
     chance: float
     ratio: float
@@ -57,14 +45,10 @@ class Sign:
 
 @dataclass(frozen=True, kw_only=True)
 class Components:
-    """Residuals of one signal of one recording over their noise, by components of a discrete cosine transform.
+    """Residuals of one signal over their noise, by components of a discrete cosine transform.
 
-    Parameters
-    ----------
-    of : Residuals
-        The residuals.
-    sloped : ndarray, shape (n, unknowns)
-        Orthonormal basis of what the unknowns change, over all data of the fit; only the rows of this signal.
+    `sloped` (n, unknowns) is an orthonormal basis of what the unknowns change, over all data; only the rows
+    of this signal.
     """
 
     of: Residuals

@@ -22,12 +22,12 @@ BIASED: Final = 0.05
 def curvature_bias(
     problem: WeightedProblem, values: Mapping[str, float], names: Sequence[str], covariance: Real
 ) -> dict[str, float]:
-    """Compute the bias of estimates from the curvature of the predictions.
+    """Compute the bias over standard deviation of estimates from the curvature of the predictions.
 
-    `covariance` (names, names).
-
-    To second order the bias is the solution b of J b = -d/2 by least squares, with J the derivatives and d the sum of the
-    second differences of the predictions along the columns of the Cholesky factor of the covariance (Box 1971).
+    To second order the bias is the solution b of J b = -d/2 by least squares, with J the derivatives and d
+    the sum of the second differences of the predictions along the columns of the Cholesky factor of the
+    covariance (Box 1971). It is infinite where the models refuse values one standard deviation away. A
+    representative part of the samples suffices.
     """
     deviations = np.sqrt(np.diag(covariance))
     scaled = covariance / np.outer(deviations, deviations)

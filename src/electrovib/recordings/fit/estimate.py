@@ -18,7 +18,11 @@ LEAST_DETERMINED: Final = 1e-13
 
 
 def aicc(deviance: float, *, counted: int, data: int) -> float:
-    """Compute Akaike's criterion with the correction for few data."""
+    """Compute Akaike's criterion with the correction for few data; infinite where `data` is at most `counted` + 1.
+
+    `deviance` is minus twice the logarithm of the largest likelihood; `counted` parameters include the
+    noises.
+    """
     left = data - counted - 1
     return deviance + 2 * counted + 2 * counted * (counted + 1) / left if left > 0 else math.inf
 
@@ -32,28 +36,14 @@ def bic(deviance: float, *, counted: int, data: int) -> float:
 class LeastSquaresEstimate:
     """Parameters at the least sum of squares.
 
-    Parameters
-    ----------
-    values : mapping of str to float
-        Each parameter in its unit.
-    covariance : ndarray, shape (parameters, parameters), or None
-        In the order of `values`, in their units; None where the data do not determine them.
-    why_no_covariance : str
-        Reason where there is none; else empty.
-    sum_of_squares : float
-        Of the residuals, dimensionless where the noise is known.
-    count : int
-        Number of residuals.
-    noise_is_known : bool
-        Whether the covariance follows from a stated noise; else from the scatter of the residuals.
-    on_bound : mapping of str to str
-        Parameters that ended on a bound, and on which.
-    evaluations : int
-        How often the model was evaluated.
-    converged : bool
-        Whether the search ended by itself.
-    stalled : bool
-        Whether it was ended because further steps along a combination that the data do not determine had no effect.
+    - `covariance`: in the order of `values`, in their units; None where the data do not determine them, with
+      the reason in `why_no_covariance`.
+    - `sum_of_squares`: dimensionless where the noise is known.
+    - `noise_is_known`: whether the covariance follows from a stated noise; else from the scatter of the
+      `count` residuals.
+    - `on_bound`: parameters that ended on a bound, and on which.
+    - `converged`: whether the search ended by itself; `stalled` whether it was ended because further steps
+      along a combination that the data do not determine had no effect.
     """
 
     values: Mapping[str, float]
@@ -123,7 +113,7 @@ class LeastSquaresEstimate:
         )
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
-        """Interval of one parameter from its standard deviation and Student's t."""
+        """Interval of one parameter from its standard deviation and Student's t; NaN where there is no standard deviation."""
         half = self.quantile(level) * self.standard_deviations[name]
         return self.values[name] - half, self.values[name] + half
 
@@ -139,10 +129,7 @@ def estimate_at(
     converged: bool,
     stalled: bool = False,
 ) -> LeastSquaresEstimate:
-    """Judge the parameters at which a search has ended.
-
-    `residual` (n,), `derivatives` (n, parameters).
-    """
+    """Judge the parameters at which a search has ended; those on a bound have variance 0."""
     inside = [at for at, name in enumerate(values) if name not in on_bound]
     squares = float(residual @ residual)
     left = residual.size - len(values)

@@ -35,10 +35,11 @@ def fit_function(
 ) -> LeastSquaresEstimate:
     """Fit the parameters of a function to data by least squares.
 
-    `x` (n,), `y` (n,), `noise` ().
-
-    Derivative by an imaginary step h: df/dp = Im f(p + i h)/h, which takes no difference and loses no digit
-    (Squire and Trapp 1998).
+    `function(x, **parameters)` is real or complex, shape (n,); `start` holds initial values, or values with
+    bounds; `noise` is the standard deviation of the data, of each part where they are complex, without which
+    the scatter of the residuals is taken. Without `derivatives`, shape (n, parameters), those by an imaginary
+    step h are taken, df/dp = Im f(p + i h)/h, which lose no digit (Squire and Trapp 1998), if the function is
+    real, analytic and written with numpy; else differences.
     """
     points, data = np.asarray(x, dtype=float), np.asarray(y)
     deviation = np.broadcast_to(1.0 if noise is None else np.asarray(noise, dtype=float), data.shape)

@@ -35,12 +35,8 @@ _TRADES: Final = 1.25
 class UndeterminedCombination:
     """A product of powers of parameters that the data do not determine.
 
-    Parameters
-    ----------
-    exponents : mapping of str to float
-        Parameter to its exponent, the largest 1; other parameters do not take part.
-    deviation : float
-        Standard deviation of the logarithm of the product; infinite where the data do not depend on it.
+    The largest of the `exponents` is 1. `deviation` is the standard deviation of the logarithm of the
+    product; infinite where the data do not depend on it.
     """
 
     exponents: Mapping[str, float]
@@ -72,16 +68,10 @@ class UndeterminedCombination:
 
 @dataclass(frozen=True, kw_only=True)
 class Identifiability:
-    """How well the data determine each parameter.
+    """How well the data determine each parameter: ``"well"``, ``"weakly"`` or ``"not"``.
 
-    Parameters
-    ----------
-    states : mapping of str to str
-        Parameter to ``"well"``, ``"weakly"`` or ``"not"`` determined.
-    undetermined : tuple of UndeterminedCombination
-        The worst first.
-    covariance : ndarray, shape (parameters, parameters)
-        In the units of the parameters; infinite variance and NaN covariances for those that are not determined.
+    `undetermined` begins with the worst combination. `covariance` is in the units of the parameters, with
+    infinite variance and NaN covariances for those that are not determined.
     """
 
     states: Mapping[str, str]
@@ -94,14 +84,14 @@ def identifiability(
 ) -> Identifiability:
     """Judge which parameters the data determine.
 
-    `derivatives` (n, parameters).
-
-    With the derivatives J after the logarithms of the parameters, J = U S V', each column v of V is a combination
-    sum(v_i ln p_i) with the standard deviation 1/s. A combination with 1/s above 1 is not determined. A parameter is not
-    determined if it is a member of such a combination; else it is well determined if the standard deviation of its logarithm
-    is at most 0.1, and weakly determined otherwise. A parameter estimated as 0 has no logarithm and is judged by the
-    standard deviation alone. A zero is not determined where the parameters that are not determined make its standard
-    deviation more than ten times larger than if they were known.
+    `derivatives` (n, parameters) are those of the residuals over their standard deviation; `zeros` are
+    parameters without a natural scale. With the derivatives J after the logarithms of the parameters, J = U S
+    V', each column v of V is a combination sum(v_i ln p_i) with the standard deviation 1/s. A combination
+    with 1/s above 1 is not determined. A parameter is not determined if it is a member of such a combination;
+    else it is well determined if the standard deviation of its logarithm is at most 0.1, and weakly
+    determined otherwise. A parameter estimated as 0 has no logarithm and is judged by the standard deviation
+    alone. A zero is not determined where the parameters that are not determined make its standard deviation
+    more than ten times larger than if they were known.
     """
     names = list(values)
     judged = [at for at, name in enumerate(names) if name not in zeros]
@@ -142,10 +132,7 @@ def identifiability(
 
 
 def trades(derivatives: Real, at: int, bound: int) -> bool:
-    """State whether a parameter trades with one on its bound.
-
-    `derivatives` (n, parameters).
-    """
+    """State whether a parameter would have a standard deviation more than a quarter larger if one on its bound were free."""
     norms = np.linalg.norm(derivatives, axis=0)
     return bool(norms[bound]) and _is_lost(
         derivatives / np.where(norms, norms, 1.0), at, [bound], factor=_TRADES

@@ -30,22 +30,7 @@ _AT_BOUND: Final = 1e-9  # relative to the bound or the initial value
 
 @dataclass(frozen=True, kw_only=True)
 class FreeParameter:
-    """One parameter of a fit, with where the search begins and where it may go.
-
-    Parameters
-    ----------
-    start : float
-        Initial value, in the parameter's unit, between the bounds.
-    lower, upper : float
-        Bounds, in the same unit; infinite by default.
-    logarithmic : bool
-        Whether the search uses the logarithm of the value, as a positive parameter that may change by decades needs.
-
-    Raises
-    ------
-    InputError
-        If the start is outside the bounds, or not positive where the search is logarithmic.
-    """
+    """One parameter of a fit, with its bounds; a `logarithmic` search suits one that may change by decades."""
 
     start: float
     lower: float = -math.inf
@@ -94,7 +79,14 @@ def least_squares(
     judged: bool = True,
     stall: Stall | None = None,
 ) -> LeastSquaresEstimate:
-    """Minimise the sum of squares of a weighted residual."""
+    """Minimise the sum of squares of a weighted residual.
+
+    `residual` takes values by name and gives shape (n,), in units of the standard deviation if
+    `noise_is_known`; `derivatives` gives (n, parameters), and `final_derivatives` those for the covariance,
+    which is computed if `judged`. The search ends at the relative change `converged` of the sum of squares
+    and of the parameters, after `most_evaluations`, or by `stall`. Fewer residuals than parameters, and
+    residuals that are not finite at the start, are refused.
+    """
     begin = {name: each.start for name, each in free.items()}
     first = np.asarray(residual(begin), dtype=float)
     if first.size < len(free):

@@ -33,26 +33,16 @@ AXES: Final = ("time", "frequency")
 class MeasuredTrace:
     """One recording of an experiment, with what a fit has to know beside its numbers.
 
-    Parameters
-    ----------
-    trace : xarray.Dataset
-        A Trace: signals over ``time`` or over ``frequency``.
-    name : str
-        Name in tables and messages, the file's for instance.
-    changes : mapping of str to value
-        Settings under which it was recorded and in which it differs from the scenario, by dotted path.
-    noise : mapping of str to float
-        Standard deviation of a signal in its unit, of each part where it is complex, or over its modulus where it is among
-        `proportional`; what is absent is estimated from the scatter of the residuals.
-    proportional : collection of str
-        Signals whose noise is proportional to their modulus, as an impedance analyser's is.
-    offsets : collection of str
-        Signals whose zero is unknown: a constant is fitted to each.
-    session : str
-        Day, finger or mounting to which the recording belongs; parameters may vary between sessions.
-    calibration : mapping of str to CalibrationError
-        Signal to its systematic error; by default that which an import with a calibration wrote into the attributes of the
-        signal, see `CalibrationError.attributes`.
+    - `trace`: signals over ``time`` or over ``frequency``.
+    - `changes`: settings under which it was recorded and in which it differs from the scenario, by dotted
+      path.
+    - `noise`: standard deviation of a signal in its unit, of each part where it is complex, or over its
+      modulus where it is among `proportional`; what is absent is estimated from the scatter of the residuals.
+    - `proportional`: signals whose noise is proportional to their modulus, as an impedance analyser's is.
+    - `offsets`: signals whose zero is unknown; a constant is fitted to each.
+    - `session`: day, finger or mounting to which the recording belongs; parameters may vary between sessions.
+    - `calibration`: systematic errors, by default those of an import with a calibration, see
+      `CalibrationError.attributes`.
     """
 
     trace: xarray.Dataset
@@ -75,26 +65,12 @@ class MeasuredTrace:
 class Observed:
     """One signal of one recording.
 
-    Parameters
-    ----------
-    signal : str
-        Name in the nomenclature.
-    axis : str
-        ``"time"`` or ``"frequency"``.
-    x : ndarray, shape (n,)
-        s or Hz, increasing.
-    y : ndarray, shape (n,)
-        Real or complex, in the signal's unit.
-    noise : float or None
-        Standard deviation over `scale`; None where it is not stated.
-    scale : ndarray, shape (n,)
-        What the noise is proportional to: 1 in the signal's unit, or the modulus of the data.
-    offset : bool
-        Whether its zero is unknown.
-    resolution : float
-        Step to which a real signal was rounded, in its unit; 0 where none is found in its values.
-    noise_alone : float or None
-        Standard deviation over `scale` as stated; `noise` includes that of rounding where the resolution is larger.
+    - `x`: times or frequencies, increasing [s or Hz]; `y`: real or complex, in the signal's unit.
+    - `noise`: standard deviation over `scale`; None where it is not stated. `noise_alone` is that stated,
+      without the rounding that `noise` includes where the resolution is larger.
+    - `scale`: what the noise is proportional to: 1 in the signal's unit, or the modulus of the data.
+    - `offset`: whether its zero is unknown.
+    - `resolution`: step to which a real signal was rounded; 0 where none is found in its values.
     """
 
     signal: str
@@ -119,7 +95,7 @@ class Observed:
 
 
 def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> tuple[Observed, ...]:
-    """Collect the signals of a recording that a scenario predicts."""
+    """Collect the signals of a recording that a scenario predicts; samples that are no number are omitted."""
     trace = measured.trace
     offered = {
         str(name): str(variable.dims[0])

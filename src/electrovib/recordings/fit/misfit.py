@@ -32,20 +32,11 @@ _VANISHES: Final = 1e-6
 class Misfit:
     """What of the residuals of a fit noise does not explain.
 
-    Parameters
-    ----------
-    reasons : tuple of str
-        Why the model does not describe the recordings, the clearest first; empty where it does.
-    inflation : float
-        Variances of the estimates over those by independent noise [1], 1 or more.
-    independent : float
-        Number of independent residuals to which the slow components of all residuals correspond.
-    computed : bool
-        Whether all residuals are those of rounding, so that the data were computed by this model.
-    between : mapping of str to BetweenSessions
-        Parameter to how it differs between recordings by more than noise explains.
-    recordings : int
-        Their number.
+    - `reasons`: why the model does not describe the recordings, the clearest first; empty where it does.
+    - `inflation`: variances of the estimates over those by independent noise, 1 or more.
+    - `independent`: number of independent residuals to which the slow components of all residuals correspond.
+    - `computed`: whether all residuals are those of rounding, so that the data were computed by this model.
+    - `between`: how parameters differ between recordings by more than noise explains.
     """
 
     reasons: tuple[str, ...]
@@ -86,7 +77,7 @@ class Misfit:
 def misfit_of(
     problem: WeightedProblem, values: Mapping[str, float], residuals: Sequence[Residuals]
 ) -> Misfit:
-    """Test whether the residuals of a fit are noise.
+    """Test whether the residuals of a fit are noise; the right model has a reason against it in about 3 of 1000 fits.
 
     The residuals of each signal are decomposed by a discrete cosine transform in the order of its samples.
     Noise, also where it is correlated over up to about a hundredth of the record, gives neighbouring
@@ -132,7 +123,6 @@ def _basis(columns: Real) -> Real:
 
 
 def _parts(slopes: Real, residuals: Sequence[Residuals]) -> list[Components]:
-    """Decompose the residuals of each signal."""
     basis, at, found = _basis(slopes), 0, []
     for each in residuals:
         size = each.observed.x.size * each.observed.parts

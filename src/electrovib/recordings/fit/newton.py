@@ -13,10 +13,7 @@ if TYPE_CHECKING:
 
 
 def newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
-    """Compute the Gauss-Newton step of a least-squares problem.
-
-    `derivatives` (n, unknowns), `residual` (n,); returns `step` (unknowns,), `deviations` (unknowns,).
-    """
+    """Compute the Gauss-Newton step, NaN where it is not determined, and the deviations for residuals of variance 1."""
     scale = np.linalg.norm(derivatives, axis=0)
     count = len(scale)
     if not np.isfinite(scale).all() or not scale.all():

@@ -49,11 +49,14 @@ def fit_scenario(
 ) -> ScenarioFit:
     """Estimate parameters of a scenario from recordings.
 
-    Weighted least squares. Noise that is not stated is estimated for each signal of each recording from its
-    residuals, in turn with the parameters, until it changes by less than 0.1 %: the estimate of largest
-    likelihood, with the degrees of freedom that the parameters take shared among the signals by their number
-    of data. Combinations that the data do not determine are named, and their parameters have no interval: see
-    `identifiability`.
+    Weighted least squares. The search begins at the values of the scenario, or at `start`, in SI; the bounds
+    of the `free` parameters are those that the models declare, and `varying` ones differ between the sessions
+    of the recordings. `keep` names the parts (``"drive"``, ``"load"``, ``"motion"``) that are taken from the
+    scenario although a recording holds them. Noise that is not stated is estimated for each signal of each
+    recording from its residuals, in turn with the parameters, until it changes by less than 0.1 %: the
+    estimate of largest likelihood, with the degrees of freedom that the parameters take shared among the
+    signals by their number of data. Combinations that the data do not determine are named, and their
+    parameters have no interval: see `identifiability`.
     """
     measured = _measured(recordings)
     if not free:
@@ -144,7 +147,6 @@ def _judged(
 def _means(
     estimate: LeastSquaresEstimate, prediction: Prediction, varying: Sequence[str]
 ) -> dict[str, BetweenSessions]:
-    """Summarise the parameters that vary between sessions."""
     return {
         path: between_sessions(
             estimate, {each.session: each.name for each in prediction.unknowns if each.path == path}

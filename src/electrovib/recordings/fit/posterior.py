@@ -30,26 +30,12 @@ _START: Final = 0.5
 class Posterior:
     """Samples of the posterior distribution of the parameters.
 
-    Parameters
-    ----------
-    samples : mapping of str to ndarray, shape (n,)
-        Unknown to its values in SI, after burn-in and thinned by half the autocorrelation time.
-    chains : mapping of str to ndarray, shape (steps, walkers)
-        Unknown to its values in SI along each whole chain, burn-in included.
-    log_density : ndarray, shape (steps, walkers)
-        Logarithm of the posterior density along each chain, up to a constant.
-    burn_in : int
-        Steps at the beginning of each chain that the samples omit.
-    autocorrelation_time : mapping of str to float
-        Integrated autocorrelation time of the chains, in steps.
-    acceptance : float
-        Share of accepted proposals.
-    steps : int
-        Length of each chain.
-    seed : int
-        Of the random numbers.
-    problems : tuple of str
-        Why the samples may not represent the distribution; empty where the diagnostics raise no objection.
+    - `samples`: values in SI, shape (n,), after burn-in and thinned by half the autocorrelation time.
+    - `chains`, `log_density`: values in SI, and logarithm of the posterior density up to a constant, along
+      each whole chain, shape (steps, walkers), burn-in included.
+    - `autocorrelation_time`: integrated, in steps.
+    - `problems`: why the samples may not represent the distribution; empty where the diagnostics raise no
+      objection.
     """
 
     samples: Mapping[str, Real]
@@ -76,11 +62,11 @@ def sample_posterior(
     walkers: int | None = None,
     progress: Callable[[int, int], bool | None] | None = None,
 ) -> Posterior:
-    """Sample the posterior distribution of the unknowns of a fit.
+    """Sample the posterior distribution of the unknowns of a fit, whose noise is taken as known.
 
-    Gaussian likelihood with the noise of the fit. The prior is uniform between the bounds of a parameter; for
-    a parameter that is searched by its logarithm it is uniform in the logarithm, within a factor of 1e6 of
-    the estimate. Half of each chain is burn-in.
+    Gaussian likelihood. The prior is uniform between the bounds of a parameter; for a parameter that is
+    searched by its logarithm it is uniform in the logarithm, within a factor of 1e6 of the estimate. Half of
+    each chain is burn-in. The chains are as `Sampling` describes them.
     """
     emcee = require_emcee()
     Sampling(seed=seed, steps=steps)

@@ -23,19 +23,7 @@ _FEWEST: Final = 3
 
 @dataclass(frozen=True, kw_only=True)
 class SessionLaw:
-    """The law of one session, with the noise of its own points.
-
-    Parameters
-    ----------
-    exponent, standard_error : float
-        Dimensionless.
-    factor : float
-        y at x = 1, in the unit of y.
-    scatter : float
-        Standard deviation of ln y about the law.
-    degrees_of_freedom : int
-        Points less 2.
-    """
+    """The law of one session, with `factor` at x = 1 and the standard deviation `scatter` of ln y about the law."""
 
     exponent: float
     standard_error: float
@@ -48,16 +36,8 @@ class SessionLaw:
 class PowerLawFit:
     """A power law y = c_s x^(n + d_s) whose factor and exponent differ between sessions s.
 
-    Parameters
-    ----------
-    exponent, standard_error : float
-        n, the mean of the population of sessions, dimensionless.
-    lower, upper : float
-        95 % interval of the exponent.
-    sessions : dict of str to SessionLaw
-        Of each session.
-    between : RandomEffects or None
-        Spread of the exponent between sessions beyond the noise of each; None with one session.
+    `exponent` is n, the mean of the population of sessions, with its 95 % interval; `between` is the spread
+    of the exponent between sessions beyond the noise of each, None with one session.
     """
 
     exponent: float

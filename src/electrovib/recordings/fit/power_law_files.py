@@ -33,10 +33,7 @@ def read_points(
     delimiter: str | None = None,
     decimal_comma: bool | None = None,
 ) -> tuple[Real, Real, list[str]]:
-    """Read the points of a power law from tables.
-
-    Returns `x` (n,), `y` (n,).
-    """
+    """Read x, y, both in SI, and the session, by default the file, of each point of a power law from tables."""
     problems = [f"{path}: is given twice; omit one" for path in dict.fromkeys(files) if files.count(path) > 1]
     if x == y:
         problems.append(f"x, y: both are the column {x!r}; a power law relates two")
@@ -73,7 +70,7 @@ def _in_si(column: DataColumn) -> Real:
 
 
 def power_law_csv(law: PowerLawFit) -> str:
-    """Write a power law as CSV: a row for each session, then the mean over sessions with its interval."""
+    """Write a power law as CSV, in SI: a row for each session, then the mean over sessions with its interval."""
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n# {law.sentence}\n")
     writer = csv.writer(text, lineterminator="\n")

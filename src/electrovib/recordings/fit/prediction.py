@@ -34,16 +34,9 @@ _DECADES: Final = 100.0
 class Unknown:
     """One number that a fit looks for.
 
-    Parameters
-    ----------
-    name : str
-        In tables: the dotted path, with the session where it varies between sessions.
-    path : str
-        Dotted path; of an offset, the signal.
-    session : str
-        Session to which it belongs, empty if all share it.
-    record, column : int
-        Of an offset: the recording and the signal of it; else -1.
+    `name` is the dotted path with the session where it varies; `path` that of a parameter, or the signal of
+    an offset; `session` is empty if all share it. `record` and `column` are the recording and the signal of
+    an offset; else -1.
     """
 
     name: str
@@ -59,28 +52,7 @@ class Unknown:
 
 
 class Prediction:
-    """The predictions for several recordings as a function of the unknown numbers.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        What all recordings share.
-    measured : sequence of MeasuredTrace
-        The recordings.
-    free : sequence of str
-        Dotted paths of the unknown parameters.
-    varying : sequence of str
-        Those of them that differ between sessions.
-    signals : sequence of str, optional
-        Only these signals.
-    start : mapping of str to float, optional
-        Initial values by path, in SI; by default those of the scenario.
-
-    Raises
-    ------
-    InputError
-        Every path that does not exist, and recordings that the scenario does not predict.
-    """
+    """The predictions for several recordings as a function of the unknown numbers, which begin at `start` or the scenario."""
 
     def __init__(
         self,
@@ -155,7 +127,7 @@ class Prediction:
         )
 
     def point(self, record: int, values: Mapping[str, float]) -> dict[str, float]:
-        """Parameters of the scenario of one recording."""
+        """Parameters of the scenario of one recording, by dotted path in SI."""
         session = self.measured[record].session
         return {
             each.path: values[each.name]
@@ -164,10 +136,7 @@ class Prediction:
         }
 
     def __call__(self, values: Mapping[str, float]) -> Real:
-        """Predict all data.
-
-        Returns `prediction` (n,).
-        """
+        """Predict all data, in the order of `data`."""
         rows = []
         for at in range(len(self.measured)):
             shift = {each.column: values[each.name] for each in self.unknowns if each.record == at}
@@ -178,7 +147,7 @@ class Prediction:
         return np.concatenate(rows)
 
     def rescale(self, values: Mapping[str, float]) -> float:
-        """Take the scale of a noise that is proportional to a signal from its prediction, and return the largest relative change.
+        """Take the scale of a noise that is proportional to a signal from its prediction; return the largest relative change.
 
         A scale from the data would be correlated with their noise, and bias the estimates.
         """
@@ -215,10 +184,7 @@ class Prediction:
         return tuple(found[number] for number in range(len(columns)))
 
     def derivatives(self, values: Mapping[str, float], *, names: Sequence[str] | None = None) -> Real:
-        """Differentiate all predictions after the unknowns.
-
-        Returns `derivatives` (n, unknowns).
-        """
+        """Differentiate all predictions after the unknowns, shape (n, unknowns), in the order of `unknowns`."""
         wanted = [each for each in self.unknowns if names is None or each.name in names]
         key = (tuple(values.items()), tuple(each.name for each in wanted))
         if self._last is not None and self._last[0] == key:
@@ -238,18 +204,12 @@ class Prediction:
         return found
 
     def alone(self, values: Mapping[str, float], rows: NDArray[np.bool_]) -> Real:
-        """Return some of the predictions without unknown zeros.
-
-        `rows` (n,); returns `prediction` (rows,).
-        """
+        """Return the predictions of the data `rows` without unknown zeros."""
         zeros = {each.name: 0.0 for each in self.unknowns if each.is_offset}
         return self(dict(values) | zeros)[rows]
 
     def linear_rows(self, unknown: Unknown) -> NDArray[np.bool_] | None:
-        """Return the data that are linear in an unknown, where all others are independent of it.
-
-        Returns `rows` (n,).
-        """
+        """Return the data that are linear in an unknown, where all others are independent of it; None if there are none."""
         if unknown.name not in self._linear:
             self._linear[unknown.name] = (
                 self._rows(unknown) if unknown.is_offset else self._proportional_rows(unknown)

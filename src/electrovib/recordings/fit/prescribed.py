@@ -37,11 +37,13 @@ _CORNERS: Final = (200, 2000)  # of a recorded load or motion, at most; beside a
 def as_recorded(
     scenario: Scenario, measured: Sequence[MeasuredTrace], free: Sequence[str], keep: Collection[str] = ()
 ) -> tuple[list[MeasuredTrace], list[str]]:
-    """Let the drive, load and motion of each recording drive the model of it.
+    """Let the drive, load and motion of each recording drive the model of it, except those parts that are in `keep`.
 
     A recording that is, within its noise and 0.5 % of its largest value (2 % of a load or speed), the course
     of the scenario times a constant scales the scenario's formula by that constant. Every other one replaces
-    it, linear between its samples.
+    it, linear between its samples. What differs from the scenario stands in the changes of each recording,
+    and in a sentence with both numbers. A recording that contradicts a setting stated for it, or prescribes a
+    part with a free parameter, is refused.
     """
     if unknown := [part for part in keep if part not in PRESCRIBING.values()]:
         raise InputError(f"keep = {unknown[0]}: expected drive, load or motion")
@@ -122,7 +124,6 @@ def _declared(scenario: Scenario, part: str, time: Real) -> Real:
 
 
 def _noise(values: Real) -> float:
-    """Return the standard deviation of the noise of a recorded signal, in its unit."""
     return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / math.sqrt(20)) if values.size > 8 else 0.0
 
 

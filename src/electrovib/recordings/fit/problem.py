@@ -42,14 +42,8 @@ class CancelledError(ElectrovibError):
 class WeightedProblem:
     """Weighted residuals of a prediction and their derivatives.
 
-    Parameters
-    ----------
-    prediction : Prediction
-        Data and models.
-    noise : sequence of float
-        Standard deviation of each signal of each recording, over the scale of its data.
-    progress : callable, optional
-        Called with the number of evaluations and the sum of squares; a true value ends the fit.
+    `noise` is the standard deviation of each signal of each recording, over the scale of its data. A true
+    value of `progress` ends the fit.
     """
 
     prediction: Prediction
@@ -58,7 +52,6 @@ class WeightedProblem:
     count: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        """Compute the weights of the data."""
         columns = [each for group in self.prediction.columns for each in group]
         self.weights: Real = np.concatenate(
             [
@@ -93,7 +86,7 @@ class WeightedProblem:
         fixed: Mapping[str, float] | None = None,
         converged: float = SEARCHED,
     ) -> LeastSquaresEstimate:
-        """Minimise the sum of squares."""
+        """Minimise the sum of squares over the free unknowns, without covariance if `converged` is above `SEARCHED`."""
         held, names, judged = dict(fixed or {}), tuple(free), converged <= SEARCHED
         separated = Separated(self, free, held)
         if separated.is_useful:
@@ -150,7 +143,12 @@ class WeightedProblem:
         )
 
     def minimum_near(self, free: Mapping[str, FreeParameter], *, known: bool) -> LeastSquaresEstimate:
-        """Minimise the sum of squares from starting values that are close to the minimum, by Gauss-Newton steps."""
+        """Minimise the sum of squares from starting values that are close to the minimum, by Gauss-Newton steps.
+
+        It ends where a further step is less than 1 % of a standard deviation or 1e-7 of the value. Where a
+        step leads to a bound or to a larger sum of squares, or `_MOST_NEAR` steps do not suffice, this is the
+        result of `minimum`.
+        """
         values = {name: each.start for name, each in free.items()}
         left = self.residual(values)
         squares = float(left @ left)
@@ -190,10 +188,7 @@ class WeightedProblem:
         *,
         variance: float = 1.0,
     ) -> float:
-        """Smallest sum of squares with one unknown held at a value.
-
-        The linear unknowns have their best values within their bounds, so that only the others are searched.
-        """
+        """Smallest sum of squares with one unknown held at a value; infinite where the models refuse the value."""
         others = {each: free[each].starting_at(at[each]) for each in free if each != name}
         separated = Separated(self, others, {name: value}, within_bounds=True)
         try:

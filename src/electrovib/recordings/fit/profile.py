@@ -19,15 +19,9 @@ _ACCURACY: Final = 1e-3
 class ProfileInterval:
     """Interval of one parameter from its profile.
 
-    Parameters
-    ----------
-    lower, upper : float
-        Ends in the parameter's unit; where the data exclude no value, the bound of the parameter, or the last value for which
-        there is a prediction.
-    open_below, open_above : bool
-        Whether the end is such a value.
-    evaluations : int
-        Fits of the other parameters.
+    Where the data exclude no value, and `open_below` or `open_above` says so, an end is the bound of the
+    parameter, or the last value for which there is a prediction. `evaluations` counts fits of the other
+    parameters.
     """
 
     lower: float
@@ -46,7 +40,12 @@ def profile_interval(
     allowed: float,
     logarithmic: bool = False,
 ) -> ProfileInterval:
-    """Find where the smallest sum of squares at a fixed value of one parameter has risen by an allowed amount."""
+    """Find where the smallest sum of squares at a fixed value of one parameter has risen by an allowed amount.
+
+    `rise` maps a value to the rise above the minimum over the variance of the residuals, infinite where no
+    prediction exists; `allowed` is the quantile of chi-squared, or of F, for one parameter. The search begins
+    with `deviation`, not finite or 0 where none is known, and goes outwards by factors if `logarithmic`.
+    """
     count = 0
 
     def height(value: float) -> float:

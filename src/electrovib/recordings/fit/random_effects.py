@@ -24,19 +24,12 @@ _ROUNDING: Final = 1e-12
 class RandomEffects:
     """Values of several groups as a common mean, a deviation of each group, and the noise of each group.
 
-    Parameters
-    ----------
-    mean, standard_error : float
-        Mean of the population of groups, weighted by the spread and the noise together, in the unit of the values.
-    lower, upper : float
-        95 % interval of that mean.
-    between : float
-        Standard deviation between groups beyond their noise, by the estimate of Paule and Mandel.
-    between_lower, between_upper : float
-        95 % interval of that standard deviation; the lower end is 0 where noise alone explains the differences.
-    chi_squared : float
-        Sum of the squared deviations from the mean weighted by the noise alone, over the variances; its expectation without
-        spread is the number of groups less 1.
+    - `mean`: of the population of groups, weighted by the spread and the noise together, with its 95 %
+      interval.
+    - `between`: standard deviation between groups beyond their noise, by the estimate of Paule and Mandel,
+      with its 95 % interval, whose lower end is 0 where noise alone explains the differences.
+    - `chi_squared`: sum of the squared deviations from the mean weighted by the noise alone, over the
+      variances; its expectation without spread is the number of groups less 1.
     """
 
     mean: float
@@ -52,7 +45,7 @@ class RandomEffects:
 def random_effects(
     values: Sequence[float], deviations: Sequence[float], *, freedom: Sequence[float] | None = None
 ) -> RandomEffects:
-    """Estimate the spread between groups, and their mean.
+    """Estimate the spread between groups, and their mean; without `freedom` the errors `deviations` are known.
 
     The spread fulfils Q(spread) = groups - 1 with Q = sum (value - mean)^2 / (spread^2 + error^2), Paule and
     Mandel, J. Res. NBS 87 (1982) 377. Q has the distribution of chi squared with groups - 1 degrees of
@@ -120,7 +113,6 @@ def _spread(values: Real, variances: Real, wanted: Real) -> Real:
 
 
 def _quantile(means: Real, errors: Real, share: float) -> float:
-    """Quantile of a mixture of normal distributions."""
     from scipy.special import ndtr
 
     reach = 10 * errors.max()

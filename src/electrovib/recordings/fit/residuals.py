@@ -17,19 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Residuals:
-    """What is left of one signal of one recording.
-
-    Parameters
-    ----------
-    recording : str
-        Its name.
-    observed : Observed
-        The data.
-    predicted : ndarray, shape (n,)
-        By the scenario with the estimated parameters, in the signal's unit.
-    noise : float
-        Standard deviation over the scale of the data with which it was weighted.
-    """
+    """What is left of one signal of one recording; `noise` is the standard deviation over the scale of the data."""
 
     recording: str
     observed: Observed

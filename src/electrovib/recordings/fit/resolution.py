@@ -17,9 +17,9 @@ _HARMONICS: Final = 64
 
 
 def resolution_of(values: Real) -> float:
-    """Return the step of which all distances between the values of a signal are whole multiples.
+    """Return the smallest step between distinct values of a signal if all their distances are whole multiples of it, else 0.
 
-    `values` (n,).
+    It is 0 too for fewer than 20 samples, or more than half as many distinct values as samples.
     """
     distinct = np.unique(values)
     if values.size < _FEWEST or not 1 < distinct.size <= values.size / 2:
@@ -38,12 +38,11 @@ def resolution_of(values: Real) -> float:
 
 
 def rounding_amplitudes(noise: float, resolution: float) -> Real:
-    """Compute the amplitudes of the mean rounding error as a function of the value that is rounded.
+    """Compute the amplitudes of the mean rounding error as a function of the value that is rounded, harmonics 1 to k.
 
-    Returns `amplitudes` (k,).
-
-    (q/(pi k)) (-1)^k exp(-2 (pi k sigma/q)^2): the Fourier series of the sawtooth, averaged over the noise. From sigma = q/2
-    on it vanishes, and rounding adds an independent error of the variance q^2/12.
+    (q/(pi k)) (-1)^k exp(-2 (pi k sigma/q)^2) with the resolution q and the noise sigma before rounding: the
+    Fourier series of the sawtooth, averaged over the noise (Widrow and Kollar, Quantization Noise, 2008).
+    From sigma = q/2 on it vanishes, and rounding adds an independent error of the variance q^2/12.
     """
     order = np.arange(1, _HARMONICS + 1)
     damped = np.exp(-2 * (np.pi * order * noise / resolution) ** 2)
@@ -51,7 +50,12 @@ def rounding_amplitudes(noise: float, resolution: float) -> Real:
 
 
 def least_noise(scatter: float, coherence: float) -> float:
-    """Return the noise before rounding that the scatter of residuals implies at least."""
+    """Return the noise before rounding, over the step, that the scatter of residuals over the step implies at least.
+
+    At all positions between two steps alike the variance of rounded values is that of the noise plus 1/12;
+    halfway between two steps it is largest, and 1/4 without noise. The share `coherence` of the samples is
+    assumed to be there.
+    """
     from scipy.optimize import brentq
 
     def variance(noise: float) -> float:
@@ -75,9 +79,11 @@ def _variance_halfway(noise: float) -> float:
 
 
 def coherence_of(steps: Real) -> float:
-    """Return how much the rounding errors of a signal are alike.
+    """Return how much the rounding errors of a signal are alike: from 0, spread over many steps evenly, to 1, constant.
 
-    `steps` (n,).
+    It is the mean of the cosine of 2 pi times the distance in steps, over all pairs of samples, or the share
+    of pairs in the same half of a step if that is larger. `steps` is the prediction over the step between
+    recorded values.
     """
     _, counts = np.unique(np.floor(2 * steps), return_counts=True)
     alike = float(np.abs(np.mean(np.exp(2j * np.pi * steps))) ** 2)

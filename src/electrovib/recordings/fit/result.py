@@ -32,37 +32,21 @@ if TYPE_CHECKING:
 class ScenarioFit:
     """Parameters of a scenario, estimated from recordings.
 
-    Parameters
-    ----------
-    estimate : LeastSquaresEstimate
-        Values and covariance of all unknowns; zeros of signals among them.
-    unknowns : tuple of Unknown
-        In the order of the estimate.
-    scenario : Scenario
-        With the estimated parameters; of a parameter that varies between sessions, with the mean of the sessions.
-    sessions : mapping of str to BetweenSessions
-        By path: the spread of each parameter that varies.
-    residuals : tuple of Residuals
-        For each signal of each recording.
-    determined : mapping of str to str
-        Unknown to how the data determine it if the model describes them: ``"well"``, ``"weakly"`` or ``"not"``, or ``"bound"``
-        where the estimate lies on a bound of the parameter. A parameter with a bias above 0.05 standard deviations counts as
-        weakly determined.
-    traded : mapping of str to str
-        Unknown that is not determined because it trades with another one on its bound, to that one.
-    bias : mapping of str to float
-        Unknown to its bias by the curvature of the model, over its standard deviation; absent where it is not determined.
-    undetermined : tuple of UndeterminedCombination
-        Combinations that the data do not determine, the worst first.
-    problem : WeightedProblem
-        The least-squares problem that was solved.
-    rounding : Rounding or None
-        Errors of the estimates by the resolution of the recordings; None where rounding errors are independent of each other
-        like noise, and are part of it.
-    misfit : Misfit
-        What of the residuals noise does not explain.
-    prescribed : tuple of str
-        Drive, load or motion that was taken from a recording because it differs from the scenario's, with both numbers.
+    - `estimate`: values and covariance of all unknowns, in the order of `unknowns`; zeros of signals among
+      them.
+    - `scenario`: with the estimated parameters; of one that varies between `sessions`, with the mean.
+    - `determined`: how the data determine each unknown if the model describes them: ``"well"``, ``"weakly"``
+      or ``"not"``, or ``"bound"`` where the estimate lies on a bound. With a bias above 0.05 standard
+      deviations it counts as weakly determined.
+    - `traded`: unknown that is not determined because it trades with another one on its bound, to that one.
+    - `bias`: bias by the curvature of the model over the standard deviation; absent where it is not
+      determined.
+    - `undetermined`: combinations that the data do not determine, the worst first.
+    - `rounding`: errors of the estimates by the resolution of the recordings; None where rounding errors are
+      independent of each other like noise, and are part of it.
+    - `misfit`: what of the residuals noise does not explain.
+    - `prescribed`: drive, load or motion that was taken from a recording because it differs from the
+      scenario's, with both numbers.
     """
 
     estimate: LeastSquaresEstimate
@@ -137,7 +121,7 @@ class ScenarioFit:
         return ""
 
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
-        """Interval of one unknown from its standard deviation and the rounding of the recordings."""
+        """Interval in SI of one unknown by its standard deviation and by rounding; NaN where the data do not determine it."""
         if self.why_no_interval(name):
             return math.nan, math.nan
         value, free = self.estimate.values[name], self.problem.prediction.free[name]
@@ -155,11 +139,12 @@ class ScenarioFit:
         return self.estimate.standard_deviations[name]
 
     def profile(self, name: str, *, level: float = 0.95) -> ProfileInterval:
-        """Interval of one unknown from the profile of the likelihood.
+        """Interval in SI of one unknown from the profile of the likelihood, which costs about ten fits of the other unknowns.
 
         The ends are where the sum of squares, minimised over all other unknowns, has risen by the quantile of
         F(1, n - p) times its variance, or by that of chi-squared with one degree of freedom where the noise
-        is stated.
+        is stated. It holds where the symmetric interval does not. Rounding of the recordings moves both ends
+        outwards by what it adds to the variance.
         """
         from scipy.stats import chi2
         from scipy.stats import f as fisher

@@ -31,21 +31,7 @@ _NOTHING: Final = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class RoundedSignal:
-    """A signal of which successive samples have rounding errors that are alike.
-
-    Parameters
-    ----------
-    signal : str
-        Name in the nomenclature.
-    recording : str
-        Name of the recording.
-    resolution : float
-        Step between recorded values, in the unit of the signal.
-    noise : float
-        Standard deviation before rounding, in the unit of the signal: as stated, or at least.
-    is_stated : bool
-        Whether the noise was stated.
-    """
+    """A signal of which successive samples have rounding errors that are alike, with the least noise before rounding."""
 
     signal: str
     recording: str
@@ -69,14 +55,9 @@ class RoundedSignal:
 class Rounding:
     """Errors of the estimates by correlated rounding errors, for all positions of the steps relative to the signals.
 
-    Parameters
-    ----------
-    signals : tuple of RoundedSignal
-        Whose rounding errors are correlated.
-    errors : mapping of str to ndarray, shape (positions,)
-        Unknown to its error in SI for equally probable positions of the steps; only those on which rounding has an effect.
-    deviations : mapping of str to float
-        The same unknowns to their standard deviations by errors that are independent from sample to sample, in SI.
+    `errors` maps an unknown on which rounding has an effect to its error in SI for equally probable positions
+    of the steps, shape (positions,); `deviations` maps it to its standard deviation by errors that are
+    independent from sample to sample.
     """
 
     signals: tuple[RoundedSignal, ...]
@@ -88,7 +69,7 @@ class Rounding:
         return math.hypot(self.deviations[name], float(np.sqrt(np.mean(self.errors[name] ** 2))))
 
     def half_width(self, name: str, *, level: float, quantile: float) -> float:
-        """Compute half the width of the interval of an unknown."""
+        """Compute half the width of the interval of an unknown, if all positions of the steps are equally probable."""
         from scipy.optimize import brentq
         from scipy.stats import norm
 
@@ -104,7 +85,7 @@ class Rounding:
         return float(brentq(excess, 0.0, float(np.max(errors)) + 10 * quantile * sigma, xtol=1e-6 * sigma))
 
     def is_coarse(self, name: str, value: float) -> bool:
-        """State whether rounding leaves an unknown weakly determined."""
+        """State whether rounding gives an unknown a standard deviation above a tenth of its estimate."""
         return name in self.errors and self.deviation(name) > WELL * abs(value) > 0
 
     def note(self, name: str) -> str:
@@ -129,15 +110,14 @@ class Rounding:
 def rounding_of(
     residuals: Sequence[Residuals], derivatives: Real, weights: Real, names: Sequence[str]
 ) -> Rounding | None:
-    """Compute the effect of correlated rounding errors on the estimates.
+    """Compute the effect of correlated rounding errors on the estimates; None where none is affected.
 
-    `derivatives` (n, unknowns), `weights` (n,).
-
-    The estimates err by H b with H = (J'WJ)^-1 J'W and the mean rounding error b of each datum, a function of its prediction
-    with the period of one step: `rounding_amplitudes`. How the steps lie relative to the levels of the signal is not known to
-    a fraction of one step, so that all positions are equally probable, independently for levels that differ by a step or
-    more. The variance of the independent part is that of the residuals less that of b, as far as b is visible in the
-    residuals: the share 1 less its coherence.
+    `derivatives` (n, unknowns) are those of the weighted residuals; of `weights` (n,) only the ratios count.
+    The estimates err by H b with H = (J'WJ)^-1 J'W and the mean rounding error b of each datum, a function of
+    its prediction with the period of one step: `rounding_amplitudes`. How the steps lie relative to the
+    levels of the signal is not known to a fraction of one step, so that all positions are equally probable,
+    independently for levels that differ by a step or more. The variance of the independent part is that of
+    the residuals less that of b, as far as b is visible in the residuals: the share 1 less its coherence.
     """
     scale = np.linalg.norm(derivatives, axis=0)
     scale[scale == 0] = 1.0

@@ -21,18 +21,7 @@ FAILED = "failed"
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedFit:
-    """The fit of one recording.
-
-    Parameters
-    ----------
-    record : str
-        Name of the recording.
-    found : ScenarioFit or None
-        The fit; None if there is none.
-    rows : tuple of EstimatedParameter
-        Its table: estimates in SI with 95 % intervals; of a recording that could not be fitted one row for each parameter,
-        without numbers, with the status ``"failed"`` and the reason.
-    """
+    """The fit of one recording; None in `found`, and rows with the status ``"failed"``, if there is none."""
 
     record: str
     found: ScenarioFit | None
@@ -53,19 +42,7 @@ class RecordedFit:
 
 @dataclass(frozen=True, kw_only=True)
 class SeparateFits:
-    """Parameters of a scenario estimated from each of several recordings alone.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The experiment, with the values with which each search began.
-    free : tuple of str
-        Dotted paths of the parameters.
-    fits : tuple of RecordedFit
-        In the order of the recordings.
-    spreads : mapping of str to BetweenSessions
-        Path to the scatter of the parameter within and between the recordings that determine it, where there are at least two.
-    """
+    """Parameters of a scenario estimated from each of several recordings alone, and their spread between these."""
 
     scenario: Scenario
     free: tuple[str, ...]
@@ -96,7 +73,8 @@ class SeparateFits:
     def means(self) -> tuple[EstimatedParameter, ...]:
         """Mean of each parameter over the recordings that determine it, with its interval by Student's t.
 
-        Its systematic error is the mean of theirs: the sensors are the same, and their error does not average out.
+        Its systematic error is the mean of theirs: the sensors are the same, and their error does not average
+        out.
         """
         units = {row.name: row.unit for each in self.fits for row in each.rows}
         found = []
@@ -144,7 +122,7 @@ def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter,
 
 
 def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, BetweenSessions]:
-    """Summarise how parameters differ between recordings that were fitted separately."""
+    """Summarise how parameters differ between the recordings that determine them, at least two, which count alike."""
     found = {}
     for path in free:
         own = {

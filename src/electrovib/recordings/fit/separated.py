@@ -22,23 +22,11 @@ class OutsideBoundsError(ElectrovibError):
 class Separated:
     """A weighted problem as a function of the unknowns that are not linear in it, with the best values of the others.
 
-    Parameters
-    ----------
-    problem : WeightedProblem
-        Predictions and weights.
-    free : mapping of str to FreeParameter
-        Unknowns that are searched.
-    fixed : mapping of str to float
-        Values of all other unknowns, in SI.
-    within_bounds : bool
-        Whether linear unknowns are kept within their bounds; else a best value outside them is an error.
-
-    Notes
-    -----
-    For given values of the other unknowns the best values of the linear ones solve a linear least-squares problem with the
-    columns G. The derivatives of the remaining residual are those of the predictions at these values, less their projection
-    on G (Golub and Pereyra 1973, in the form of Kaufman 1975); columns of unknowns on a bound are omitted from G. The minimum
-    is that of all unknowns together.
+    `fixed` values are in SI. Linear unknowns are kept `within_bounds`; else a best value outside them is an
+    error. For given values of the other unknowns the best values of the linear ones solve a linear
+    least-squares problem with the columns G. The derivatives of the remaining residual are those of the
+    predictions at these values, less their projection on G (Golub and Pereyra 1973, in the form of Kaufman
+    1975); columns of unknowns on a bound are omitted from G. The minimum is that of all unknowns together.
     """
 
     def __init__(
@@ -73,9 +61,10 @@ class Separated:
         return bool(self.linear) and bool(self.others)
 
     def best(self, values: Mapping[str, float]) -> tuple[dict[str, float], Real, Real]:
-        """Compute the best values of the linear unknowns.
+        """Return the best values of the linear unknowns, orthonormal columns of those inside their bounds, and the residual.
 
-        Returns `columns` (n, inside), `residual` (n,).
+        The columns, shape (n, inside), span the weighted derivatives; the residual is NaN where the models
+        refuse the values.
         """
         problem = self._problem
         left = problem.residual(self._fixed | dict(values) | self._reference)

@@ -20,24 +20,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class BetweenSessions:
-    """One parameter over several sessions, or over recordings that were fitted separately.
+    """One parameter over several sessions, or over recordings that were fitted separately, as `group` says.
 
-    Parameters
-    ----------
-    values : mapping of str to float
-        Estimate of each session, in the parameter's unit.
-    mean : float
-        Mean of the sessions, in the parameter's unit.
-    within : float
-        Standard deviation of the estimate of one session by its own noise, root mean square over the sessions.
-    between : float
-        Standard deviation of the parameter between sessions, beyond what the noise of each explains; 0 if that explains it.
-    between_lower, between_upper : float
-        95 % interval of it; NaN where the noise of fewer than two sessions is known.
-    standard_error : float
-        Standard error of the mean, from the scatter of the sessions.
-    group : str
-        What the values belong to: ``"session"`` or ``"recording"``.
+    - `within`: standard deviation of the estimate of one session by its own noise, root mean square over the
+      sessions.
+    - `between`: standard deviation between sessions, beyond what the noise of each explains; 0 if that
+      explains it. Its 95 % interval is NaN where the noise of fewer than two sessions is known.
+    - `standard_error`: of the mean, from the scatter of the sessions.
     """
 
     values: Mapping[str, float]
@@ -88,7 +77,7 @@ def between_sessions(estimate: LeastSquaresEstimate, names: Mapping[str, str]) -
 def spread_of(
     values: Mapping[str, float], deviations: Sequence[float], *, group: str = "session"
 ) -> BetweenSessions:
-    """Summarise separate estimates of one parameter."""
+    """Summarise at least two separate estimates of one parameter, with the spread between them of `random_effects`."""
     found = np.array(list(values.values()))
     scatter = float(np.var(found, ddof=1))
     within = float(np.sqrt(np.mean(np.square(deviations))))

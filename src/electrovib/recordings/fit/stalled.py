@@ -25,12 +25,7 @@ search would reach is no more likely than the present one by a factor of exp(0.0
 class Stall:
     """Judgement, at each accepted step of a search, whether further steps can change the result.
 
-    Parameters
-    ----------
-    variance : float or None
-        Of the weighted residuals, dimensionless; None where their scatter at the present step is taken.
-    zeros : sequence of str
-        Unknowns without a natural scale, as for `identifiability`.
+    `variance` is that of the weighted residuals; None takes their scatter at the present step.
     """
 
     variance: float | None
@@ -40,7 +35,8 @@ class Stall:
     def is_reached(self, values: Mapping[str, float], residual: Real, derivatives: Real) -> bool:
         """Record an accepted step, and state whether the search has stalled there.
 
-        `residual` (n,), `derivatives` (n, unknowns).
+        It has where the last steps together have decreased the sum of squares by less than `GAIN` variances
+        while a combination of the unknowns is not determined.
         """
         squares = float(residual @ residual)
         self._squares.append(squares)

@@ -17,12 +17,13 @@ _VANISHES: Final = 1e-6
 
 
 def systematic_deviations(found: ScenarioFit) -> dict[str, float]:
-    """Compute the standard deviation of each estimate by the calibration errors of the signals.
+    """Compute the standard deviation of each estimate by the calibration errors of the signals; empty where none is stated.
 
     By the derivative of the estimate after gain and zero of each signal, dp = (J'J)^-1 J' W dy with dy = gain
     y + zero, J the weighted derivatives and W the weights. Recordings of a signal with the same stated error
     were made with the same sensor: their error is common to all. The zero of a signal whose offset is fitted
-    has no effect. The error does not average out over samples, recordings or sessions.
+    has no effect. The error does not average out over samples, recordings or sessions. NaN of an unknown that
+    is not determined or lies on a bound.
     """
     sources = _sources(found)
     if not sources:

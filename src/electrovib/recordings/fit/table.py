@@ -25,30 +25,13 @@ NORMAL: Final = 1.959963984540054
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatedParameter:
-    """One row of the table of a fit.
+    """One row of the table of a fit, all numbers in the SI unit `unit`, NaN where there are none, for the reason in `note`.
 
-    Parameters
-    ----------
-    name : str
-        Dotted path, with the session where the parameter varies between sessions.
-    unit : str
-        SI unit of all numbers of the row.
-    value : float
-        Estimate.
-    deviation : float
-        Standard deviation; NaN where there is none.
-    lower, upper : float
-        95 % interval; NaN where there is none.
-    method : str
-        ``"symmetric"``, ``"profile"`` or ``"sessions"``; empty without an interval.
-    state : str
-        As in `ScenarioFit.states`.
-    note : str
-        Why there is no interval, or what limits it.
-    systematic : float
-        Standard deviation by the calibration errors of the signals, in addition to that by noise; NaN where none is stated.
-    low : float
-        Lowest value that the parameter may have, below which no interval reaches.
+    - `name`: dotted path, with the session where the parameter varies between sessions.
+    - `method`: ``"symmetric"``, ``"profile"`` or ``"sessions"``; empty without an interval.
+    - `state`: as in `ScenarioFit.states`.
+    - `systematic`: standard deviation by the calibration errors of the signals, in addition to that by noise.
+    - `low`: lowest value that the parameter may have, below which no interval reaches.
     """
 
     name: str
@@ -76,7 +59,7 @@ class EstimatedParameter:
 
 
 def parameter_table(found: ScenarioFit, *, profiles: bool = True) -> tuple[EstimatedParameter, ...]:
-    """Summarise a fit, one row for each unknown and for the mean of each parameter that varies between sessions."""
+    """Summarise a fit, one row for each unknown, then one for the mean of each parameter that varies between sessions."""
     systematic = systematic_deviations(found)
     rows = [
         dataclasses.replace(

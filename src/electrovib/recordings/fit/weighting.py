@@ -27,7 +27,7 @@ _PRECISION: Final = 1e-9
 def weighted(
     prediction: Prediction, begin: Mapping[str, FreeParameter], progress: Callback | None, *, near: bool
 ) -> tuple[list[float], LeastSquaresEstimate, WeightedProblem]:
-    """Estimate parameters, and in turn with them the noise that is not stated."""
+    """Estimate parameters, and in turn with them the noise, over the scale of its data, that is not stated."""
     columns = [each for group in prediction.columns for each in group]
     stated = [each.noise for each in columns]
     alone = len(columns) == 1 and stated[0] is None

@@ -22,21 +22,7 @@ _MEASURED: Final = "file_sha256"
 
 @dataclass(frozen=True, kw_only=True)
 class SignalResidual:
-    """The residual of one measured signal.
-
-    Parameters
-    ----------
-    name : str
-        Signal of the measurement.
-    predicted_name : str
-        Signal of the prediction.
-    along : str
-        ``"time"`` [s] or ``"frequency"`` [Hz].
-    axis : ndarray, shape (n,)
-        Times or frequencies of the measurement at which both are known.
-    measured, predicted : ndarray, shape (n,)
-        In the SI unit of the signal; the prediction is interpolated linearly. Impedances are complex.
-    """
+    """The residual of one signal at the times or frequencies of the measurement; the prediction is interpolated linearly."""
 
     name: str
     predicted_name: str
@@ -74,7 +60,11 @@ def is_measured(trace: xarray.Dataset) -> bool:
 
 
 def residuals(predicted: xarray.Dataset, measured: xarray.Dataset) -> list[SignalResidual]:
-    """Compare a measurement with a prediction."""
+    """Compare each signal of a measurement with the same one of a prediction, where their axes overlap in two samples.
+
+    A measured force is compared with the force as the tribometer reads it, or with the force itself where
+    none is modelled.
+    """
     found = []
     for name in map(str, measured.data_vars):
         other = name if name in predicted else MEASURED_OF.get(name, name)

@@ -18,18 +18,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class SensorCalibration:
-    """A straight calibration line: value = intercept + sensitivity reading.
+    """A straight calibration line: value = intercept + sensitivity reading, in SI.
 
-    Parameters
-    ----------
-    sensitivity : float
-        In SI of the signal per SI unit of the reading.
-    intercept : float
-        Value at the reading 0, in SI of the signal.
-    covariance : ndarray, shape (2, 2)
-        Covariance of intercept and sensitivity, in that order.
-    residual : float
-        Standard deviation of the values about the line, in SI of the signal.
+    `covariance` is that of intercept and sensitivity, in that order; `residual` the standard deviation of the
+    values about the line.
     """
 
     sensitivity: float
@@ -42,7 +34,7 @@ class SensorCalibration:
         return np.asarray(self.intercept + self.sensitivity * np.asarray(reading, dtype=float))
 
     def standard_uncertainty(self, reading: ArrayLike) -> Real:
-        """Return the standard uncertainty of values by that of the line."""
+        """Return the standard uncertainty of values by that of the line, common to all samples: it does not average out."""
         at = np.asarray(reading, dtype=float)
         (first, both), (_, second) = self.covariance
         variance: Real = np.maximum(first + 2 * both * at + second * at**2, 0.0)
@@ -52,7 +44,8 @@ class SensorCalibration:
         """Return the systematic error of a signal that the line has converted.
 
         With value v = a + b r of the reading r, deviations da and db change v by dz + g v, where g = db / b
-        and dz = da - (a / b) db.
+        and dz = da - (a / b) db. `zero_known` says that a mean or trend of the signal has been subtracted,
+        which removes the error of its zero.
         """
         (first, both), (_, second) = self.covariance
         ratio = self.intercept / self.sensitivity

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def read_calibration(signal: str, path: str | Path) -> SensorCalibration:
-    """Fit the calibration line of a sensor to a file of readings at known values."""
+    """Fit the calibration line of a sensor to a table of readings with their unit and known values, in this order."""
     place = Path(path)
     note_input(place)
     recorded = read_recorded(place)

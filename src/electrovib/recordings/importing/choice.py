@@ -50,7 +50,7 @@ def _remedy(name: str, allowed: Collection[str]) -> str:
 
 
 def column_of(recorded: Recorded, stated: str, *, option: str) -> DataColumn:
-    """Find a column by its heading, with or without its unit, or by its number."""
+    """Find a column by its heading, with or without its unit, or by its number from 0: ``"Ch2"``, ``"Ch2 (N)"``, ``"2"``."""
     by_name = {each.name: each for each in recorded.channels}
     if stated in by_name:
         return by_name[stated]
@@ -83,9 +83,11 @@ def calibrated_column(
     scale: str | float | SensorCalibration | None,
     offset: str | float | None,
 ) -> tuple[Real, list[str]]:
-    """Convert a column to the SI unit of a signal.
+    """Convert a column to the SI unit of a signal, with one sentence for each step.
 
-    Returns `values` (n,).
+    `scale` is a sensitivity such as ``"4/9 N/V"``, a plain factor, or a calibration; `offset`, which is
+    subtracted, the reading at which the signal is zero in the unit of the column, or a value in that of the
+    signal.
     """
     target = SIGNALS[signal].unit
     if isinstance(scale, SensorCalibration):
@@ -120,7 +122,6 @@ def calibrated_column(
 def _by_line(
     column: DataColumn, signal: str, line: SensorCalibration, offset: str | float | None
 ) -> tuple[Real, list[str]]:
-    """Convert a column by a calibration line."""
     known = kind_and_factor(column.unit) if column.unit else None
     if known is None or offset is not None:
         why = (

@@ -25,19 +25,7 @@ STAMPS: Final = ("refuse", "keep_increasing")
 
 @dataclass(frozen=True, kw_only=True)
 class SampleTimes:
-    """The times of the samples that are kept.
-
-    Parameters
-    ----------
-    time : ndarray, shape (k,)
-        Times [s], increasing.
-    rows : ndarray of int, shape (k,)
-        Numbers of the samples, 0 first.
-    steps : tuple of str
-        One sentence for each step.
-    diagnostics : tuple of Diagnostic
-        Statements about the time stamps.
-    """
+    """The times of the samples that are kept, increasing [s], with their numbers from 0 and one sentence for each step."""
 
     time: Real
     rows: np.ndarray[tuple[int], np.dtype[np.intp]]
@@ -48,7 +36,7 @@ class SampleTimes:
 def sample_times(
     recorded: Recorded, *, time: str = "", step: str | float | None = None, stamps: str = "refuse"
 ) -> SampleTimes:
-    """Return the times of the samples of a file."""
+    """Return the times of the samples of a file; a `step` [s] has priority over the file, `stamps` is one of `STAMPS`."""
     if stamps not in STAMPS:
         raise InputError(f"stamps = {stamps}: expected one of {', '.join(STAMPS)}")
     if step is not None and time:

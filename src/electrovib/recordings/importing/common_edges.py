@@ -30,16 +30,8 @@ _SHARE: Final = 0.5
 class ClockRelation:
     """Time on the clock of a reference, over time on another clock: shift + ratio time.
 
-    Parameters
-    ----------
-    shift : float
-        Time of the reference at the time 0 of the other clock [s].
-    ratio : float
-        Duration of a second of the other clock on the clock of the reference, dimensionless.
-    edges : int
-        Number of edges that determine it; 0 if the shift was stated.
-    shift_half_width, ratio_half_width : float or None
-        Half widths of the 95 % intervals of the shift at the mean time of the edges [s], and of the ratio [1]; None if unknown.
+    `edges` determine it; 0 if the shift was stated. The half widths are those of the 95 % intervals of the
+    shift at the mean time of the edges, and of the ratio; None if unknown.
     """
 
     shift: float
@@ -81,10 +73,11 @@ def match_edges(
 ) -> ClockRelation:
     """Match the edges of two records in their order and fit shift and ratio of the clocks.
 
-    An alignment matches edges in their order, rising with rising and falling with falling ones. It is
-    accepted if every residual is below a quarter of the shortest interval between edges, if the ratio of the
-    clocks differs from 1 by at most 1 %, and if no other alignment fits within three times its misfit; else
-    `near` has to select it.
+    Rising edges match rising ones, falling ones falling ones. An alignment is accepted if every residual is
+    below a quarter of the shortest interval between edges, if the ratio of the clocks differs from 1 by at
+    most 1 %, and if no other alignment fits within three times its misfit; else the approximate shift `near`
+    has to select it. The 95 % intervals are from the residuals (Student's t) or from the sampling intervals
+    `steps`, whichever standard deviation is larger.
     """
     times, kinds = zip(*(_in_order(each) for each in (reference, other)), strict=True)
     for count, what in ((times[0].size, "reference"), (times[1].size, "other record")):
@@ -162,7 +155,6 @@ def _fitted(
 
 
 def _relation(fit: tuple[float, float, float, Real, Real], timing: float) -> ClockRelation:
-    """Return the relation with its intervals."""
     from scipy.stats import t as student
 
     misfit, shift, ratio, one, two = fit

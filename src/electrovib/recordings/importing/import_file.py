@@ -169,7 +169,6 @@ def is_spectrum(columns: Mapping[str, str]) -> bool:
 
 
 def _reduction(given: Mapping[str, Any]) -> ReductionSteps:
-    """Read the steps, and refuse unknown ones."""
     from electrovib.core.errors import nearest
 
     known = ReductionSteps.__dataclass_fields__
@@ -195,7 +194,6 @@ def _over_time(
     steps: ReductionSteps,
     origin: dict[str, str],
 ) -> xarray.Dataset:
-    """Reduce the chosen columns and make a Trace of them."""
     history = [f"{origin['file']} read by reader '{origin['reader']}'", *clock.steps]
     signals: dict[str, Real] = {}
     readings: dict[str, Real] = {}

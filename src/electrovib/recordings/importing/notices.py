@@ -55,10 +55,7 @@ def about_parts(recorded: Recorded, spectrum: MeasuredSpectrum) -> list[Diagnost
 
 
 def about_samples(time: Real, readings: Mapping[str, Real]) -> list[Diagnostic]:
-    """Judge the samples of measured signals as they are in the file.
-
-    `time` (n,) [s].
-    """
+    """Judge the samples of measured signals as they are in the file: sensor range, missing and repeated samples, aliasing."""
     found = []
     readings = {name: _scaled(values) for name, values in readings.items()}
     for name, values in readings.items():
@@ -84,7 +81,6 @@ def _scaled(values: Real) -> Real:
 
 
 def _range(name: str, values: Real) -> Diagnostic:
-    """Judge whether a sensor is at the end of its range."""
     share = float(np.mean(at_rail(values)))
     title = f"sensor range of {name}"
     if not share and (share := float(np.mean(at_extreme(values)))):

@@ -23,19 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class ImportedMaterial:
-    """A material made of a measured spectrum.
-
-    Parameters
-    ----------
-    material : Tabulated
-        Ready for a layer of a scenario.
-    thickness : float or None
-        Thickness of the sample [m]; None if a permittivity was measured and no thickness given.
-    history : tuple of str
-        One sentence for each step.
-    diagnostics : tuple of Diagnostic
-        Statements on assumptions.
-    """
+    """A material made of a measured spectrum; the thickness is None if a permittivity was measured and none given."""
 
     material: Tabulated
     thickness: float | None
@@ -43,7 +31,7 @@ class ImportedMaterial:
     diagnostics: tuple[Diagnostic, ...]
 
     def to_toml(self, layer: str = "stratum_corneum") -> str:
-        """Write the material as a layer of a scenario."""
+        """Write the material as the table ``stack.<layer>``, to be put into a scenario in place of its layer of this name."""
         import tomlkit
 
         document = tomlkit.document()

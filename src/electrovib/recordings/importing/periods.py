@@ -20,13 +20,7 @@ _FEWEST_SAMPLES: Final = 8
 
 @dataclass(frozen=True, kw_only=True)
 class SignalEdges:
-    """Times at which a signal passes the middle of its range.
-
-    Parameters
-    ----------
-    rising, falling : ndarray, shape (k,), (m,)
-        Times [s], increasing, interpolated linearly.
-    """
+    """Times [s] at which a signal passes the middle of its range, increasing, interpolated linearly."""
 
     rising: Real
     falling: Real
@@ -34,21 +28,7 @@ class SignalEdges:
 
 @dataclass(frozen=True, kw_only=True)
 class PeriodAverage:
-    """Signals averaged over periods.
-
-    Parameters
-    ----------
-    time : ndarray, shape (n,)
-        Times since the edge at which a period begins [s].
-    means, standard_errors : mapping of str to ndarray, shape (n,)
-        Signal to its mean over the periods and to the standard error of that mean, in the unit of the signal.
-    periods : int
-        Number of periods.
-    period : float
-        Mean period [s].
-    spread : float
-        Standard deviation of the periods [s].
-    """
+    """Signals averaged over periods, from their first edge on; `spread` is the standard deviation of the periods [s]."""
 
     time: Real
     means: dict[str, Real]
@@ -59,10 +39,7 @@ class PeriodAverage:
 
 
 def find_edges(time: Real, values: Real) -> SignalEdges:
-    """Find the edges of a signal, with a hysteresis of 40 % of its range.
-
-    `time` (n,) [s], `values` (n,).
-    """
+    """Find the edges at the mean of the 5 % and 95 % quantiles of a signal, with a hysteresis of 40 % of its range."""
     low, high = np.quantile(values, [0.05, 0.95])
     if high == low:
         low, high = values.min(), values.max()
@@ -84,10 +61,7 @@ def find_edges(time: Real, values: Real) -> SignalEdges:
 
 
 def average_periods(time: Real, signals: dict[str, Real], by: str) -> PeriodAverage:
-    """Average signals over the periods between rising edges of one of them.
-
-    `time` (n,) [s].
-    """
+    """Average signals over the periods between rising edges of one of them, stretched to the mean period."""
     finite = np.isfinite(signals[by])
     edges = find_edges(time[finite], signals[by][finite]).rising if finite.any() else np.array([])
     lengths = np.diff(edges)

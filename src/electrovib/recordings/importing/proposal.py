@@ -45,16 +45,9 @@ _BY_UNIT: Final[Mapping[str, str]] = {
 class ProposedColumn:
     """What a column probably is.
 
-    Parameters
-    ----------
-    column : str
-        Its heading.
-    signal : str
-        Signal of the nomenclature.
-    unit : str
-        SI unit of the signal where the file states no unit, to be confirmed; empty where it does.
-    scale : str
-        Example of a sensitivity where the unit is that of a sensor; ``"-1"`` for a load that is negative; else empty.
+    `unit` is the SI unit of the signal, to be confirmed where the file states no unit; else empty. `scale` is
+    an example of a sensitivity where the unit is that of a sensor, ``"-1"`` for a load that is negative; else
+    empty.
     """
 
     column: str
@@ -74,7 +67,7 @@ class ProposedColumn:
 
 
 def proposed_columns(recorded: Recorded) -> tuple[ProposedColumn, ...]:
-    """Propose a signal for each column whose unit or heading tells one."""
+    """Propose a signal, each once, for each column whose unit tells one, or else its heading."""
     found: dict[str, ProposedColumn] = {}
     for channel in recorded.channels:
         if channel.name == recorded.time:

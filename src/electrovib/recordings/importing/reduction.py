@@ -34,24 +34,12 @@ _MOST_SAMPLES: Final = 50_000_000
 class ReductionSteps:
     """Steps that are applied to the signals of a file, in this order.
 
-    Parameters
-    ----------
-    scale, offset : mapping of str to str, float or SensorCalibration
-        Signal to its sensitivity, or its `SensorCalibration`, and to the reading that is subtracted.
-    shift : mapping of str to str or float
-        Signal to the time that is added to its time stamps [s].
-    trigger : str
-        Signal whose first rise through the middle of its range becomes time 0.
-    baseline : mapping of str to span
-        Signal to the span of time whose mean is subtracted.
-    detrend : sequence of str
-        Signals whose fitted straight line is subtracted.
-    crop : span, optional
-        Span of time that is kept.
-    average : str
-        Signal whose rising edges begin the periods over which all signals are averaged; no average if empty.
-    resample : str or float, optional
-        Step of an even time grid [s].
+    - `scale`, `offset`: sensitivity or `SensorCalibration` of a signal, and the reading that is subtracted.
+    - `shift`: time that is added to the time stamps of a signal [s].
+    - `trigger`: signal whose first rise through the middle of its range becomes time 0.
+    - `baseline`, `detrend`: span of time whose mean, and signals whose fitted straight line, is subtracted.
+    - `average`: signal whose rising edges begin the periods over which all signals are averaged.
+    - `resample`: step of an even time grid [s].
     """
 
     scale: Mapping[str, str | float | SensorCalibration] = field(default_factory=dict)
@@ -68,10 +56,7 @@ class ReductionSteps:
 def reduced(
     time: Real, signals: dict[str, Real], steps: ReductionSteps
 ) -> tuple[Real, dict[str, Real], list[str]]:
-    """Apply the steps to calibrated signals, in their order.
-
-    `time` (n,) [s]; returns `time` (k,) [s].
-    """
+    """Apply the steps to calibrated signals, in their order, with one sentence for each step."""
     words: list[str] = []
     time, signals = _aligned(time, signals, steps, words)
     time, signals = _level(time, signals, steps, words)
@@ -86,7 +71,6 @@ def reduced(
 def _aligned(
     time: Real, signals: dict[str, Real], steps: ReductionSteps, words: list[str]
 ) -> tuple[Real, dict[str, Real]]:
-    """Apply shifts and trigger."""
     for name, value in steps.shift.items():
         shift = seconds(f"shift.{name}", value)
         signals[name] = shifted(time, signals[name], shift)
@@ -108,7 +92,6 @@ def _aligned(
 def _level(
     time: Real, signals: dict[str, Real], steps: ReductionSteps, words: list[str]
 ) -> tuple[Real, dict[str, Real]]:
-    """Subtract baselines and trends, and crop."""
     for name, span in steps.baseline.items():
         first, last = time_span(f"baseline.{name}", span)
         part = signals[name][(time >= first) & (time <= last)]
@@ -132,7 +115,6 @@ def _level(
 def _averaged(
     time: Real, signals: dict[str, Real], by: str, words: list[str]
 ) -> tuple[Real, dict[str, Real]]:
-    """Average over the periods of a signal."""
     whole = average_periods(time, signals, by)
     errors = (
         f"{name}: rms of the standard error {np.sqrt(np.mean(each**2)):.4g}"

@@ -30,20 +30,11 @@ if TYPE_CHECKING:
 class SampleSpectrum:
     """The permittivity of a sample over frequency.
 
-    Parameters
-    ----------
-    frequency : ndarray, shape (n,)
-        Hz, increasing, above 0; a frequency may occur several times.
-    permittivity : ndarray of complex, shape (n,)
-        Relative permittivity eps' - j eps'', conduction included.
-    thickness : float or None
-        Thickness of the sample [m]; None if a permittivity was measured and no thickness given.
-    history : tuple of str
-        One sentence for each step.
-    diagnostics : tuple of Diagnostic
-        Statements on assumptions.
-    per_farad : float
-        Permittivity of the sample whose capacitance is one farad; 0 if a permittivity was measured.
+    - `frequency`: increasing, above 0 [Hz]; a frequency may occur several times.
+    - `permittivity`: relative, eps' - j eps'', conduction included.
+    - `thickness`: None if a permittivity was measured and no thickness given.
+    - `per_farad`: permittivity of the sample whose capacitance is one farad; 0 if a permittivity was
+      measured.
     """
 
     frequency: Real
@@ -68,7 +59,12 @@ def read_sample(
     part: str | None = None,
     fixture_capacitance: float = 0.0,
 ) -> SampleSpectrum:
-    """Read the permittivity of a sample from a measured impedance or permittivity spectrum."""
+    """Read the permittivity of a sample from a measured impedance or permittivity spectrum, as `import_material` describes it.
+
+    `fixture_capacitance` [F], as a reference measured in the fixture shows it, is subtracted from an
+    admittance like `parallel_capacitance`. An impedance that shows that the instrument is badly calibrated is
+    refused.
+    """
     place = Path(path)
     table, number = split_part(part)
     recorded = read_recorded(
@@ -124,7 +120,7 @@ def _refuse_bad_calibration(place: Path, spectrum: MeasuredSpectrum) -> None:
 
 
 def number_of(name: str, value: str | float, unit: str) -> float:
-    """Read a number of 0 or more."""
+    """Read a number of 0 or more, as text with a unit or in SI."""
     try:
         found = parse_quantity(value, unit) if isinstance(value, str) else float(value)
     except ValueError as error:
@@ -148,7 +144,6 @@ def _of_impedance(
     resistance: float,
     capacitance: float,
 ) -> tuple[Complex, list[str]]:
-    """Compute the permittivity of the sample from its impedance."""
     missing = [name for name, value in (("area", area), ("thickness", depth)) if value is None]
     if missing or area is None or depth is None:
         raise InputError(

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def spectrum_trace(
     recorded: Recorded, columns: Mapping[str, str], origin: Mapping[str, str], *, spectrum: int = 0
 ) -> xarray.Dataset:
-    """Return a measured impedance or permittivity as a Trace."""
+    """Return a measured impedance over frequency, or a permittivity over ``frequency`` and one ``layer``, as a Trace."""
     try:
         found = spectrum_of(recorded, columns=columns, spectrum=spectrum)
     except InputError as error:

@@ -40,10 +40,7 @@ def time_span(option: str, value: str | tuple[float, float]) -> tuple[float, flo
 
 
 def trigger_time(time: Real, values: Real, level: float | None = None) -> float | None:
-    """Return the time at which a signal first rises through a level.
-
-    `time` (n,) [s], `values` (n,).
-    """
+    """Return the time at which a signal first rises through a level, by default the middle of its range; None if never."""
     finite = np.isfinite(values)
     if level is None:
         low, high = np.quantile(values[finite], [0.05, 0.95]) if finite.any() else (0.0, 0.0)
@@ -59,18 +56,12 @@ def trigger_time(time: Real, values: Real, level: float | None = None) -> float 
 
 
 def shifted(time: Real, values: Real, shift: float) -> Real:
-    """Return a signal whose samples were taken `shift` later than their time stamps state.
-
-    `time` (n,) [s], `values` (n,); returns `values` (n,).
-    """
+    """Return a signal whose samples were taken `shift` later than their time stamps state; NaN outside of the record."""
     return np.interp(time, time + shift, values, left=np.nan, right=np.nan)
 
 
 def without_trend(time: Real, values: Real) -> tuple[Real, float]:
-    """Subtract the straight line fitted to a signal.
-
-    `time` (n,) [s], `values` (n,); returns `values` (n,).
-    """
+    """Subtract the straight line fitted to a signal, and return its slope per second too."""
     finite = np.isfinite(values)
     centred = time - time[finite].mean()
     slope = float(np.sum(centred[finite] * values[finite]) / np.sum(centred[finite] ** 2))
@@ -78,9 +69,11 @@ def without_trend(time: Real, values: Real) -> tuple[Real, float]:
 
 
 def resampled(time: Real, values: Real, grid: Real) -> Real:
-    """Return a signal on an even time grid.
+    """Return a signal on an even time grid within its times, by linear interpolation.
 
-    `time` (n,) [s], `values` (n,), `grid` (k,) [s]; returns `values` (k,).
+    Where the step of the grid exceeds the median interval of the samples, it is the mean of the interpolation
+    over one step around each time, which attenuates components above half the new sampling rate. NaN where a
+    sample that takes part is NaN.
     """
     step = float(grid[1] - grid[0])
     lost = np.isnan(values)

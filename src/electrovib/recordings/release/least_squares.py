@@ -22,18 +22,9 @@ _SCALE = (0.05, 0.3, 0.1, 0.3)
 class Release:
     """A fitted release, with times after the end of the drive.
 
-    Parameters
-    ----------
-    start, fall_time : float
-        Time at which the force begins to fall, and time constant of the fall [s].
-    frequency, quality : float
-        Natural frequency [Hz] and quality factor [1] of the resonance.
-    held, after : float
-        Force before the release and long after it [N].
-    misfit : float
-        Rms of the residual over the rms of the force about its last level, both after the end of the drive [1].
-    model, residual : ndarray, shape (n,)
-        Fitted force and its difference from the record at the samples [N].
+    `start` is the time at which the force begins to fall, `held` and `after` are its levels before and long
+    after, and `misfit` is the rms of the residual over the rms of the force about its last level, both after
+    the end of the drive.
     """
 
     start: float
@@ -63,10 +54,7 @@ class Release:
 
 
 def resonant_release(*, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float) -> Release:
-    """Fit a release and one resonance, starting from the best points of a grid.
-
-    `stamps` (n,) [s], `force` (n,) [N].
-    """
+    """Fit a release and one resonance to times `stamps` after the end of the drive, from the four best points of a grid."""
     fit = _Fit(stamps, force, window)
     starts = [
         np.array([delay / frequency / window, np.log(part / frequency), np.log(frequency), np.log(quality)])
@@ -89,10 +77,7 @@ def refined(
     window: float,
     fall_time: float | None = None,
 ) -> Release:
-    """Fit the same release to other samples, or with a prescribed fall time.
-
-    `stamps` (n,) [s], `force` (n,) [N].
-    """
+    """Fit the same release to other samples, or with a prescribed fall time."""
     fit = _Fit(stamps, force, window)
     fall = begin.fall_time if fall_time is None else fall_time
     start = max(begin.delay - fall, 0.0)
@@ -174,10 +159,7 @@ class _Fit:
 def plain_release(
     *, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float
 ) -> tuple[float, NDArray[np.float64]]:
-    """Fit an exponential release recorded by a sensor without resonance.
-
-    `stamps` (n,) [s], `force` (n,) [N]; returns `model` (n,) [N].
-    """
+    """Fit an exponential release recorded by a sensor without resonance; return misfit, as in `Release`, and fitted force."""
     from scipy.optimize import least_squares
 
     step = float(np.median(np.diff(stamps)))

@@ -19,13 +19,7 @@ _STANDS_OUT = 3.0
 
 @dataclass(frozen=True)
 class Extremum:
-    """A turning point of the force.
-
-    Parameters
-    ----------
-    time, force : float
-        Time [s] and force [N].
-    """
+    """A turning point of the force."""
 
     time: float
     force: float
@@ -33,19 +27,7 @@ class Extremum:
 
 @dataclass(frozen=True, kw_only=True)
 class Decay:
-    """A damped sine about a level.
-
-    Parameters
-    ----------
-    start : float
-        Time of the first fitted sample [s].
-    frequency, quality : float
-        Frequency [Hz] and quality factor [1] of the damped oscillation.
-    frequency_uncertainty, quality_uncertainty : float
-        Standard uncertainties [Hz] and [1] of the fit, with the correlation of the residuals.
-    misfit : float
-        Rms of the residual [N].
-    """
+    """A damped sine about a level, from the time `start` on, with standard uncertainties by the correlated residuals."""
 
     start: float
     frequency: float
@@ -60,10 +42,7 @@ class Decay:
 
 
 def drive_end(*, time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
-    """Return the time at which a drive falls below half of its largest magnitude for the last time.
-
-    `time` (n,) [s], `voltage` (n,) [V].
-    """
+    """Return the mean time of the last sample above half of the largest magnitude of a drive and of the next one."""
     on, peak = _on(voltage)
     if peak == 0 or len(on) == len(time):
         raise InputError(
@@ -86,9 +65,10 @@ def _on(voltage: NDArray[np.float64]) -> tuple[NDArray[np.intp], float]:
 def levels_and_misfit(
     *, shape: NDArray[np.float64], force: NDArray[np.float64], stamps: NDArray[np.float64]
 ) -> tuple[float, float, float, NDArray[np.float64], NDArray[np.float64]]:
-    """Fit the two levels of a normalised shape to a force.
+    """Fit the two levels of a shape, 1 before the release and 0 long after it, to a force.
 
-    `shape` (n,), `force` (n,) [N], `stamps` (n,) [s]; returns `residual`, `model` (n,) [N].
+    Returns the levels at 1 and 0, the misfit as in `Release`, infinite if the force does not change, model
+    less force, and model.
     """
     centred = shape - shape.mean()
     square = float(centred @ centred)
@@ -112,10 +92,7 @@ def find_extrema(
     scatter: float,
     end: float,
 ) -> list[Extremum]:
-    """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise.
-
-    `stamps` (n,) [s], `force` (n,) [N].
-    """
+    """Find the turning points after a release, on alternate sides of the level, as far as they exceed the noise `scatter`."""
     before = force[stamps < 0]
     side = -1.0 if np.mean(before[-20:]) > level else 1.0
     place, reach, found = start, (0.2, 0.9), []
@@ -150,10 +127,7 @@ def _parabola(
 def damped_sine(
     stamps: NDArray[np.float64], force: NDArray[np.float64], *, start: float, end: float
 ) -> Decay | None:
-    """Fit a damped sine about a level to a section of a record.
-
-    `stamps` (n,) [s], `force` (n,) [N].
-    """
+    """Fit a damped sine about a level to a section of a record; None if it holds fewer than 12 samples."""
     from scipy.optimize import least_squares
 
     part = (stamps >= start) & (stamps <= end)

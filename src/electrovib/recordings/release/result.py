@@ -22,40 +22,21 @@ if TYPE_CHECKING:
 class FittedRelease:
     """A fitted release and the damped oscillation after it; times are after the end of the drive unless stated otherwise.
 
-    Parameters
-    ----------
-    drive_end : float
-        Time of the end of the drive on the clock of the record [s]: mean of its last sample and the next.
-    delay : float
-        Mean delay of the fall of the force after the end of the drive [s]: the dead time plus the time constant of the
-        exponential decay after it. A record rarely determines the two separately.
-    fall_time : float
-        Time constant of the decay that fits best [s].
-    fall_time_interval : tuple of float
-        Lowest and highest time constant that fit as well, 95 % on either side [s]; the lowest is 0 if a
-        discontinuity fits as well.
-    held, after : float
-        Force before the release and long after it [N].
-    frequency, quality : float
-        Natural frequency [Hz] and quality factor [1] of the one resonance that fits best. It is that of the load cell
-        with its load, which is lower than that of the bare cell.
-    uncertainty : mapping of str to Uncertainty
-        Uncertainty of ``delay``, ``frequency`` and ``quality``, with its components.
-    misfit, misfit_without : float
-        Rms of the residual over the rms of the force about its last level, after the end of the drive [1]: with the
-        resonance, and for the best exponential release recorded by a sensor without resonance.
-    scatter : float
-        Standard deviation of the force before the release [N].
-    missing : int
-        Number of rows that were omitted because they held a NaN.
-    extrema : tuple of Extremum
-        Turning points that exceed the noise.
-    early, late : Decay or None
-        Damped sines fitted from the first turning point on, and from three quarters of a period later.
-    time, force, model, model_without : ndarray, shape (n,)
-        Fitted samples: times after the end of the drive [s], forces [N], and both fits [N].
-    words : tuple of str
-        Sentences that state what the record determines and what it does not.
+    - `drive_end`: end of the drive on the clock of the record: mean of its last sample and the next.
+    - `delay`: mean delay of the fall of the force: the dead time plus the time constant of the exponential
+      decay after it. A record rarely determines the two separately.
+    - `fall_time`: time constant of the decay that fits best; `fall_time_interval` has the lowest and highest
+      one that fit as well, 95 % on either side, the lowest 0 if a discontinuity fits as well.
+    - `frequency`, `quality`: of the one resonance that fits best. It is that of the load cell with its load,
+      which is lower than that of the bare cell.
+    - `misfit`, `misfit_without`: rms of the residual over the rms of the force about its last level, after
+      the end of the drive: with the resonance, and for the best exponential release recorded by a sensor
+      without resonance.
+    - `held`, `after`, `scatter`: force before the release, long after it, and its standard deviation before
+      it.
+    - `missing`: number of rows that were omitted because they held a NaN.
+    - `early`, `late`: damped sines fitted from the first turning point on, and from three quarters of a
+      period later, or None.
     """
 
     drive_end: float
@@ -87,7 +68,6 @@ class FittedRelease:
         return tuple(1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times))
 
     def __repr__(self) -> str:
-        """Return the sentences that state the result."""
         return "\n".join(self.words)
 
     def to_dict(self) -> dict[str, Any]:

@@ -40,7 +40,7 @@ def statements_on_fit(
     extrema: Sequence[Extremum],
     decays: tuple[Decay | None, Decay | None],
 ) -> tuple[str, ...]:
-    """Write what a fitted release determines."""
+    """Write what a fitted release determines: on the resonance, the delay, and the change of the frequency."""
     return (
         *_resonance(best, uncertainty, without),
         *_delay(best, uncertainty["delay"], falls),
@@ -95,7 +95,6 @@ def _delay(best: Release, uncertainty: Uncertainty, falls: tuple[float, float]) 
 
 
 def _parts(uncertainty: Uncertainty, factor: float, unit: str) -> str:
-    """List the components."""
     return ", ".join(
         f"{_CALLED[name]} {value * factor:.2g} {unit}".rstrip()
         for name, value in uncertainty.components.items()
@@ -103,7 +102,6 @@ def _parts(uncertainty: Uncertainty, factor: float, unit: str) -> str:
 
 
 def _change(extrema: Sequence[Extremum], decays: tuple[Decay | None, Decay | None]) -> list[str]:
-    """Write whether the frequency of the oscillation is constant."""
     said = []
     times = [extremum.time for extremum in extrema]
     halves = [1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times)]

@@ -29,15 +29,12 @@ _INTERVAL = 3.29
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Standard uncertainty of a number, by its causes.
+    """Standard uncertainty of a number, by its causes, in the unit of the number.
 
-    Parameters
-    ----------
-    components : mapping of str to float
-        Standard uncertainties in the unit of the number: ``noise`` (of the fit, with the correlation of the residuals),
-        ``window`` (rms change if the fit begins up to three quarters of a period after the release), ``fall time``
-        (of the other fall times that fit as well), for a delay ``end`` (of the drive, between two samples), for
-        frequency and quality factor ``change`` (during the decay).
+    The components are ``noise`` (of the fit, with the correlation of the residuals), ``window`` (rms change
+    if the fit begins up to three quarters of a period after the release), ``fall time`` (of the other fall
+    times that fit as well), for a delay ``end`` (of the drive, between two samples), for frequency and
+    quality factor ``change`` (during the decay).
     """
 
     components: Mapping[str, float]
@@ -55,10 +52,7 @@ class Uncertainty:
 def uncertainties(
     *, stamps: NDArray[np.float64], force: NDArray[np.float64], window: float, best: Release
 ) -> tuple[dict[str, Uncertainty], tuple[float, float]]:
-    """Compute the uncertainty of a fitted release.
-
-    `stamps` (n,) [s], `force` (n,) [N].
-    """
+    """Compute the uncertainty of a fitted release, and its lowest and highest fall time that fit as well within 95 %."""
     jacobian, after = _jacobian(stamps, best), stamps >= 0
     # the residual is noise before the end of the drive, and includes model error after it: the larger effect is taken
     kinds = (
@@ -90,7 +84,7 @@ def uncertainties(
 def with_change(
     found: Mapping[str, Uncertainty], decays: tuple[Decay | None, Decay | None]
 ) -> dict[str, Uncertainty]:
-    """Add the change of frequency and quality factor during the decay, beyond the noise of both fits."""
+    """Add the change of frequency and quality factor during the decay, uniformly distributed, beyond the noise of both fits."""
     early, late = decays
     if early is None or late is None:
         return dict(found)

@@ -34,22 +34,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class MaterialParameter:
-    """One parameter of a fitted material.
+    """One parameter of a fitted material, by its dotted path within it.
 
-    Parameters
-    ----------
-    path : str
-        Dotted path within the material.
-    unit : str
-        SI unit of all numbers.
-    value : float
-        Estimate.
-    lower, upper : float
-        Statistical 95 % interval; NaN where there is none.
-    systematic : float
-        Standard deviation by the error of the instrument; NaN where that is not stated.
-    note : str
-        Why there is no interval; empty where there is one.
+    The interval is statistical, 95 %, NaN where there is none, for which `note` gives the reason.
+    `systematic` is the standard deviation by the error of the instrument; NaN where that is not stated.
     """
 
     path: str
@@ -76,23 +64,7 @@ class MaterialParameter:
 
 @dataclass(frozen=True, kw_only=True)
 class FittedMaterial:
-    """A dispersion fitted to measured spectra.
-
-    Parameters
-    ----------
-    fits : tuple of MaterialFit
-        The chosen form first, the others by the criterion of Akaike.
-    origin : str
-        Names of the sources.
-    parameters : tuple of MaterialParameter
-        Of the chosen form.
-    thickness : float or None
-        Thickness of the samples [m], where it is stated and common to all.
-    history : tuple of str
-        One sentence for each step.
-    diagnostics : tuple of Diagnostic
-        Statements on assumptions and on what the form misses.
-    """
+    """A dispersion fitted to measured spectra, the chosen form first, with the thickness that is common to all samples."""
 
     fits: tuple[MaterialFit, ...]
     origin: str
@@ -126,7 +98,7 @@ class FittedMaterial:
         }
 
     def to_toml(self, layer: str = "stratum_corneum") -> str:
-        """Write the material as a layer of a scenario."""
+        """Write the material as the table ``stack.<layer>`` of a scenario, with origin and errors as comments."""
         import tomlkit
 
         document = tomlkit.document()
@@ -155,7 +127,12 @@ def fit_samples(
     error: InstrumentError | None = None,
     loss: str = "measured",
 ) -> FittedMaterial:
-    """Fit a dispersion to the spectra of one or several samples of the same material."""
+    """Fit a dispersion to the spectra of one or several samples of the same material, by name of the source.
+
+    The form has the smallest AICc among those that are not refused. `noise` is relative; without it all rows
+    count alike. Data that deviate from the Kramers-Kronig relations by more than 10 %, or that the best form
+    misses by more than 30 %, are refused; both limits are at least three times the stated noise.
+    """
     forms = forms_of("constant" if loss == "none" and form == "auto" else form)
     weights = _noise_of(samples, noise or {})
     frequency = np.concatenate([each.frequency for each in samples.values()])

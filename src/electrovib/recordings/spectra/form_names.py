@@ -19,7 +19,11 @@ def _command_name(form: str) -> tuple[str, str]:
 
 
 def forms_of(name: str) -> tuple[str, ...]:
-    """Return the forms that a short name stands for."""
+    """Return the names among `FORMS` that a short name stands for, between which the criterion of Akaike decides.
+
+    It is ``auto``, the name of a form such as ``cole-cole``, with any number of terms, that with a number of
+    terms such as ``cole-cole-2``, or ``gabriel`` for four Cole-Cole terms.
+    """
     known: dict[str, tuple[str, ...]] = {"auto": OFFERED}
     for form in FORMS:
         kebab, terms = _command_name(form)

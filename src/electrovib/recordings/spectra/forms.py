@@ -30,7 +30,6 @@ def _levels(frequency: Real, permittivity: Complex) -> tuple[float, float, float
 
 
 def _times(frequency: Real) -> Real:
-    """Relaxation times of the band [s]."""
     shortest = 1 / (2 * math.pi * float(frequency.max()) * 3)
     longest = 1 / (2 * math.pi * float(frequency.min()) / 3)
     return np.geomspace(shortest, longest, _PLACES)

@@ -24,21 +24,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class InstrumentError:
-    """The systematic error of an impedance, common to all frequencies.
+    """The systematic error of an impedance, common to all frequencies, as standard uncertainties.
 
-    Parameters
-    ----------
-    gain : float
-        Standard uncertainty of the modulus over the modulus, dimensionless; that of area and thickness may be part of it.
-    phase : float
-        Standard uncertainty of the phase [rad].
-    fixture_capacitance : float
-        Capacitance in parallel with the known resistor, that of fixture and leads [F]; 0 where it is not measured, or less than
-        5 standard deviations.
-    fixture_uncertainty : float
-        Standard uncertainty of the capacitance of fixture and leads at the sample [F].
-    words : str
-        Where they are from.
+    - `gain`: of the modulus over the modulus; that of area and thickness may be part of it.
+    - `phase`: of the phase [rad].
+    - `fixture_capacitance`: capacitance in parallel with the known resistor, that of fixture and leads [F]; 0
+      where it is not measured, or less than 5 standard deviations.
+    - `fixture_uncertainty`: of the capacitance of fixture and leads at the sample [F].
+    - `words`: where they are from.
     """
 
     gain: float = 0.0
@@ -48,7 +41,6 @@ class InstrumentError:
     words: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what is no uncertainty."""
         problems = [
             f"systematic {name} = {value}: expected 0 or more, and less than 1"
             for name, value in (("gain", self.gain), ("phase", self.phase))
@@ -70,9 +62,11 @@ class InstrumentError:
         noise: ArrayLike | None,
         per_farad: ArrayLike = 0.0,
     ) -> dict[str, float]:
-        """Return the standard deviation of each parameter of a material by the error of the instrument.
+        """Return the standard deviation of each parameter of a material by the error of the instrument, by its path.
 
-        `frequency` (n,), `permittivity` (n,).
+        It is the root of the sum of squares of those by the modulus, the phase and the fixture, each by the
+        derivative of the estimate; it does not average out with more data. `per_farad` is the permittivity
+        that one farad of the fixture makes at each row, 0 where a permittivity was measured.
         """
         found = dict.fromkeys(fit.estimate.values, 0.0)
         fixture = 1 + self.fixture_uncertainty * np.asarray(per_farad) / permittivity
@@ -86,12 +80,12 @@ class InstrumentError:
 def error_by_resistor(
     frequency: ArrayLike, impedance: ArrayLike, *, resistance: float, tolerance: float = 0.0
 ) -> InstrumentError:
-    """Measure the systematic error of an instrument with a resistor of known value.
+    """Measure the systematic error of an instrument with a resistor of known value, at 8 or more frequencies.
 
-    `frequency` (n,), `impedance` (n,).
-
-    The sample lies elsewhere in the fixture, with leads of its own: the capacitance of the fixture is taken as uncertain by as
-    much as itself.
+    The known value is equally likely everywhere within its relative `tolerance`. The error is the relative
+    deviation of the measured resistance, the phase at vanishing frequency, and the capacitance in parallel.
+    The sample lies elsewhere in the fixture, with leads of its own: that capacitance is taken as uncertain by
+    as much as itself.
     """
     if not (math.isfinite(resistance) and resistance > 0):
         raise InputError(f"resistance = {resistance}: expected more than 0 ohm")

@@ -38,7 +38,11 @@ def _misses(fit: MaterialFit, allowed: float) -> bool:
 
 
 def acceptable_first(fits: Sequence[MaterialFit], allowed: float) -> tuple[MaterialFit, ...]:
-    """Put the forms that miss the data by more than is accepted behind the others."""
+    """Put the forms that miss the data by more than is accepted behind the others.
+
+    With few rows the criterion of Akaike, by which they are sorted, prefers forms of few parameters whatever
+    they miss. The limit is at least the relative deviation `allowed`, which the stated noise explains.
+    """
     return tuple(sorted(fits, key=lambda each: _misses(each, allowed)))
 
 
@@ -66,10 +70,7 @@ def history_of(
     noise: Mapping[str, float],
     error: InstrumentError | None,
 ) -> Iterator[str]:
-    """State how a material was fitted.
-
-    `frequency` (n,) [Hz].
-    """
+    """State how a material was fitted, in one sentence for each step."""
     best = fits[0]
     for name, each in samples.items():
         weight = f"; noise {100 * noise[name]:.3g} % as stated" if noise else ""
@@ -97,7 +98,7 @@ def history_of(
 
 
 def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, float]) -> Iterator[Diagnostic]:
-    """Judge the consistency of the data and the misfit of the form."""
+    """Judge the Kramers-Kronig relations, a misfit above 5 %, and the conductivity at zero frequency."""
     limit = max(INCONSISTENT, 2 * max(noise.values(), default=0.0))
     if best.loss == "unknown":
         yield Diagnostic(
@@ -137,10 +138,7 @@ def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, flo
 
 
 def loss_that_follows(fits: Sequence[MaterialFit], frequency: Real, allowed: float) -> Diagnostic:
-    """State the loss factor that follows from a permittivity by the forms that describe it.
-
-    `frequency` (n,) [Hz].
-    """
+    """State the loss factor that follows from a permittivity by all acceptable forms within 10 of the best AICc."""
     low, high = float(frequency.min()), float(frequency.max())
     at = np.array([low, math.sqrt(low * high), high])
     near = [

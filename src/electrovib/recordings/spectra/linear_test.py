@@ -18,12 +18,10 @@ if TYPE_CHECKING:
 
 
 def impedance_residual(frequency: ArrayLike, impedance: ArrayLike) -> float:
-    """Compute the deviation of a measured impedance from the Kramers-Kronig relations.
+    """Compute the relative rms deviation of a measured admittance from the Kramers-Kronig relations.
 
-    `frequency` (n,), `impedance` (n,).
-
-    The admittance over j w is treated as a permittivity and tested as `kramers_kronig_residual` describes. Inductive parts
-    count as a misfit.
+    The admittance over j w is tested as a permittivity by `kramers_kronig_residual`. Inductive parts count as
+    a misfit.
     """
     grid, data = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
     if grid.shape != data.shape or grid.ndim != 1 or not np.isfinite(data).all() or (data == 0).any():
@@ -35,10 +33,7 @@ def impedance_residual(frequency: ArrayLike, impedance: ArrayLike) -> float:
 
 
 def consistency(frequency: Real, permittivity: Complex) -> float:
-    """Compute the deviation of a permittivity from the Kramers-Kronig relations.
-
-    `frequency` (n,), `permittivity` (n,).
-    """
+    """Compute the deviation of a permittivity from the Kramers-Kronig relations; NaN where the rows do not allow it."""
     loss = -permittivity.imag * 2 * math.pi * frequency * eps0
     try:
         return kramers_kronig_residual(frequency, permittivity.real, loss)

@@ -28,10 +28,7 @@ _STEP: Final = 1e-7
 
 
 def logarithms(permittivity: Complex, frequency: Real, loss: str) -> Real:
-    """Compute the logarithms of permittivity and, if the loss was measured, of conductivity, one after the other.
-
-    `permittivity` (n,), `frequency` (n,); returns `rows` (n,).
-    """
+    """Compute the logarithms of permittivity and, if the loss was measured, of conductivity [S/m], one after the other."""
     if loss != "measured":
         with np.errstate(all="ignore"):
             return np.log(permittivity.real)
@@ -46,10 +43,7 @@ def parts_of(loss: str) -> int:
 
 
 def weights_of(noise: ArrayLike | None, count: int) -> Real | None:
-    """Compute the weights of permittivity and conductivity.
-
-    Returns `weights` (2, count).
-    """
+    """Compute one over the relative standard deviation of permittivity and conductivity, shape (2, count)."""
     if noise is None:
         return None
     try:
@@ -64,10 +58,7 @@ def weights_of(noise: ArrayLike | None, count: int) -> Real | None:
 def slopes_of(
     start: Material, values: Mapping[str, float], loss: str, rows: Callable[[Material], Real]
 ) -> Real:
-    """Compute the derivatives of numbers of a material after its parameters.
-
-    Returns `slopes` (n, parameters).
-    """
+    """Compute the derivatives, shape (n, parameters), of the numbers `rows` of a material after its parameters."""
     free = free_parameters(start, loss)
     base, columns = rows(with_numbers(start, values)), []
     for path, value in values.items():

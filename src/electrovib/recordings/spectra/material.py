@@ -48,24 +48,13 @@ _FIRST_EVALUATIONS: Final = 60
 class MaterialFit:
     """One form of dispersion, fitted.
 
-    Parameters
-    ----------
-    form : str
-        Name among `FORMS`.
-    material : Material
-        Ready for a scenario.
-    estimate : LeastSquaresEstimate
-        Of its parameters by dotted path, from relative residuals.
-    permittivity_error, conductivity_error : float
-        Root mean square of the relative error of the permittivity and of the conductivity, over the rows that were fitted; NaN
-        of a conductivity that was not measured.
-    outliers : ndarray of bool, shape (n,)
-        Rows that were left out.
-    kramers_kronig : float
-        Relative root mean square by which the table misses the Kramers-Kronig relations; NaN for too few rows to judge. Above
-        2 %, or twice the noise, no form of dispersion can represent the table.
-    loss : str
-        One of `LOSSES`; unless it was measured, the real part alone was fitted, and the conductivity is 0.
+    - `permittivity_error`, `conductivity_error`: relative root mean square, over the rows that were fitted;
+      NaN of a conductivity that was not measured.
+    - `outliers`: rows that were left out.
+    - `kramers_kronig`: relative root mean square by which the table misses the Kramers-Kronig relations; NaN
+      for too few rows to judge. Above 2 %, or twice the noise, no form of dispersion can represent the table.
+    - `loss`: one of `LOSSES`; unless it was measured, the real part alone was fitted, and the conductivity is
+      0.
     """
 
     form: str
@@ -92,13 +81,15 @@ def fit_material(
     noise: ArrayLike | None = None,
     loss: str = "measured",
 ) -> tuple[MaterialFit, ...]:
-    """Fit forms of dispersion to a measured spectrum of one material.
+    """Fit forms of dispersion to a measured spectrum of one material, the best by the criterion of Akaike first.
 
-    `frequency` (n,), `permittivity` (n,), `noise` ().
-
-    Residuals are differences of the logarithms of permittivity and conductivity, so that all frequencies count alike. A
-    row whose residual differs from the median of its neighbours by more than 5 standard deviations of such differences, and
-    by more than twice what the form misses, is left out, and all forms are fitted again.
+    `noise` is the relative standard deviation of each row, or in two rows that of permittivity and that of
+    conductivity; without it all rows count alike. Residuals are differences of the logarithms of permittivity
+    and conductivity, so that all frequencies count alike. A row whose residual differs from the median of its
+    neighbours by more than 5 standard deviations of such differences, and by more than twice what the form
+    misses, is left out, and all forms are fitted again. The `loss` is ``measured``; ``none`` for a material
+    without loss, which is without dispersion too; or ``unknown``: the real part alone is fitted, which holds
+    no conductivity at zero frequency.
     """
     grid, data = np.asarray(frequency, dtype=float), np.asarray(permittivity, dtype=complex)
     _refuse(grid, data, forms, loss)
@@ -184,10 +175,7 @@ def shift_of(
     factor: complex | Complex,
     noise: ArrayLike | None,
 ) -> dict[str, float]:
-    """Compute by how much the estimates change if all data are multiplied by a complex factor close to 1.
-
-    `frequency` (n,), `permittivity` (n,).
-    """
+    """Compute, to first order, the change of the estimates if all data are multiplied by a complex factor close to 1."""
     kept = ~fit.outliers
     grid, data = frequency[kept], permittivity[kept]
     given = weights_of(noise, frequency.size)
@@ -266,7 +254,6 @@ def _from(
     converged: float,
     most: int,
 ) -> tuple[LeastSquaresEstimate, Material]:
-    """Fit a material from given values of its parameters."""
     free = free_parameters(start, loss)
     each = 1.0 if weights is None else weights
     target = logarithms(data, grid, loss) * each

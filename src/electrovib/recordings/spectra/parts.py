@@ -28,20 +28,13 @@ _LEAST_CAPACITANCE: Final = 1e-18
 
 @dataclass(frozen=True, kw_only=True)
 class ParallelPart:
-    """A resistor and a capacitor in parallel, measured.
+    """A resistor and a capacitor in parallel, measured; the capacitance is without that of the leads.
 
-    Parameters
-    ----------
-    resistance, capacitance : float
-        ohm; F, without that of the leads.
-    estimate : LeastSquaresEstimate
-        Of ``resistance`` [ohm], ``capacitance`` [F, leads included] and ``phase_offset`` [rad].
-    residual : float
-        Relative root mean square of the impedance that the part misses, offset included.
-    left_out : ndarray, shape (k,)
-        Frequencies of rows that are far from the others [Hz].
-    systematic_error : float
-        Relative error of the capacitance that the phase offset of the instrument makes at the middle of the band.
+    - `estimate`: of ``resistance`` [ohm], ``capacitance`` [F, leads included] and ``phase_offset`` [rad].
+    - `residual`: relative root mean square of the impedance that the part misses, offset included.
+    - `left_out`: frequencies of rows that are far from the others [Hz].
+    - `systematic_error`: relative error of the capacitance that the phase offset of the instrument makes at
+      the middle of the band.
     """
 
     resistance: float
@@ -57,10 +50,9 @@ def fit_parallel_part(
 ) -> ParallelPart:
     """Fit a resistor and a capacitor in parallel to an impedance spectrum, and judge the calibration by it.
 
-    `frequency` (n,), `impedance` (n,).
-
-    Z = R exp(j phi)/(1 + j w R C): the constant phase phi is the calibration's. A pair of R and C alone absorbs part of it
-    with a small residual, and gives a wrong C.
+    Z = R exp(j phi)/(1 + j w R C): the constant phase phi is the calibration's. A pair of R and C alone
+    absorbs part of it with a small residual, and gives a wrong C. `stray_capacitance`, that which a bare
+    resistor in the same leads gives, is taken off. A phase that does not vanish at low frequency is refused.
     """
     grid, data = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
     if grid.ndim != 1 or grid.shape != data.shape or grid.size < _FEWEST:

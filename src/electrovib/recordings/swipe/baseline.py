@@ -25,17 +25,7 @@ _COVERAGE = 2.262
 
 @dataclass(frozen=True)
 class Estimate:
-    """A measured number, its value for every choice of the baseline, and its statistical error.
-
-    Parameters
-    ----------
-    value : float
-        Value with the interpolated baseline, or with the only one if there is no other.
-    by_baseline : mapping of str to float
-        Value with each simple choice of the baseline.
-    standard_error : float
-        Standard error of the mean over the window, from the scatter of its parts and of the baseline.
-    """
+    """A measured number by the interpolated baseline, its value for every choice of it, and its statistical error."""
 
     value: float
     by_baseline: dict[str, float]
@@ -65,17 +55,7 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class Zero:
-    """Zeros of both force sensors in one section free of load.
-
-    Parameters
-    ----------
-    time : float
-        Mean time of the section [s].
-    normal, lateral : float
-        Median readings [N].
-    normal_error, lateral_error : float
-        Their standard errors, without the drift [N].
-    """
+    """Zeros of both force sensors in one section free of load: median readings, with errors without the drift."""
 
     time: float
     normal: float
@@ -117,7 +97,7 @@ def _zero(recording: Recording, span: Span) -> Zero:
 
 
 def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, float]]:
-    """Return the zeros of both forces for each simple choice of the baseline."""
+    """Return the zeros of normal and lateral force for each simple choice of the baseline; the line is evaluated at `at`."""
     found = {name: (zero.normal, zero.lateral) for name, zero in zeros.items()}
     if len(zeros) == 2:
         before, after = zeros["before"], zeros["after"]
@@ -129,19 +109,13 @@ def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, f
 
 
 def block_means(values: NDArray[np.float64], span: Span, *, median: bool = False) -> NDArray[np.float64]:
-    """Return the means, or medians, of `BLOCKS` equal parts of a section.
-
-    `values` (n,); returns `means` (10,).
-    """
+    """Return the means of `BLOCKS` equal parts of a section, or medians, which a brief touch changes less."""
     blocks = np.array_split(values[slice(*span)], BLOCKS)
     return np.array([np.median(block) if median else np.mean(block) for block in blocks])
 
 
 def standard_error(means: NDArray[np.float64]) -> float:
-    """Return the standard error of the mean of independent numbers.
-
-    `means` (n,).
-    """
+    """Return the standard error of the mean of independent numbers."""
     return float(np.std(means, ddof=1) / np.sqrt(len(means)))
 
 

@@ -33,7 +33,7 @@ _FORCES = {
 def recording_of(
     record: Recorded, *, channels: Channels | None = None, speed: float | str | None = None
 ) -> Recording:
-    """Open a recording of a tribometer."""
+    """Open a recording of a tribometer; the position of a Trace is the integral of its sliding speed."""
     if channels is not None:
         if not isinstance(record, (str, Path)) or speed is not None:
             raise InputError(

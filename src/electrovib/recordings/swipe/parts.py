@@ -29,15 +29,7 @@ FEWEST_COUNTS = 100.0
 
 @dataclass(frozen=True)
 class Touch:
-    """A contact: its samples, and the nearest samples free of load before and after it.
-
-    Parameters
-    ----------
-    span : tuple of int
-        Samples under load.
-    before, after : tuple of int or None
-        Samples free of load up to the neighbouring contact or the end of the record; None if there are none.
-    """
+    """A contact: its samples, and those free of load up to the next contact before and after it, or None."""
 
     span: Span
     before: Span | None
@@ -45,10 +37,7 @@ class Touch:
 
 
 def smoothed(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the moving average over `SMOOTHING` around each sample.
-
-    `time` (n,) [s], `values` (n,); returns `averaged` (n,).
-    """
+    """Return the moving average over `SMOOTHING` around each sample."""
     from scipy.ndimage import uniform_filter1d
 
     return np.asarray(uniform_filter1d(values, _width(time), mode="nearest"), dtype=np.float64)
@@ -84,7 +73,7 @@ def find_contacts(recording: Recording) -> list[Touch]:
 
 
 def find_slides(recording: Recording, contact: Touch) -> list[Span]:
-    """Find the sections of a contact in which the finger slides in one direction.
+    """Find the sections of a contact in which the finger slides in one direction; none if there is no motion.
 
     With a position, the finger slides where the speed exceeds half of its largest value. Without one, it is
     taken to slide where the lateral force exceeds half of its largest lasting value, because nothing else in
@@ -153,7 +142,7 @@ def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
 
 
 def middle(recording: Recording, slide: Span, contact: Touch, *, trim: float) -> Span:
-    """Return the steady middle of a slide: without a fraction at both ends, and well inside the contact."""
+    """Return the steady middle of a slide, without `trim` of its distance, or of its time without a position, at both ends."""
     first, last = slide
     along = recording.time if recording.position is None else recording.position
     gone = np.abs(along[first:last] - along[first])

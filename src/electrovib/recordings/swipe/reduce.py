@@ -167,7 +167,6 @@ def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, sw
 def _estimates(
     recording: Recording, zeros: dict[str, Zero], window: Span
 ) -> tuple[Estimate, Estimate, Estimate]:
-    """Return normal force, lateral force and friction with their uncertainty."""
     choices = choices_of(zeros, at=float(np.mean(recording.time[slice(*window)])))
     at = block_means(recording.time, window)
     normal, lateral = (
@@ -209,7 +208,6 @@ def _words(
     swipes: int,
     estimates: tuple[Estimate, Estimate, Estimate],
 ) -> tuple[str, ...]:
-    """Write what was found, and what the record does not determine."""
     normal, lateral, friction = estimates
     first, last = (recording.time[place] for place in (contact.span[0], contact.span[1] - 1))
     said = [
@@ -240,7 +238,6 @@ def _words(
 
 
 def _slide(recording: Recording, distance: float | None) -> str:
-    """Write the sliding distance and how it was found."""
     if distance is not None:
         return f"slides {distance * 1e3:.1f} mm"
     speed = recording.channels.speed

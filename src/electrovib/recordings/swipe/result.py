@@ -15,23 +15,12 @@ if TYPE_CHECKING:
 class SwipeResult:
     """One swipe, reduced to forces and friction.
 
-    Parameters
-    ----------
-    normal_force, lateral_force : Estimate
-        Means over the window [N]; the lateral force is positive in the direction of the friction of this swipe.
-    friction : Estimate
-        Ratio of the lateral to the normal force [1].
-    direction : int
-        1 if the position increases, else -1; without a position, the sign of the lateral force.
-    speed, distance : float or None
-        Mean speed in the window [m/s] and sliding distance of the whole slide [m]. Without a position the speed is the
-        declared one; None if not known.
-    contact, window : tuple of float
-        First and last time [s].
-    words : tuple of str
-        Sentences that state what was found and what the record does not determine.
-    trace : Trace
-        Whole record, with the baseline of this swipe subtracted.
+    - `normal_force`, `lateral_force`: means over the window [N]; the lateral force is positive in the
+      direction of the friction of this swipe.
+    - `direction`: 1 if the position increases, else -1; without a position, the sign of the lateral force.
+    - `speed`, `distance`: mean speed in the window and sliding distance of the whole slide. Without a
+      position the speed is the declared one; None if not known.
+    - `trace`: whole record, with the baseline of this swipe subtracted.
     """
 
     normal_force: Estimate
@@ -46,7 +35,6 @@ class SwipeResult:
     trace: xarray.Dataset
 
     def __repr__(self) -> str:
-        """Return the sentences that state the result."""
         return "\n".join(self.words)
 
     def to_dict(self) -> dict[str, Any]:

@@ -20,19 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """Columns of a record.
-
-    Parameters
-    ----------
-    signal, unit : str
-        Name of the signal and its unit.
-    time : ndarray, shape (n,)
-        Times [s], increasing.
-    values : ndarray, shape (n,)
-        Signal, in its unit.
-    drive : ndarray, shape (n,), or None
-        Drive at the same times [V], or the signal that was chosen for it.
-    """
+    """A signal in its unit over increasing times, and the drive at the same times, or the signal that was chosen for it."""
 
     signal: str
     unit: str
@@ -48,7 +36,7 @@ def columns_of(
     by: str | None = None,
     readback: Readback | None = None,
 ) -> Columns:
-    """Return the signal and the drive of a record."""
+    """Return the signal, the only one besides `by` if None, and the drive of a record, without missing samples."""
     if isinstance(record, (str, Path)):
         from electrovib.data.traces import open_trace
 

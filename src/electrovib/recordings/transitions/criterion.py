@@ -15,7 +15,7 @@ SUPPORTED: Final = 2.0
 
 
 def chosen_form(criterion: Mapping[Name, float]) -> Name:
-    """Choose the simplest form that the data support."""
+    """Choose the first form, from the simplest on, whose criterion is at most 2 above the lowest."""
     lowest = min(criterion.values())
     return next(
         name for name, value in criterion.items() if value <= lowest + SUPPORTED or not math.isfinite(lowest)

@@ -28,22 +28,11 @@ _FEWEST: Final = 5
 
 @dataclass(frozen=True, kw_only=True)
 class Passages:
-    """Passages of one edge through two levels.
+    """Passages of one edge through two levels, with standard errors by the noise.
 
-    Parameters
-    ----------
-    first, last : float
-        Times at which the lower and the upper fraction of the change is reached [s].
-    first_error, last_error : float
-        Their standard errors by the noise [s].
-    time : float
-        Time between them [s].
-    standard_error : float
-        Of that time, with the uncertainty of both levels [s].
-    freedom : float
-        Degrees of freedom of the standard errors.
-    interpolated : bool
-        Whether a passage lies between two samples alone, because too few samples lie near the level.
+    `first` and `last` are the times at which the lower and the upper fraction of the change is reached; the
+    `standard_error` of the time between them includes the uncertainty of both levels. `interpolated` says
+    that a passage lies between two samples alone, because too few lie near the level.
     """
 
     first: float
@@ -59,15 +48,14 @@ class Passages:
 def passages(
     time: Real, values: Real, levels: EdgeLevels, *, fractions: tuple[float, float], edge: float
 ) -> Passages:
-    """Find when an edge passes two fractions of its change.
+    """Find when an edge passes two fractions of its change: last the lower before half of it, first the upper after it.
 
-    `time` (n,) [s], `values` (n,).
-
-    Around each passage a parabola is fitted to the samples for which the signal is within 10 % of the change from the level,
-    or to a section up to 1.6 times as long where the noise leaves the slope uncertain by more than 10 %. Squares are weighted
-    so that they fall to 0 at both ends of the section, which otherwise would be selected by the noise of its outermost
-    samples. Where fewer than five samples lie there, two neighbouring ones are interpolated. The standard error of a passage
-    is that of the fitted value over the slope.
+    Around each passage a parabola is fitted to the samples for which the signal is within 10 % of the change
+    from the level, or to a section up to 1.6 times as long where the noise leaves the slope uncertain by more
+    than 10 %. Squares are weighted so that they fall to 0 at both ends of the section, which otherwise would
+    be selected by the noise of its outermost samples. Where fewer than five samples lie there, two
+    neighbouring ones are interpolated. The standard error of a passage is that of the fitted value over the
+    slope.
     """
     progress = (values - levels.before) / levels.change
     noise_share = levels.noise / abs(levels.change)

@@ -37,26 +37,11 @@ _PER_TIME: Final = 100.0
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeRecord:
-    """One edge with its samples.
+    """One edge with its samples, times counted from `reference`: the edge of the drive, or the middle of the signal.
 
-    Parameters
-    ----------
-    direction : str
-        ``rising`` or ``falling``, of the signal.
-    reference : float
-        Time to which all others refer [s]: the edge of the drive, or the passage of the middle of the signal.
-    reference_error : float
-        Standard uncertainty of that time by the distance of its samples [s].
-    time, values : ndarray, shape (n,)
-        Times after the reference [s] and signal, in its unit.
-    levels : EdgeLevels
-        Before and after.
-    passages : Passages
-        Passages through the levels as recorded.
-    fit_time, fit_values : ndarray, shape (m,)
-        Averages of neighbouring samples, to which forms are fitted.
-    fit_noise : float
-        Standard deviation of such an average before the edge, in the unit of the signal.
+    `reference_error` is the standard uncertainty of that time by the distance of its samples. Forms are
+    fitted to `fit_values`, averages of neighbouring samples, of which `fit_noise` is the standard deviation
+    before the edge.
     """
 
     direction: Direction
@@ -72,10 +57,7 @@ class EdgeRecord:
 
 
 def reference_times(time: Real, values: Real, drive: Real | None) -> list[float]:
-    """Find the times at which edges are expected.
-
-    `time` (n,) [s], `values` (n,), `drive` (n,).
-    """
+    """Find the times at which edges are expected; a reversal of the polarity of the drive is no edge."""
     if drive is None:
         return _of_signal(time, values)
     size = np.abs(drive)
@@ -130,10 +112,7 @@ def edge_record(
     window: float | None,
     before: float | None,
 ) -> EdgeRecord:
-    """Select the samples of one edge, and find its levels and its passages through them.
-
-    `time` (n,) [s], `values` (n,).
-    """
+    """Select the samples of one edge, and find its levels and its passages through them."""
     at = references[number]
     earlier = references[number - 1] if number else float(time[0])
     later = references[number + 1] if number + 1 < len(references) else float(time[-1])
@@ -181,7 +160,6 @@ def _found(
     levels: tuple[float, float],
     driven: bool,
 ) -> tuple[slice, EdgeLevels, Passages]:
-    """Find the levels and the passages of an edge."""
     here = slice(
         int(np.searchsorted(time, at - behind)), int(np.searchsorted(time, at + ahead, side="right"))
     )

@@ -16,23 +16,7 @@ _LEVEL = 0.975
 
 @dataclass(frozen=True, kw_only=True)
 class Interval:
-    """A number with its 95 % interval.
-
-    Parameters
-    ----------
-    value : float
-        Estimate, in the unit of the number.
-    lower, upper : float
-        Ends of the interval; NaN where there is none.
-    standard_error : float
-        Standard error of the estimate; NaN where there is none.
-    scatter : float
-        Standard deviation between edges; NaN with one edge.
-    count : int
-        Number of edges.
-    method : str
-        How the interval was found, or why there is none.
-    """
+    """A number with its 95 % interval; `scatter` is the standard deviation between edges; what there is none of is NaN."""
 
     value: float
     lower: float
@@ -48,7 +32,7 @@ class Interval:
 
 
 def from_noise(value: float, standard_error: float, *, freedom: float = math.inf) -> Interval:
-    """Make the interval of a number of one edge from the standard error that the noise gives it."""
+    """Make the interval of a number of one edge by Student's t; without ends if the standard error is not finite."""
     from scipy.stats import t
 
     if not math.isfinite(standard_error):
@@ -66,7 +50,7 @@ def none(value: float, why: str) -> Interval:
 
 
 def over_edges(each: Sequence[Interval], *, of: str = "edge") -> Interval:
-    """Compute the mean of a number over edges, with its interval by Student's t over the edges."""
+    """Compute the mean of a number over edges, by Student's t over the edges; one edge keeps its own interval."""
     from scipy.stats import t
 
     if len(each) == 1:

@@ -24,17 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RelaxationForm:
-    """One form of a relaxation after a delay.
-
-    Parameters
-    ----------
-    name : str
-        Name in tables.
-    exponentials : int
-        Number of time constants; 0 for an instantaneous change.
-    stretched : bool
-        Whether the exponential is stretched.
-    """
+    """One form of a relaxation after a delay: its number of time constants, 0 for an instantaneous change."""
 
     name: str
     exponentials: int
@@ -55,10 +45,7 @@ class RelaxationForm:
         return (*changes, "after")
 
     def columns(self, time: Real, values: Mapping[str, float], sensor: tuple[float, float] | None) -> Real:
-        """Compute what the amplitudes multiply.
-
-        `time` (n,) [s]; returns `columns` (n, k).
-        """
+        """Compute what the amplitudes multiply, shape (n, k): relaxations from 1 to 0, and a column of ones."""
         start = values["start"]
         if self.stretched:
             shape = {"time_constant": values["time_constant"], "stretching": values["stretching"]}
@@ -92,7 +79,7 @@ STRETCHED: Final = RelaxationForm("stretched exponential", 1, stretched=True)
 
 
 def forms(most: int, *, sensor: bool) -> tuple[RelaxationForm, ...]:
-    """List the forms that are compared."""
+    """List the forms that are compared, by their number of parameters; only a sensor gives an instantaneous change a form."""
     sums = tuple(RelaxationForm(f"{count} exponentials", count) for count in range(2, most + 1))
     return (*((INSTANTANEOUS,) if sensor else ()), EXPONENTIAL, STRETCHED, *sums)
 

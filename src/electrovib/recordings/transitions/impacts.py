@@ -45,16 +45,9 @@ _MOST: Final = 200
 class Impact:
     """One impact or release with its samples.
 
-    Parameters
-    ----------
-    at : float
-        Time of the largest deviation from the level [s].
-    begin, end, rest : int
-        Samples of the first deviation, of the end of the oscillation and of the end of the rest after it.
-    size : float
-        Largest deviation, in the unit of the signal.
-    returns : bool
-        Whether the signal swings about one level, the same before and after.
+    `size` is the largest deviation from the level, at the time `at`. `begin`, `end` and `rest` are the
+    samples of the first deviation, of the end of the oscillation and of the end of the rest after it.
+    `returns` says whether the signal swings about one level, the same before and after.
     """
 
     at: float
@@ -67,17 +60,7 @@ class Impact:
 
 @dataclass(frozen=True)
 class RingSpan:
-    """How long an oscillation lasts.
-
-    Parameters
-    ----------
-    end : float
-        Time at which it has fallen into the noise, by a quarter later, or at which the next impact strikes [s].
-    period : float
-        First estimate of its period [s].
-    swings : bool
-        Whether it falls into the noise about one level.
-    """
+    """The end of an oscillation, in the noise or at the next impact, its rough period, and whether it is about one level."""
 
     end: float
     period: float
@@ -85,13 +68,11 @@ class RingSpan:
 
 
 def find_impacts(time: Real, values: Real) -> list[Impact]:
-    """Find the impacts of a record.
+    """Find the impacts of a record; none if the signal does not leave its noise.
 
-    `time` (n,) [s], `values` (n,).
-
-    The level is a moving median, so that a drift is none. The largest deviation from it is an impact, and its oscillation lasts
-    until it has fallen into the noise or the next impact strikes; what is left is searched again, down to a twentieth of that
-    impact.
+    The level is a moving median, so that a drift is none. The largest deviation from it is an impact, and its
+    oscillation lasts until it has fallen into the noise or the next impact strikes; what is left is searched
+    again, down to a twentieth of that impact.
     """
     level = _level(values)
     deviation = values - level
@@ -117,7 +98,6 @@ def find_impacts(time: Real, values: Real) -> list[Impact]:
 
 
 def _level(values: Real) -> Real:
-    """Moving median of the record."""
     from scipy.ndimage import median_filter
 
     count = max(1, values.size // _BLOCKS)
@@ -161,10 +141,7 @@ def _impact(
 
 
 def end_of_ring(since: Real, deviation: Real, noise: float, begin: float) -> RingSpan:
-    """Find when an oscillation has fallen into the noise: the first period whose rms is below 1.5 times it.
-
-    `since` (n,) [s], `deviation` (n,).
-    """
+    """Find when an oscillation has fallen into the noise: the first period whose rms is below 1.5 times it."""
     after = int(np.searchsorted(since, begin))
     clear = after + np.flatnonzero(np.abs(deviation[after:]) > _ABOVE * noise)
     turns = np.flatnonzero(np.diff(np.sign(deviation[clear])))

@@ -20,22 +20,12 @@ _CLEAR: Final = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeLevels:
-    """Levels before and after an edge.
+    """Levels before and after an edge, with standard errors by the correlation of the samples.
 
-    Parameters
-    ----------
-    before, after : float
-        Means, in the unit of the signal.
-    before_error, after_error : float
-        Their standard errors, with the correlation of the samples.
-    noise : float
-        Standard deviation of a sample before the edge.
-    alike : ndarray, shape (m,)
-        Autocovariance of the noise at lags of 0 to m - 1 samples.
-    freedom : float
-        Degrees of freedom of a variance that is computed from that autocovariance.
-    drift : float
-        Slope before the edge, in the unit of the signal per second; 0 where it is not significant.
+    - `noise`: standard deviation of a sample before the edge.
+    - `alike`: autocovariance of the noise at lags of 0 to m - 1 samples; `freedom` are the degrees of freedom
+      of a variance that is computed from it.
+    - `drift`: slope before the edge per second; 0 where it is not significant.
     """
 
     before: float
@@ -54,10 +44,7 @@ class EdgeLevels:
 
 
 def levels_of(time: Real, values: Real, *, edge: float, settled: float) -> EdgeLevels:
-    """Compute the levels before an edge and after its transition.
-
-    `time` (n,) [s], `values` (n,).
-    """
+    """Compute the levels before the time `edge` and after the time `settled`; 8 samples are needed on either side."""
     before, after = time < edge, time > settled
     if min(np.count_nonzero(before), np.count_nonzero(after)) < 8:
         raise InputError(

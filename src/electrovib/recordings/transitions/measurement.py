@@ -24,19 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """Measurement of the edges of one record, with what is the same for all of them.
-
-    Parameters
-    ----------
-    levels : tuple of float
-        Fractions of the range, counted from the lower level.
-    sensor : Sensor or None
-        Declared sensor.
-    estimated : bool
-        Whether the sensor is estimated.
-    driven : bool
-        Whether the references are the edges of a drive.
-    """
+    """Measurement of the edges of one record at fractions of the range, counted from the lower level."""
 
     levels: tuple[float, float]
     sensor: Sensor | None

@@ -34,22 +34,11 @@ _LEVEL_TIMES: Final = (0.2, 3.0)
 
 @dataclass(frozen=True, kw_only=True)
 class FittedModes:
-    """One form of a damped oscillation fitted to a section.
+    """One form of a damped oscillation, such as ``one mode``, fitted to a section about a level, such as ``linear``.
 
-    Parameters
-    ----------
-    form : str
-        ``one mode``, ``one drifting mode`` or ``two modes``.
-    level : str
-        Level about which it oscillates: ``constant``, ``linear`` or ``exponential`` in time.
-    estimate : LeastSquaresEstimate
-        Frequencies of the damped oscillation [Hz], rates of decay [1/s] and amplitudes.
-    model : ndarray, shape (n,)
-        Fitted signal.
-    rejected : str
-        Why the fit has not this form; else empty.
-    criterion : float
-        BIC of this form fitted to samples without the correlation of the noise, dimensionless.
+    `estimate` has frequencies of the damped oscillation [Hz], rates of decay [1/s] and amplitudes; `rejected`
+    says why the fit has not this form; `criterion` is the BIC of this form fitted to samples without the
+    correlation of the noise.
     """
 
     form: str
@@ -83,10 +72,7 @@ class FittedModes:
         return found
 
     def level_change(self, time: Real) -> Real:
-        """Compute how far the level is from that which the constant part of the fit gives.
-
-        `time` (n,) [s]; returns `change` (n,).
-        """
+        """Compute how far the level is from that which the constant part of the fit gives, at times after the start."""
         values, time = self.estimate.values, np.maximum(time, 0.0)
         if self.level == LINEAR:
             return np.asarray(values["level_slope"] * time)
@@ -124,11 +110,10 @@ def fit_modes(
 ) -> dict[str, FittedModes]:
     """Fit forms of a damped oscillation about a level to a section, with the correlation of the residuals.
 
-    `time` (n,) [s], `values` (n,), `noise` (m,).
-
-    A sum of e^(-r t) [a cos(phase) + b sin(phase)] and a level; phase = 2 pi (f t + d t^2/2) with the drift d of a drifting
-    mode. The time constant of an exponential level is between 1/5 and 3 lengths of the section. Estimates and criterion are
-    found as in `fit_forms`.
+    A sum of e^(-r t) [a cos(phase) + b sin(phase)] and a level; phase = 2 pi (f t + d t^2/2) with the drift d
+    of a drifting mode. The time constant of an exponential level is between 1/5 and 3 lengths of the section.
+    Estimates and criterion are found as in `fit_forms`. `noise` are samples without oscillation; `fitted` the
+    same forms about a simpler level, where the search begins.
     """
     white = Whitening.of(noise)
     found: dict[str, FittedModes] = {}

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def parameters_of(edge: EdgeTimes, form: str, *, driven: bool, estimated: bool) -> dict[str, Interval]:
-    """Return the parameters of a form fitted to one edge, each with its interval."""
+    """Return the parameters of a form fitted to one edge, each with its interval, by the names of `DirectionTimes`."""
     fitted = edge.fitted[form]
     estimate, errors = fitted.estimate, fitted.estimate.standard_deviations
     freedom = estimate.degrees_of_freedom

@@ -29,19 +29,7 @@ _COARSE: Final = 400
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeProblem:
-    """What the fits of all forms to one edge share.
-
-    Parameters
-    ----------
-    edge : EdgeRecord
-        The edge.
-    fractions : tuple of float
-        Fractions of the change between which times are computed, increasing.
-    sensor : Sensor or None
-        Sensor through which the force was recorded.
-    estimated : bool
-        Whether frequency and quality factor of the sensor are fitted too.
-    """
+    """What the fits of all forms to one edge share; times are between the `fractions` of the change."""
 
     edge: EdgeRecord
     fractions: tuple[float, float]

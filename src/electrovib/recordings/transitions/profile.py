@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error: float) -> Interval:
-    """Find the times between levels with which an exponential fits as well, by the increase of the sum of squares."""
+    """Find the times between levels with which an exponential fits as well; from 0 where an instantaneous change does."""
     from scipy.stats import t
 
     factor = EXPONENTIAL.time_between({"time_constant": 1.0}, problem.fractions)

@@ -31,24 +31,12 @@ _APART: Final = 1.2
 class FittedForm:
     """One form of relaxation fitted to one edge.
 
-    Parameters
-    ----------
-    form : RelaxationForm
-        Its form.
-    estimate : LeastSquaresEstimate
-        ``start`` [s], time constants [s], ``stretching``, sensor if it was estimated, and amplitudes in the unit of the signal.
-    sensor : tuple of float, or None
-        Natural frequency [Hz] and quality factor through which it was seen.
-    aicc : float
-        Akaike's criterion on residuals whose correlation was filtered out; infinite if the form was rejected.
-    rejected : str
-        Why the fit is no relaxation; else empty.
-    between : Interval
-        Time between the levels of the force, the sensor taken out [s].
-    reading : ndarray, shape (n,)
-        Fitted signal at the samples.
-    misfit : float
-        Rms of the residual after the start over the standard deviation of the noise before the edge, dimensionless.
+    - `estimate`: ``start`` [s], time constants [s], ``stretching``, sensor if it was estimated, and
+      amplitudes.
+    - `sensor`: natural frequency [Hz] and quality factor through which it was seen.
+    - `aicc`: on residuals whose correlation was filtered out; infinite if the form was rejected.
+    - `between`: time between the levels of the force, the sensor taken out.
+    - `misfit`: rms of the residual after the start over the standard deviation of the noise before the edge.
     """
 
     form: RelaxationForm
@@ -74,7 +62,8 @@ def fit_forms(
     The estimates are those of ordinary least squares, which do not depend on a model of the noise; their
     covariance contains the correlation of the residuals. The criterion is that of the same forms fitted to
     samples that are filtered with a second-order autoregression of the noise before the edge, so that
-    correlated samples count for what they are worth.
+    correlated samples count for what they are worth. Sums of more exponentials than one that is rejected are
+    not fitted.
     """
     problem = EdgeProblem(edge=edge, fractions=fractions, sensor=sensor, estimated=estimated)
     before = edge.fit_time < min(0.0, edge.passages.first - edge.passages.time)

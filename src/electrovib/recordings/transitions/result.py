@@ -17,17 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeTimes:
-    """Times of one edge.
-
-    Parameters
-    ----------
-    record : EdgeRecord
-        Samples, levels and passages.
-    recorded : Interval
-        Time between the levels as recorded [s].
-    fitted : mapping of str to FittedForm
-        Forms of relaxation by name.
-    """
+    """Times of one edge: the time between the levels as recorded, and the forms of relaxation by name."""
 
     record: EdgeRecord
     recorded: Interval
@@ -36,36 +26,21 @@ class EdgeTimes:
 
 @dataclass(frozen=True, kw_only=True)
 class DirectionTimes:
-    """Times of all edges of one direction.
+    """Times of all edges of one direction, ``rising`` or ``falling``.
 
-    Parameters
-    ----------
-    direction : str
-        ``rising`` or ``falling``.
-    edges : tuple of EdgeTimes
-        In the order of the record.
-    recorded : Interval
-        Time between the levels as recorded, as a mean over the edges [s].
-    without_sensor : Interval
-        Time between the levels of the fitted force, the sensor taken out [s]; without a sensor, of the fitted signal.
-    form : str
-        Simplest form of relaxation whose criterion is at most 2 above the lowest.
-    criteria : mapping of str to float
-        AICc of each form over the lowest, summed over the edges, dimensionless; infinite for a form that was rejected.
-    rejected : mapping of str to str
-        Forms that were rejected, and why.
-    parameters : mapping of str to Interval
-        Parameters of the best form as means over the edges, in SI: ``delay`` (with a drive), ``time_constant`` or
-        ``time_constant_1`` and ``share_1`` and so on from the shortest, ``stretching``, and ``frequency`` and ``quality`` of an
-        estimated sensor.
-    exponential : mapping of str to Interval
-        The same of the exponential, whichever form is best.
-    sensor_limit : float
-        Time between the levels that an instantaneous change would show through the sensor [s]; NaN without a sensor.
-    misfit : float
-        Largest rms residual over the noise before the edge, dimensionless.
-    words : tuple of str
-        Sentences about the result, first those that may change its use.
+    - `recorded`: time between the levels as recorded, as a mean over the edges.
+    - `without_sensor`: that of the fitted force, the sensor taken out; without a sensor, of the fitted
+      signal.
+    - `form`: simplest form of relaxation whose criterion is at most 2 above the lowest.
+    - `criteria`: AICc of each form over the lowest, summed over the edges; infinite for one of those in
+      `rejected`.
+    - `parameters`: of the best form as means over the edges, in SI: ``delay`` (with a drive),
+      ``time_constant`` or ``time_constant_1`` and ``share_1`` and so on from the shortest, ``stretching``,
+      and ``frequency`` and ``quality`` of an estimated sensor; `exponential` has those of the exponential,
+      whichever form is best.
+    - `sensor_limit`: time between the levels that an instantaneous change would show through the sensor; NaN
+      without a sensor.
+    - `misfit`: largest rms residual over the noise before the edge.
     """
 
     direction: str
@@ -84,24 +59,11 @@ class DirectionTimes:
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredTimes:
-    """Times between levels of the edges of a recorded signal.
+    """Times between levels of the edges of a recorded signal; a direction without edges is None.
 
-    Parameters
-    ----------
-    signal : str
-        Name of the signal.
-    unit : str
-        Its unit.
-    levels : tuple of float
-        Fractions of the range between the levels before and after an edge, counted from the lower one.
-    rising, falling : DirectionTimes or None
-        By direction of the signal; None if there is no such edge.
-    sensor : str
-        How the sensor was known: ``none``, ``declared`` or ``estimated``.
-    driven : bool
-        Whether the edges are those of a drive.
-    skipped : tuple of str
-        Edges that were not evaluated, and why.
+    `levels` are fractions of the range between the levels before and after an edge, counted from the lower
+    one. `sensor` was ``none``, ``declared`` or ``estimated``; `driven` says whether the edges are those of a
+    drive. `skipped` says which edges were not evaluated, and why.
     """
 
     signal: str

@@ -17,17 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class RingSection:
-    """One damped oscillation fitted from one start on.
-
-    Parameters
-    ----------
-    start : float
-        Time after the reference at which the section begins [s].
-    frequency : Interval
-        Natural frequency [Hz].
-    quality : Interval
-        Quality factor, dimensionless.
-    """
+    """One damped oscillation, fitted from `start` after the reference on, by natural frequency [Hz] and quality factor."""
 
     start: float
     frequency: Interval
@@ -36,34 +26,19 @@ class RingSection:
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredRing:
-    """Resonance, quality factor and drift of a damped oscillation after an impact or a release.
+    """Resonance, quality factor and drift of a damped oscillation after an impact or a release, at the time `reference`.
 
-    Parameters
-    ----------
-    signal, unit : str
-        Name of the signal and its unit.
-    reference : float
-        Time of the impact or release [s].
-    form : str
-        ``one mode``, ``one drifting mode`` or ``two modes``: the simplest whose criterion is at most 2 above the lowest.
-    level : str
-        Level about which the signal oscillates: ``constant``, ``linear`` or ``exponential`` in time, chosen likewise.
-    criteria : mapping of str to float
-        BIC of each form over the lowest, dimensionless; infinite for a form that was rejected.
-    parameters : mapping of str to Interval
-        Of the best form: ``frequency`` [Hz] and ``quality`` of the mode that lasts longer, at the start of the section for a
-        drifting one; ``drift`` [Hz/s] of a drifting mode; ``level_time_constant`` [s] of an exponential level;
-        ``early_frequency`` and ``early_quality`` of the mode that decays sooner.
-    drift : Interval
-        Rate of change of the frequency of one drifting mode [Hz/s], whichever form is best.
-    sections : tuple of RingSection
-        One mode fitted from later and later starts.
-    time, values, model : ndarray, shape (n,)
-        Samples after the reference [s], signal and best form, in the unit of the signal.
-    misfit : float
-        Rms of the residual over the noise at the end of the record, dimensionless.
-    words : tuple of str
-        Sentences about the result, warnings first.
+    - `form`: ``one mode``, ``one drifting mode`` or ``two modes``: the simplest whose criterion is at most 2
+      above the lowest.
+    - `level`: level about which the signal oscillates: ``constant``, ``linear`` or ``exponential`` in time,
+      chosen likewise.
+    - `criteria`: BIC of each form over the lowest; infinite for a form that was rejected.
+    - `parameters`: of the best form: ``frequency`` [Hz] and ``quality`` of the mode that lasts longer, at the
+      start of the section for a drifting one; ``drift`` [Hz/s] of a drifting mode; ``level_time_constant``
+      [s] of an exponential level; ``early_frequency`` and ``early_quality`` of the mode that decays sooner.
+    - `drift`: rate of change of the frequency of one drifting mode [Hz/s], whichever form is best.
+    - `sections`: one mode fitted from later and later starts.
+    - `misfit`: rms of the residual over the noise at the end of the record.
     """
 
     signal: str
@@ -84,15 +59,7 @@ class MeasuredRing:
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredRings:
-    """Damped oscillations after all impacts of a record.
-
-    Parameters
-    ----------
-    rings : tuple of MeasuredRing
-        In the order of time, at least one.
-    skipped : tuple of str
-        Why other impacts were not measured.
-    """
+    """Damped oscillations after all impacts of a record, at least one, and why other impacts were not measured."""
 
     rings: tuple[MeasuredRing, ...]
     skipped: tuple[str, ...] = ()

@@ -30,20 +30,14 @@ _FEWEST: Final = 50
 class Whitening:
     """A filter that makes noise of a second-order autoregression independent.
 
-    Parameters
-    ----------
-    coefficients : tuple of float
-        a1, a2 of e_k = y_k + a1 y_(k-1) + a2 y_(k-2), dimensionless; zeros leave independent noise as it is.
+    `coefficients` are a1, a2 of e_k = y_k + a1 y_(k-1) + a2 y_(k-2); zeros leave independent noise as it is.
     """
 
     coefficients: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
     def of(cls, noise: Real) -> Whitening:
-        """Determine the filter from noise without signal.
-
-        `noise` (n,).
-        """
+        """Determine the filter from noise without signal; fewer than 50 samples give one without effect."""
         if len(noise) < _FEWEST:
             return cls()
         lags = autocovariance(noise - np.mean(noise), fitted=1)[:3]
@@ -63,18 +57,8 @@ class Whitening:
 class Separable:
     """A model y = sum of amplitudes times columns that depend on nonlinear parameters.
 
-    Parameters
-    ----------
-    columns : callable
-        Nonlinear parameters by name to the columns, shape (n, k).
-    data : ndarray, shape (n,)
-        Values to be fitted.
-    free : mapping of str to FreeParameter
-        Nonlinear parameters.
-    names : sequence of str
-        Names of the k amplitudes.
-    ranges : mapping of str to float
-        Step scale of a parameter that is not logarithmic.
+    `columns` maps these parameters to shape (n, k); `names` are those of the k amplitudes; `ranges` is the
+    step scale of a parameter that is not logarithmic.
     """
 
     columns: Callable[[Mapping[str, float]], Real]

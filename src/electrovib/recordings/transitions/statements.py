@@ -27,7 +27,7 @@ def in_few(reasons: Sequence[str]) -> list[str]:
 
 
 def statements(found: DirectionTimes, *, sensor: Sensor | None, estimated: bool) -> tuple[str, ...]:
-    """Write what limits the times of one direction."""
+    """Write what limits the times of one direction, warnings first."""
     which = found.direction.capitalize()
     said = []
     if not found.recorded.lower > 0:

@@ -28,21 +28,7 @@ UNITS: Final = {
 
 @dataclass(frozen=True, kw_only=True)
 class TimeRow:
-    """One number of a measurement.
-
-    Parameters
-    ----------
-    group : str
-        ``rising``, ``falling``, ``ring`` or the impact.
-    name : str
-        What it is.
-    unit : str
-        SI unit; ``1`` if dimensionless.
-    number : Interval
-        Estimate with its interval, in that unit.
-    note : str
-        Why it may be wrong; else empty.
-    """
+    """One number of a measurement, in its SI unit, and why it may be wrong."""
 
     group: str
     name: str

@@ -20,10 +20,7 @@ class Distribution(ABC):
 
     @abstractmethod
     def value(self, share: Real) -> Real:
-        """Return quantiles.
-
-        `share` (n,); returns `value` (n,).
-        """
+        """Return the values, shape (n,), in the SI unit of the parameter at cumulative probabilities above 0 and below 1."""
 
     @abstractmethod
     def share(self, value: float) -> float:
@@ -39,7 +36,7 @@ class Distribution(ABC):
         """Smallest and largest value that can occur, in the SI unit of the parameter; infinite if unbounded."""
 
     def truncated(self, low: float, high: float) -> Distribution:
-        """Return the distribution of the values between two ends, renormalised."""
+        """Return the distribution of the values between two ends, which may be infinite, renormalised."""
         return Truncated(distribution=self, low=low, high=high)
 
 

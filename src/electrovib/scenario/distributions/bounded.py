@@ -24,7 +24,6 @@ class Uniform(Distribution):
     high: float
 
     def __post_init__(self) -> None:
-        """Refuse ends in the wrong order."""
         check_increasing(low=self.low, high=self.high)
 
     def value(self, share: Real) -> Real:
@@ -53,7 +52,6 @@ class LogUniform(Distribution):
     high: float
 
     def __post_init__(self) -> None:
-        """Refuse ends in the wrong order, or at 0."""
         check_positive(low=self.low)
         check_increasing(low=self.low, high=self.high)
 
@@ -84,7 +82,6 @@ class Triangular(Distribution):
     high: float
 
     def __post_init__(self) -> None:
-        """Refuse numbers in the wrong order."""
         if not self.low <= self.likely <= self.high or self.low == self.high:
             raise InputError(
                 f"low = {self.low:g}, likely = {self.likely:g}, high = {self.high:g}: expected them in this order"

@@ -17,7 +17,7 @@ def bounded(share: float) -> float:
 
 
 def log_ratio(value: float, to: float) -> float:
-    """Return the logarithm of a ratio."""
+    """Return the natural logarithm of a ratio, minus infinity where `value` is 0 or less."""
     if value <= 0:
         return -math.inf
     return math.log(value / to) if math.isfinite(value) else math.inf

@@ -46,7 +46,6 @@ class Normal(Distribution):
         return self._below(self.low), self._below(2 * self.mean - self.high)
 
     def _below(self, value: float) -> float:
-        """Cumulative probability without ends."""
         return 0.5 * math.erfc((self.mean - value) / (self.deviation * math.sqrt(2)))
 
     def value(self, share: Real) -> Real:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def connected(names: Sequence[str], links: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], ...]:
-    """Split names into the smallest sets that no link joins."""
+    """Split names into the smallest sets that no link joins; sets and names are in the order of `names`."""
     set_of = {name: {name} for name in names}
     for link in links:
         joined = set().union(*(set_of[name] for name in link))

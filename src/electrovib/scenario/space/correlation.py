@@ -25,22 +25,10 @@ _TRIALS: Final = np.linspace(-1, 1, 201)
 class Copula:
     """Gaussian copula: normal variables with given correlations make the shares of the parameters dependent.
 
-    Parameters
-    ----------
-    paths : sequence of str
-        All parameters.
-    correlations : mapping of (str, str) to float
-        Pair of parameters to the correlation coefficient of their normal variables, from -1 to 1; 0 for the other pairs.
-
-    Raises
-    ------
-    InputError
-        If no normal variables have these correlations; names the pair whose coefficient has to change least.
-
-    Notes
-    -----
-    The rank correlation of two parameters is 6/pi asin(r/2) for any distributions. Sums are written out, because a
-    product of matrices may round differently for another number of draws.
+    `correlations` maps a pair of parameters to the correlation coefficient r of their normal variables; other
+    pairs have 0. Where no normal variables have these correlations, the pair whose coefficient has to change
+    least is named. The rank correlation is 6/pi asin(r/2) for any distributions. Sums are written out,
+    because a product of matrices may round differently for another number of draws.
     """
 
     def __init__(self, paths: tuple[str, ...], correlations: Mapping[tuple[str, str], float]) -> None:
@@ -52,7 +40,7 @@ class Copula:
         self._factors = [_factor(each, _matrix(each, correlations)) for each in self.sets]
 
     def applied(self, shares: Mapping[str, Real]) -> dict[str, Real]:
-        """Return dependent shares made of independent ones."""
+        """Return dependent shares made of independent ones; each alone is as uniform as before."""
         found = dict(shares)
         for paths, factor in zip(self.sets, self._factors, strict=True):
             if paths[0] in shares:

@@ -21,9 +21,10 @@ _LARGEST: Final = 2**64
 
 
 def uniform_shares(stream: str, *, seed: int, start: int, stop: int, attempt: int = 0) -> Real:
-    """Return independent uniform numbers of consecutive draws.
+    """Return independent uniform numbers, from 2**-53 to 1 - 2**-53, of the draws from `start` to before `stop`.
 
-    Returns `shares` (stop - start,).
+    Another `stream` or `attempt`, the number of a repetition from 0, gives independent numbers; `seed` is
+    below 2**64.
     """
     key = np.array([seed, _key_of(stream)], dtype=np.uint64)
     counter = np.array([start // _WORDS, 0, 0, attempt], dtype=np.uint64)

@@ -29,7 +29,12 @@ _FILE: Final = ("file", "column")
 
 
 def read_distribution(path: str, content: Any, quantity: Quantity, *, folder: Path) -> Distribution:
-    """Read the table of one distribution."""
+    """Read the table of one distribution, ``{ model = "Normal", mean = "5 um", deviation = "1 um" }``.
+
+    ``low`` and ``high`` truncate any distribution, and a number alone is that value for every draw. All
+    values, but for a negligible share, have to be within the range of the parameter. Keys of the source are
+    not read here.
+    """
     if isinstance(content, (int, float, str)) and not isinstance(content, bool):
         content = {"model": "Empirical", "values": [content]}
     kind = _kind(path, content)

@@ -24,15 +24,7 @@ _ROUNDING: Final = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Group:
-    """One group of a population, with distributions of its own.
-
-    Parameters
-    ----------
-    share : float
-        Part of the population, dimensionless, above 0 and at most 1.
-    distributions : mapping of str to Distribution
-        Dotted path to the distribution of its values in this group, in SI.
-    """
+    """One group of a population: its share, above 0 and at most 1, and distributions of its own by dotted path."""
 
     share: float
     distributions: Mapping[str, Distribution]
@@ -40,13 +32,7 @@ class Group:
 
 @dataclass(frozen=True, kw_only=True)
 class Grouping:
-    """A division of a population into groups, of which every finger belongs to one.
-
-    Parameters
-    ----------
-    groups : mapping of str to Group
-        Name to group; the shares add up to 1.
-    """
+    """A division of a population into groups, whose shares add up to 1, and of which every finger belongs to one."""
 
     groups: Mapping[str, Group]
 
@@ -66,18 +52,12 @@ class Grouping:
         return tuple(dict.fromkeys(path for group in self.groups.values() for path in group.distributions))
 
     def chosen(self, share: Real) -> NDArray[Any]:
-        """Return the number of the group at given cumulative probabilities.
-
-        `share` (n,); returns `group` (n,).
-        """
+        """Return the position from 0 of the group at given cumulative probabilities."""
         ends = np.cumsum([group.share for group in self.groups.values()])[:-1]
         return np.searchsorted(ends, share, side="right")
 
     def values(self, path: str, share: Real, chosen: NDArray[Any], default: Distribution | None) -> Real:
-        """Return quantiles of one parameter, each of the distribution of its group.
-
-        `share` (n,), `chosen` (n,); returns `values` (n,).
-        """
+        """Return quantiles of one parameter, each of the distribution of its group or, where that has none, of `default`."""
         found = np.empty(np.shape(share))
         for number, group in enumerate(self.groups.values()):
             distribution = group.distributions.get(path, default)

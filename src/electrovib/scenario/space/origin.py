@@ -19,18 +19,9 @@ CONFIDENCES: Final = ("high", "medium", "low")
 class Origin:
     """Source of a distribution, or of the share of a group.
 
-    Parameters
-    ----------
-    source : str
-        Where the numbers are from.
-    status : str
-        How the source was read, one of `electrovib.core.status.STATUSES`; empty where none is stated.
-    confidence : str
-        One of `CONFIDENCES`; empty where none is stated.
-    choice : str
-        What no source gives and the author of the space has chosen.
-    optional : bool
-        Whether a scenario without the parameter can be used; the entry is then omitted.
+    `status` is one of `electrovib.core.status.STATUSES` and `confidence` one of `CONFIDENCES`; empty where
+    none is stated. `choice` is what no source gives and the author of the space has chosen. With `optional`
+    the entry is omitted for a scenario without the parameter.
     """
 
     source: str = ""

@@ -16,7 +16,7 @@ PARTS: Final = ("schema", "title", "relations", "space", "correlation", "groups"
 
 
 def tables_of(source: object) -> tuple[Mapping[str, Any], Path]:
-    """Return the tables of a space, and the folder to which its files are relative."""
+    """Return the tables of a TOML file or shipped population, and the folder to which their files are relative."""
     if isinstance(source, Mapping):
         whole = any(part in source for part in PARTS)
         return (source if whole else {"space": source}), Path()

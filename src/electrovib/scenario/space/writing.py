@@ -23,7 +23,7 @@ WITHOUT_UNIT: Final = frozenset({"factor"})
 
 
 def space_table(space: Space, *, texts: bool = False) -> dict[str, Any]:
-    """Write a space as nested tables."""
+    """Write a space as nested tables; `texts` writes a number with a unit where that reads back to the same float."""
     units = space.units if texts else {}
     entries = {
         path: _written(each, units.get(path, "1")) | _origin(space, path)
