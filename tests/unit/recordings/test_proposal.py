@@ -75,3 +75,11 @@ def test_a_time_without_a_unit_is_said_in_the_listing(tmp_path):
     assert "states no unit: s are assumed" in lines
     (tmp_path / "a.csv").write_text(table("time (ms),force,voltage"))
     assert "assumed" not in "\n".join(ev.recordings.importing.list_columns(tmp_path / "a.csv"))
+
+
+@pytest.mark.parametrize(("heading", "unit"), [("t_ms", "ms"), ("Time_s", "s"), ("Zeit_us", "us")])
+def test_a_time_has_the_unit_at_the_end_of_its_heading(tmp_path, heading, unit):
+    (tmp_path / "a.csv").write_text(table(f"{heading};F_N"))
+    recorded = read_recorded(tmp_path / "a.csv")
+    assert recorded.time == heading
+    assert [each.unit for each in recorded.channels] == [unit, ""]  # N of F_N may mean normal

@@ -10,7 +10,9 @@ _BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
 _PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
 """Headings of the parts of an impedance, of which ZPlot calls one a and the other b."""
 _RESISTIVITY: Final = re.compile(r"([kMGTmuµ]?)(?:[Oo]hms?|OHMS?|Ω|\u2126)[ .*·⋅-]?(c?m)")
-_CONDUCTIVITY: Final = re.compile(r"(.+?)(?: in |/)([mnuµ]?S/c?m)")
+_TIME: Final = re.compile(r"(?P<name>(?i:t|time|zeit|temps)_(?P<unit>[mnuµ]?s))")
+"""Headings of times that end with their unit; after other names a letter may be an index, as N in ``F_N``."""
+_CONDUCTIVITY: Final = re.compile(r"(?P<name>.+?)(?: in |/)(?P<unit>[mnuµ]?S/c?m)")
 UNITS: Final = {
     "volt": "V", "volts": "V", "v": "V", "mv": "mV", "uv": "uV", "kv": "kV", "ampere": "A", "amperes": "A",
     "amp": "A", "amps": "A", "a": "A", "ma": "mA", "ua": "uA", "second": "s", "seconds": "s", "sec": "s", "s": "s",
@@ -42,8 +44,8 @@ def name_and_unit(heading: str) -> tuple[str, str]:
         return name or heading, unit if known is None else known
     if heading.startswith("in ") and as_unit(heading[3:]):  # as Rohde & Schwarz write the time
         return "time", as_unit(heading[3:]) or ""
-    if found := _CONDUCTIVITY.fullmatch(heading):
-        return found[1], found[2].replace("µ", "u")
+    if found := _TIME.fullmatch(heading) or _CONDUCTIVITY.fullmatch(heading):
+        return found["name"], found["unit"].replace("µ", "u")
     for sign in (" in ", "/"):
         name, _, last = heading.rpartition(sign)
         if name and as_unit(last) and not _PER_TIME.fullmatch(heading):
