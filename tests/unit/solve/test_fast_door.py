@@ -18,7 +18,7 @@ from electrovib.solve.diagnostics.evaluation_times import MOST_CORNERS
 from electrovib.solve.electrics.linear import straight
 from electrovib.solve.electrics.linear.graded import FEW, fading
 from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.recursion import march, march_loop, states_at, uneven
+from electrovib.solve.recursion import blocks, march, march_loop, states_at, uneven
 from electrovib.solve.stack.transfer import Transfer
 
 SAME = 1e-12
@@ -62,7 +62,8 @@ def test_values_and_lags_of_a_march_are_those_of_the_loop(count, seed, jitter, j
 
 @pytest.mark.parametrize("steps", [1e-6, None])
 def test_a_drive_that_jumps_everywhere_is_followed_from_stretch_to_stretch(steps, monkeypatch):
-    monkeypatch.setattr(uneven, "_HELD", 1)
+    monkeypatch.setattr(blocks, "_HELD", 1)
+    monkeypatch.setattr(uneven, "PRODUCT", 1)
     rng = np.random.default_rng(5)
     starts, ends = rng.normal(size=(2, 400))
     steps = rng.uniform(0.5e-6, 2e-6, 400) if steps is None else steps

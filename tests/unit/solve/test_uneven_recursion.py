@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.solve.recursion import hold_weights, march, march_loop, states_at, uneven
+from electrovib.solve.recursion.hold import SLOW
 from electrovib.solve.recursion.record import StraightDrive
 
 SAME = 1e-12  # of the largest possible output; some thousand roundings of 1.1e-16 at most
@@ -59,6 +60,7 @@ def test_the_compiled_recursion_is_the_loop(seed, kind, rates, pieces):
     expected, final = march_loop(**given_, lag=lag)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(uneven, "_WORTH", 0)
+        patch.setattr(uneven, "PRODUCT", 10_000)  # a hundred pieces of ten modes together
         found, state = march(**given_, lag=lag)
     assert np.max(np.abs(found - expected)) <= SAME * size_of(given_)
     assert np.max(np.abs(state - final), initial=0) <= SAME * size_of(given_)
@@ -76,6 +78,7 @@ def test_states_at_places_are_those_of_the_reference(seed, kind, rates):
     expected = states_at(*drive, places)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(uneven, "_WORTH", 0)
+        patch.setattr(uneven, "PRODUCT", 10_000)  # a hundred pieces of ten modes together
         found = states_at(*drive, places)
     assert np.max(np.abs(found - expected), initial=0) <= SAME * size_of(given_)
 
@@ -139,7 +142,7 @@ def test_a_huge_drive_for_a_moment_leaves_what_its_moment_brings(monkeypatch, in
     np.testing.assert_allclose(found, np.array(expected)[places], rtol=1e-12)
 
 
-@pytest.mark.parametrize("fall", [1e-9, 1e-3, 0.999 * uneven.SLOW, 1.001 * uneven.SLOW, 0.9, 7.0])
+@pytest.mark.parametrize("fall", [1e-9, 1e-3, 0.999 * SLOW, 1.001 * SLOW, 0.9, 7.0])
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.6, 0.99, 1.0, 50.0])
 def test_what_one_ramp_leaves_is_its_weight(compiled, fall, share):
     """From rest, in a usual piece, in a short one, and in a pause among a hundred usual ones."""
@@ -149,7 +152,7 @@ def test_what_one_ramp_leaves_is_its_weight(compiled, fall, share):
     found = states_at([-fall], drive[:-1], drive[1:], steps, [0.0], places)[0, 1]
     expected = hold_weights(-fall * share)[2]
     # some ten roundings of 1.1e-16 of a slow mode; of another one, the drive less its lag, of the drive
-    assert abs(found - expected) < (4e-15 * expected if fall < uneven.SLOW else 1e-15)
+    assert abs(found - expected) < (4e-15 * expected if fall < SLOW else 1e-15)
 
 
 @pytest.mark.parametrize("fall", [3.0, 10.0, 20.0, 40.0])

@@ -99,14 +99,14 @@ def _put_out(
         part = slice(first, min(first + length, blocks))
         seen = [signal[part] for signal in whole]
         states = _states_before_blocks(seen, onto_state, z, state)
-        _multiply([*seen, _numbers(states[:-1])], onto_output, [record[part] for record in records])
+        _multiply([*seen, numbers(states[:-1])], onto_output, [record[part] for record in records])
         state = states[-1]
     tail = np.zeros((len(whole), 1, _BLOCK))  # the samples left over and the last point
     tail[:, 0, :rest] = [signal[end:] for signal in inputs.signals]
     pushed = (np.roll(tail, -rest, axis=2).reshape(-1) @ onto_state).view(z.dtype)
     tail[0, 0, rest] = inputs.at_end
     last = np.empty((len(rows), 1, _BLOCK))
-    _multiply([*tail, _numbers(state[np.newaxis])], onto_output, list(last))
+    _multiply([*tail, numbers(state[np.newaxis])], onto_output, list(last))
     for row, each in zip(rows, last, strict=True):
         row[end:] = each[0, : rest + 1]
     return np.asarray(np.exp(rest * z) * state + pushed)
@@ -151,13 +151,13 @@ def _onto_output(gains: Numbers, direct: Real, inputs: _Inputs, z: Numbers) -> R
     since = np.arange(_BLOCK) - np.arange(_BLOCK)[:, np.newaxis]
     triangles = np.where(since >= 0, responses[:, :, np.maximum(since, 0)], 0.0)
     decays = np.exp(np.multiply.outer(np.arange(_BLOCK), z))
-    free = _numbers(np.conj(gains[:, np.newaxis] * decays)).swapaxes(1, 2)
+    free = numbers(np.conj(gains[:, np.newaxis] * decays)).swapaxes(1, 2)
     return np.concatenate([triangles.reshape(len(gains), len(inputs.now) * _BLOCK, _BLOCK), free], axis=1)
 
 
 def _onto_state(inputs: _Inputs, z: Numbers, block: int) -> Real:
     """Return the share of every sample of a block in the state before the next block, (signals * block, numbers)."""
-    shares = _numbers(_responses(inputs, z, block)[:, :0:-1])
+    shares = numbers(_responses(inputs, z, block)[:, :0:-1])
     return shares.reshape(len(inputs.now) * block, shares.shape[2])
 
 
@@ -167,7 +167,7 @@ def _responses(inputs: _Inputs, z: Numbers, longest: int) -> Numbers:
     return np.concatenate([inputs.now[:, np.newaxis], inputs.later[:, np.newaxis] * decays], axis=1)
 
 
-def _numbers(modes: Numbers) -> Real:
+def numbers(modes: Numbers) -> Real:
     """Return the real and imaginary parts of modes side by side, (..., numbers); real modes are returned as they are."""
     return np.ascontiguousarray(modes).view(np.float64)
 
@@ -224,6 +224,8 @@ def states_before(pushes: Numbers, z: Numbers, state: Numbers) -> Numbers:
 
 def _fold(intervals: Numbers, columns: int, rows: int) -> Numbers:
     """Return numbers of successive intervals, (intervals, poles), as a table (columns, rows, poles) filled up with zeros."""
-    padded = np.zeros((rows * columns, intervals.shape[1]), intervals.dtype)
-    padded[: len(intervals)] = intervals
-    return np.ascontiguousarray(padded.reshape(rows, columns, intervals.shape[1]).swapaxes(0, 1))
+    table = np.zeros((columns, rows, intervals.shape[1]), intervals.dtype)
+    whole, rest = divmod(len(intervals), columns)
+    table[:, :whole] = intervals[: whole * columns].reshape(whole, columns, intervals.shape[1]).swapaxes(0, 1)
+    table[:rest, whole : whole + 1] = intervals[whole * columns :, np.newaxis]
+    return table

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.solve.recursion.uneven import SLOW
+from electrovib.solve.recursion.hold import SLOW
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import factorial
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 # 1/2!, 1/3!, ...: the first term left out is below 1e-17 of the sum for every |z| < 1
 _SERIES = [1.0 / factorial(order) for order in range(2, 19)]
 _Weights: TypeAlias = "tuple[Numbers, Numbers, Numbers]"
+SLOW: Final = 1 / 32
+"""Rate times usual step up to which the state of a mode is advanced in an uneven record; of faster modes it is the lag."""
 
 
 def hold_weights(z: ArrayLike) -> tuple[Real, Real, Real]:

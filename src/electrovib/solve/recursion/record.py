@@ -51,7 +51,8 @@ class StraightDrive(NamedTuple):
     def jumps(self) -> Real | None:
         """Return the drop of the drive at the beginning of each piece, or None for a continuous drive."""
         before, after = self.ends[:-1], self.starts[1:]
-        if np.array_equal(before, after):
+        same_memory = before.ctypes.data == after.ctypes.data  # both are contiguous and equally long
+        if same_memory or np.array_equal(before, after):
             return None
         return np.concatenate(([0.0], before - after))
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.recursion.blocks import states_before
-from electrovib.solve.recursion.hold import weights_of
+from electrovib.solve.recursion.blocks import PRODUCT, numbers, states_before
+from electrovib.solve.recursion.hold import SLOW, weights_of
 from electrovib.solve.recursion.record import StraightDrive
 
 if TYPE_CHECKING:
@@ -18,12 +18,6 @@ if TYPE_CHECKING:
 
 _WORTH: Final = 1_000_000
 """Modes times pieces from which loading the compiled code costs less time than it saves."""
-_AT_ONCE: Final = 1024
-"""Pieces whose states are in memory together in compiled code."""
-_HELD: Final = 1 << 17
-"""The same without it: modes times pieces."""
-SLOW: Final = 1 / 32
-"""Rate times usual step up to which the state of a mode is advanced; of faster modes it is the lag behind the drive."""
 _OUTLIER: Final = 4.0
 """Ratio to the mean step above which a step is not a usual one."""
 _GRADED: Final = 1e-4
@@ -51,10 +45,11 @@ def march_uneven(modes: Modes, drive: StraightDrive, state: Numbers, output: Rea
     plan = _plan(modes, drive)
     gains, lag = modes.gains[:, plan.order], np.arange(plan.poles.size) >= plan.slow
     level = modes.direct + (gains.real * (lag - modes.lag[:, np.newaxis].astype(float))).sum(axis=1)
-    for part, followed in _followed(plan, drive, state):
+    shares = numbers(np.conj(gains))  # the real part of a product
+    for part, followed in _followed(plan, drive, state, len(gains)):
         np.multiply.outer(level, drive.starts[part], out=output[:, part])
-        output[:, part] += (gains @ followed[:-1].T).real
-    output[:, -1] = (gains @ followed[-1]).real + level * drive.ends[-1]
+        output[:, part] += shares @ numbers(followed[:-1]).T
+    output[:, -1] = shares @ numbers(followed[-1]) + level * drive.ends[-1]
     final = np.empty_like(followed[-1])
     final[plan.order] = followed[-1] + lag * drive.ends[-1]
     return np.asarray(final)
@@ -67,7 +62,7 @@ def uneven_states(modes: Modes, drive: StraightDrive, state: Numbers, places: In
     """
     plan, levels = _plan(modes, drive), np.append(drive.starts, drive.ends[-1])
     found = np.empty((len(places), plan.poles.size), state.dtype)
-    for part, followed in _followed(plan, drive, state):
+    for part, followed in _followed(plan, drive, state, 0):
         some = slice(*np.searchsorted(places, [part.start, part.stop + 1]))
         found[some, plan.order] = followed[places[some] - part.start]
     found[:, plan.order[plan.slow :]] += levels[places, np.newaxis]
@@ -101,12 +96,15 @@ def _compiled(poles: Numbers, drive: StraightDrive) -> Any:
     return follow
 
 
-def _followed(plan: _Plan, drive: StraightDrive, state: Numbers) -> Iterator[tuple[slice, Numbers]]:
+def _followed(
+    plan: _Plan, drive: StraightDrive, state: Numbers, outputs: int
+) -> Iterator[tuple[slice, Numbers]]:
     """Yield intervals of a drive with states and lags before each piece and after the last, (pieces + 1, modes)."""
     pieces, rates = drive.starts.size, -plan.poles
     followed = state[plan.order]
     followed[plan.slow :] -= drive.starts[0]
-    length = _AT_ONCE if plan.compiled else max(1, _HELD // max(1, plan.poles.size))
+    # the product with the gains stays on one thread, and the states in the second-level cache
+    length = max(1, PRODUCT // max(1, numbers(rates).size * max(8, outputs)))
     for begin in range(0, pieces, length):
         part = slice(begin, min(begin + length, pieces))
         some = StraightDrive(*(each[part] for each in drive))
