@@ -83,6 +83,17 @@ def test_states_at_places_are_those_of_the_reference(seed, kind, rates):
     assert np.max(np.abs(found - expected), initial=0) <= SAME * size_of(given_)
 
 
+def test_slow_modes_keep_their_digits_over_very_many_pieces():
+    """The response to 1 V from rest is one exponential for each mode."""
+    steps = 1e-6 * (1 + np.random.default_rng(3).uniform(-0.2, 0.2, 1_000_000))
+    time, drive = np.append(0.0, np.cumsum(steps)), np.ones(len(steps) + 1)
+    rates = np.array([0.3, 0.7, 1.1, 13.0, 2e4, 4e4])
+    found, state = march(-rates, np.eye(6), np.zeros(6), drive[:-1], drive[1:], steps, np.zeros(6))
+    expected = -np.expm1(-rates[:, np.newaxis] * time)
+    assert np.max(np.abs(found - expected)) < 5e-14
+    assert np.max(np.abs(state - expected[:, -1])) < 5e-14
+
+
 def test_a_lag_keeps_its_digits(compiled):
     """Of a mode far faster than the pieces the lag is the slope over its rate, to rounding of itself."""
     generator, rate = np.random.default_rng(2), 1e9
