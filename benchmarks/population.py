@@ -1,4 +1,4 @@
-"""Many fingers and very long records: the compiled kernels compared with numpy, JAX and scipy in one run.
+"""Many fingers: the compiled kernels compared with numpy and JAX in one run.
 
 Run from the root of the repository with ``python -m benchmarks.population``; rows of JAX need JAX to be installed.
 """
@@ -9,11 +9,10 @@ import tracemalloc
 from collections.abc import Callable
 from contextlib import contextmanager
 from statistics import median
-from time import perf_counter, process_time, sleep
+from time import perf_counter, process_time
 from typing import NamedTuple
 
 import numpy as np
-from benchmarks import one_finger
 from benchmarks.population_peers import batched_eigenvalues, by_jax, mean_square_of_powers, plain_numpy
 from benchmarks.table import surroundings, write_page
 
@@ -28,7 +27,6 @@ from electrovib.solve.population.kernels import (
     secular_roots_many,
     square_moments_many,
 )
-from electrovib.solve.recursion import long_records, march
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
 DRAWS, FREQUENCIES = 100_000, np.geomspace(1, 1e6, 200)
@@ -44,15 +42,14 @@ class Measured(NamedTuple):
     result: object
 
 
-def measure(name: str, work: Callable[[], object], repeats: int, pause: float = 0.0) -> Measured:
-    """Run some work once unmeasured and then several times, one after the other or after pauses [s]."""
+def measure(name: str, work: Callable[[], object], repeats: int) -> Measured:
+    """Run some work once unmeasured and then several times, one after the other."""
     result = work()
     wall, processor = [], []
     gc.collect()
     gc.disable()
     for _ in range(repeats):
         result = None
-        sleep(pause)
         begin, used = perf_counter(), process_time()
         result = work()
         wall.append(perf_counter() - begin)
@@ -246,47 +243,10 @@ def sweeps() -> list[object]:
     ]
 
 
-def long_record() -> list[list[object]]:
-    """Return the tables of one finger and a long record."""
-    drive = one_finger.trapezoidal_pulse()
-    places = np.unique(np.concatenate([np.arange(0, drive.size, 24_770), [1, 100, 200, drive.size - 1]]))
-    exact = one_finger.reference(places)
-    worth, rest = long_records._WORTH, np.zeros(one_finger.POLES.size)  # noqa: SLF001
-
-    def work(samples: np.ndarray, least: int) -> Callable[[], np.ndarray]:
-        def run() -> np.ndarray:
-            long_records._WORTH = least  # noqa: SLF001
-            gains = [one_finger.GAINS], [one_finger.DIRECT]
-            found = march(one_finger.POLES, *gains, samples[:-1], samples[1:], one_finger.STEP, rest)[0][0]
-            long_records._WORTH = worth  # noqa: SLF001
-            return found
-
-        return run
-
-    found = [
-        measure("electrovib, numba", work(drive, 0), 101),
-        measure("the same, each time after a pause of 30 ms", work(drive, 0), 25, 0.03),
-        measure("electrovib, numpy", work(drive, 10**12), 9),
-        measure("sosfilt, 6 biquads", one_finger._biquads(drive), 9),  # noqa: SLF001
-        measure("scipy.signal.lsim", one_finger._lsim(drive), 2),  # noqa: SLF001
-    ]
-    scale = np.abs(exact).max()
-    remarks = {each.name: f"error {np.abs(each.result[places] - exact).max() / scale:.1e}" for each in found}
-    long = np.tile(drive, 10)
-    copied = [measure("copy of the record", long.copy, 5), measure("electrovib, numba", work(long, 0), 5)]
-    notes = [f"{drive.size} samples, {MODES} modes; errors against a closed form of 40 digits."]
-    times = "Weights and memory for the result included; the compiled code is loaded before."
-    longer = [f"{long.size} samples, {MODES} modes."]
-    return [
-        ["One long record", [*notes, times], head("ns/sample"), ratio_rows(found, 1e-9, drive.size, remarks)],
-        ["Ten times longer", longer, head("ns/sample"), ratio_rows(copied, 1e-9, long.size, {})],
-    ]
-
-
 def main() -> None:
     """Measure all and write the page."""
     before = os.getloadavg()[0]
-    tables = [*stepping(), poles(), sweeps(), *long_record()]
+    tables = [*stepping(), poles(), sweeps()]
     notes = [
         f"Kernel: {kernel_name()}. {surroundings(['numpy', 'scipy', 'numba', 'jax'])}",
         "Medians of repeats one after the other, after an unmeasured one; garbage is not collected meanwhile.",
@@ -294,7 +254,7 @@ def main() -> None:
         f"{os.getloadavg()[0]:.1f} at the end: on a busy machine wall times of kernels with two threads suffer most, and "
         "processor times are the more reliable ones. Rows are comparable only within a table.",
     ]
-    write_page("population.md", "Many fingers and long records", notes, tables)
+    write_page("population.md", "Many fingers", notes, tables)
 
 
 if __name__ == "__main__":

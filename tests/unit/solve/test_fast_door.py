@@ -18,7 +18,7 @@ from electrovib.solve.diagnostics.evaluation_times import MOST_CORNERS
 from electrovib.solve.electrics.linear import straight
 from electrovib.solve.electrics.linear.graded import FEW, fading
 from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.recursion import jittered, march, march_loop, states_at
+from electrovib.solve.recursion import blocks, march, march_loop, states_at, uneven
 from electrovib.solve.stack.transfer import Transfer
 
 SAME = 1e-12
@@ -62,7 +62,8 @@ def test_values_and_lags_of_a_march_are_those_of_the_loop(count, seed, jitter, j
 
 @pytest.mark.parametrize("steps", [1e-6, None])
 def test_a_drive_that_jumps_everywhere_is_followed_from_stretch_to_stretch(steps, monkeypatch):
-    monkeypatch.setattr(jittered, "_HELD", 1)
+    monkeypatch.setattr(blocks, "_HELD", 1)
+    monkeypatch.setattr(uneven, "PRODUCT", 1)
     rng = np.random.default_rng(5)
     starts, ends = rng.normal(size=(2, 400))
     steps = rng.uniform(0.5e-6, 2e-6, 400) if steps is None else steps
@@ -155,7 +156,7 @@ def test_stamps_written_as_decimal_numbers_are_even(factor, start):
 def test_one_march_for_all_signals_of_a_measured_drive(monkeypatch):
     """Values and lags of one set of modes; the times between need states at few samples, and no recursion."""
     marches, states = [], []
-    real_march, real_states = straight.march_rows, states_at
+    real_march, real_states = straight.march, states_at
 
     def march_counted(poles, gains, *more, **options):
         marches.append(np.shape(gains))
@@ -165,7 +166,7 @@ def test_one_march_for_all_signals_of_a_measured_drive(monkeypatch):
         states.append(len(places))
         return real_states(poles, starts, ends, steps, state, places)
 
-    monkeypatch.setattr(straight, "march_rows", march_counted)
+    monkeypatch.setattr(straight, "march", march_counted)
     monkeypatch.setattr("electrovib.solve.electrics.linear.break_states.states_at", states_counted)
     ev.simulate(measured(np.array([float(text) for text in DECIMALS])))
     assert len(VOLTS) > MOST_CORNERS

@@ -1,4 +1,4 @@
-"""The recursion of conjugate pairs and of every k-th sample, against closed forms, its plain loop and `march`."""
+"""The recursion of conjugate pairs, against closed forms, its plain loop and `march`."""
 
 import mpmath
 import numpy as np
@@ -11,7 +11,6 @@ from electrovib.solve.recursion import (
     hold_weights,
     hold_weights_complex,
     march,
-    march_chain,
     march_loop,
     march_pairs,
     march_pairs_loop,
@@ -104,30 +103,28 @@ def records(draw):
     return poles, gains, rng.normal(size=outputs), starts, ends, steps if many else step, state
 
 
-@pytest.mark.slow
 @settings(deadline=None, max_examples=120)
-@given(records(), st.one_of(st.integers(1, 130), st.just(5000)))
-def test_fast_way_equals_the_loop_and_keeps_every_kth(record, keep):
+@given(records())
+def test_fast_way_equals_the_loop(record):
     _, gains, direct, *_ = record
     expected, expected_final = march_pairs_loop(*record)
     scale = 100.0 * (2 * np.abs(gains).sum(axis=1) + np.abs(direct)).max()
-    for every in (1, keep):
-        output, final = march_pairs(*record, keep=every)
-        assert output.shape == expected[:, ::every].shape
-        assert np.abs(output - expected[:, ::every]).max() <= SAME * scale
-        assert np.abs(final - expected_final).max(initial=0.0) <= SAME * 200.0
+    output, final = march_pairs(*record)
+    assert output.shape == expected.shape
+    assert np.abs(output - expected).max() <= SAME * scale
+    assert np.abs(final - expected_final).max(initial=0.0) <= SAME * 200.0
 
 
 @settings(deadline=None, max_examples=60)
-@given(records(), st.one_of(st.integers(1, 130), st.just(5000)))
-def test_relaxing_modes_are_pairs_without_imaginary_part(record, keep):
+@given(records())
+def test_relaxing_modes_are_pairs_without_imaginary_part(record):
     poles, gains, direct, starts, ends, steps, state = record
     real = (poles.real, gains.real, direct, starts, ends, steps, state.real)
     expected, _ = march_loop(*real)
     scale = 100.0 * (np.abs(gains).sum(axis=1) + np.abs(direct)).max()
     for way in (march, march_pairs):
-        output, final = way(*real, keep=keep)
-        assert np.abs(output - expected[:, ::keep]).max() <= SAME * scale
+        output, final = way(*real)
+        assert np.abs(output - expected).max() <= SAME * scale
         assert np.all(np.imag(final) == 0)
 
 
@@ -155,44 +152,3 @@ def test_what_does_not_fit_is_refused(way, wrong, message):
     way(**right)
     with pytest.raises(InputError, match=message):
         way(**(right | wrong))
-
-
-@pytest.mark.parametrize("way", [march, march_pairs])
-@pytest.mark.parametrize("keep", [0, -1, True, 1.5])
-def test_keep_is_a_count(way, keep):
-    with pytest.raises(InputError, match="whole number of points"):
-        way([-1.0], [[1.0]], [0.0], [0.0], [0.0], 0.1, [0.0], keep=keep)
-
-
-@settings(deadline=None, max_examples=60)
-@given(records(), st.sampled_from([1, 2, 3, 7, 64, 67, 80, 120, 500]), st.booleans(), st.integers(2, 20_000))
-def test_a_formula_between_two_systems(record, keep, settled, count):
-    """The same as one after the other: in tiles, at the ends of tiles, with fewer samples than are kept."""
-    poles, gains, direct, *_ = record
-    rng = np.random.default_rng(count)
-    first = -(10.0 ** rng.uniform(-4, 1, 3)), rng.normal(size=3), 0.3
-    samples = rng.uniform(-10, 10, count)
-    step = 1 / max(1.0, np.abs(poles).max(initial=0.0))
-
-    def squared(values):
-        np.multiply(values, values, out=values)
-        values += 1.0
-
-    between = march(first[0], [first[1]], [first[2]], samples[:-1], samples[1:], step, np.zeros(3))[0][0]
-    squared(between)
-    start = np.full(poles.size, between[0]) if settled else np.zeros(poles.size)
-    expected = march_pairs(poles, gains[:1], direct[:1], between[:-1], between[1:], step, start, keep=keep)[
-        0
-    ][0]
-    found = march_chain(
-        first, squared, (poles, gains[0], direct[0]), samples, step, keep=keep, settled=settled
-    )
-    scale = np.abs(between).max() * (2 * np.abs(gains[0]).sum() + abs(direct[0]))
-    assert found.shape == expected.shape
-    assert np.abs(found - expected).max() <= SAME * scale
-
-
-def test_a_chain_needs_two_samples():
-    system = ([-1.0], [1.0], 0.0)
-    with pytest.raises(InputError, match="at least two"):
-        march_chain(system, np.square, system, [1.0], 0.1, keep=1)

@@ -58,11 +58,6 @@ class Linear:
         return np.diff(self.times)
 
     @functools.cached_property
-    def passed(self) -> dict[bytes, tuple[Indices, Real]]:
-        """Cache of a solver: breaks of the last time stepping through very many pieces, and states there [V]."""
-        return {}
-
-    @functools.cached_property
     def jumps(self) -> Real:
         """Height of the step at each break [V]."""
         return self.after - self.before

@@ -51,14 +51,10 @@ class StraightDrive(NamedTuple):
     def jumps(self) -> Real | None:
         """Return the drop of the drive at the beginning of each piece, or None for a continuous drive."""
         before, after = self.ends[:-1], self.starts[1:]
-        if _same_memory(before, after) or np.array_equal(before, after):
+        same_memory = before.ctypes.data == after.ctypes.data  # both are contiguous and equally long
+        if same_memory or np.array_equal(before, after):
             return None
         return np.concatenate(([0.0], before - after))
-
-
-def _same_memory(one: Real, other: Real) -> bool:
-    """Return whether both views begin at the same number; both are contiguous and equally long."""
-    return bool(one.__array_interface__["data"][0] == other.__array_interface__["data"][0])
 
 
 def gather(
@@ -70,7 +66,6 @@ def gather(
     steps: ArrayLike,
     initial_state: ArrayLike,
     *,
-    keep: int = 1,
     lag: ArrayLike = False,
     pairs: bool = False,
 ) -> tuple[Modes, StraightDrive, Numbers]:
@@ -79,17 +74,17 @@ def gather(
     Returns `state` (poles,).
     """
     kind = np.complex128 if pairs else np.float64
-    own: list[Numbers] = [np.ascontiguousarray(each, kind) for each in (poles, gains)]
-    given = [np.ascontiguousarray(each, np.float64) for each in (direct, starts, ends)]
-    lags = np.array(np.broadcast_to(np.asarray(lag, bool), given[0].shape))
-    modes, drive = (
-        Modes(own[0], own[1], given[0], lags),
-        StraightDrive(given[1], given[2], np.asarray(steps, np.float64)),
+    shares = np.ascontiguousarray(direct, np.float64)
+    modes = Modes(
+        np.ascontiguousarray(poles, kind),
+        np.ascontiguousarray(gains, kind),
+        shares,
+        np.broadcast_to(np.asarray(lag, bool), shares.shape),
     )
+    sides = [np.ascontiguousarray(each, np.float64) for each in (starts, ends)]
+    drive = StraightDrive(sides[0], sides[1], np.asarray(steps, np.float64))
     state: Numbers = np.array(initial_state, kind)
     problems = [*_shape_problems(modes, drive, state), *_value_problems(modes, drive)]
-    if isinstance(keep, bool) or not isinstance(keep, int) or keep < 1:
-        problems.append(f"march.keep = {keep!r}: expected a whole number of points, 1 or more.")
     if problems:
         raise InputError(problems)
     if pairs:

@@ -42,46 +42,12 @@ def _states_at(part: Linear, rates: Real, state: Real, places: Indices) -> Real:
     """Return the states at some breaks, shape (modes, places)."""
     if part.is_step or not len(rates):
         return np.repeat(state[:, None], len(places), axis=1)
-    known = part.passed.get(_name_of(rates, state))
-    if known is not None:
-        return _from_passed(part, rates, known, places)
     steps = part.lengths if part.step is None else part.step
     states = np.empty((len(rates), len(places)))
     for first in range(0, len(rates), _MODES_AT_ONCE):
         some = slice(first, first + _MODES_AT_ONCE)
         states[some] = states_at(-rates[some], part.after[:-1], part.before[1:], steps, state[some], places)
     return states
-
-
-def remember(part: Linear, rates: Real, state: Real, passed: list[tuple[int, Real]]) -> None:
-    """Store states at breaks that were computed, so that a second evaluation begins at them.
-
-    `rates` (modes,), `state` (modes,) [V].
-    """
-    if passed:
-        places, states = zip(*passed, strict=True)
-        part.passed.clear()
-        part.passed[_name_of(rates, state)] = np.array(places), np.array(states)
-
-
-def _name_of(rates: Real, state: Real) -> bytes:
-    """Return a key that identifies modes by their rates and first states."""
-    return rates.tobytes() + state.tobytes()
-
-
-def _from_passed(part: Linear, rates: Real, passed: tuple[Indices, Real], places: Indices) -> Real:
-    """Return the states at some breaks, shape (modes, places), each from the last stored break before it."""
-    marks, states = passed
-    nearest, found = np.searchsorted(marks, places, side="right") - 1, np.empty((len(rates), len(places)))
-    for mark in np.unique(nearest).tolist():
-        here = slice(*np.searchsorted(nearest, [mark, mark + 1]))
-        begin, end = int(marks[mark]), int(places[here][-1])
-        if end == begin:
-            found[:, here] = states[mark][:, None]
-            continue
-        drive = part.after[begin:end], part.before[begin + 1 : end + 1], part.lengths[begin:end]
-        found[:, here] = states_at(-rates, *drive, states[mark], places[here] - begin)
-    return found
 
 
 class BreakStates:

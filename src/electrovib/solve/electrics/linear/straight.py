@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.electrics.linear.break_states import BreakStates, remember
+from electrovib.solve.electrics.linear.break_states import BreakStates
 from electrovib.solve.electrics.linear.graded import graded
-from electrovib.solve.recursion import hold_weights, march_rows
+from electrovib.solve.recursion import hold_weights, march
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -65,16 +65,14 @@ def straight_rows(
     """
     marched = _marched(part, time)
     if marched is not None:
-        passed: list[tuple[int, Real]] = []
-        output = march_rows(-rates, gains, direct, *marched, state, lag=lag, passed=passed)
-        remember(part, rates, state, passed)
+        output, _ = march(-rates, gains, direct, *marched, state, lag=lag)
         jump = float(part.value(time[-1:])[0] - marched[1][-1])
         if jump:  # at a discontinuity the value after it, at the last time as well
             for row, more in zip(
                 output, (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump, strict=True
             ):
                 row[-1] += more
-        return output
+        return list(output)
     index, elapsed = part.locate(time)
     periods = part.count_periods(time)
     states = BreakStates(part, rates, state, np.unique(np.concatenate([index, np.maximum(index - 1, 0)])))

@@ -18,28 +18,26 @@ if TYPE_CHECKING:
     from electrovib.solve.mechanics.filters.filter import Filter
 
 
-def filtered(filter_: Filter, samples: ArrayLike, *, step: float, settled: bool, keep: int = 1) -> Real:
+def filtered(filter_: Filter, samples: ArrayLike, *, step: float, settled: bool) -> Real:
     """Return the exact output of a filter for an input that is linear from sample to sample.
 
-    `samples` (n,); returns `output` (ceil(n / keep),).
+    `samples` (n,); returns `output` (n,).
     """
     values = finite(samples)
     start = filter_.state(values[0], held=math.inf if settled else 0.0)
     if values.size == 1:  # there is no time step
         return march_through(filter_, values, values, steps=0.0, state=start)[:1]
-    return march_through(filter_, values[:-1], values[1:], steps=step, state=start, keep=keep)
+    return march_through(filter_, values[:-1], values[1:], steps=step, state=start)
 
 
-def march_through(
-    filter_: Filter, starts: Real, ends: Real, *, steps: float | Real, state: Complex, keep: int = 1
-) -> Real:
+def march_through(filter_: Filter, starts: Real, ends: Real, *, steps: float | Real, state: Complex) -> Real:
     """Return the exact output of a filter for straight pieces with discontinuities between them.
 
     `starts`, `ends` (pieces,), `steps` (pieces,) [s], `state` (poles,); returns `output` (pieces // keep +
     1,).
     """
     gains = filter_.gains[np.newaxis]
-    outputs, _ = march_pairs(filter_.poles, gains, [filter_.direct], starts, ends, steps, state, keep=keep)
+    outputs, _ = march_pairs(filter_.poles, gains, [filter_.direct], starts, ends, steps, state)
     output: Real = outputs[0]
     return output
 

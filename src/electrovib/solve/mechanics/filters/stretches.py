@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.solve.mechanics.filters.follow import march_through
+from electrovib.solve.recursion.blocks import states_before
 from electrovib.solve.recursion.hold import weights_of
-from electrovib.solve.recursion.scan import fold_length, states_before
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Indices, Real
@@ -75,8 +75,7 @@ class Stretches:
     def _states(self, filter_: Filter, state: Complex, marks: Indices, kinds: int, kind: Indices) -> Complex:
         """Return the states of the modes at the begin of every stretch, and at the end."""
         count, poles = len(self.divisions), filter_.poles
-        columns, rows = fold_length(count)
-        pushes, decays = (np.full((rows * columns, len(poles)), fill, complex) for fill in (0.0, 1.0))
+        pushes, spans = np.empty((count, len(poles)), complex), np.empty(count)
         order = np.argsort(kind, kind="stable")
         for members in np.split(order, np.cumsum(np.bincount(kind, minlength=kinds))[:-1]):
             first, pieces = marks[members[0]], self.divisions[members[0]]
@@ -90,8 +89,5 @@ class Stretches:
             parts = inputs @ np.concatenate([weights.real, weights.imag], axis=1)
             pushes[members] = parts[:, : len(poles)] + 1j * parts[:, len(poles) :]
             pushes[members] += np.multiply.outer(self.ends[members], last[-1])
-            decays[members] = after[0]
-        shape = (rows, columns, len(poles))
-        table, left_over = (each.reshape(shape).swapaxes(0, 1) for each in (pushes, decays))
-        final = states_before(table, left_over, np.prod(left_over, axis=0), state)
-        return np.concatenate([pushes[:count], final[np.newaxis]])
+            spans[members] = left[0]
+        return states_before(pushes, np.multiply.outer(spans, poles), state)
