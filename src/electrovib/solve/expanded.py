@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import refuse_unsolved, solve
 from electrovib.solve.diagnostics import judge_run, solved, watched
-from electrovib.solve.diagnostics.known import attraction_error, known_band, memory_diagnostics, worst_of
+from electrovib.solve.diagnostics.known import (
+    attraction_error,
+    known_band,
+    memory_diagnostics,
+    transfer_error,
+    worst_of,
+)
 from electrovib.solve.diagnostics.memory import answer_errors
-from electrovib.solve.diagnostics.transfer_error import since_corners, transfer_error
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.capacitance import capacitance
 from electrovib.solve.electrics.solution import ACROSS
 from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
-from electrovib.solve.record import Record
 from electrovib.solve.stack.band import run_band
 from electrovib.solve.stack.expand import modes, phasors
 from electrovib.solve.stack.reduce import reduction_band
@@ -30,11 +34,39 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.judged import Judged
+    from electrovib.solve.diagnostics.memory import Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.electrics.solution import Solution
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection, PhasorSection
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """Signals of a scenario at some times.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Increasing [s].
+    solution : Solution
+        Electrical response of the stack.
+    signals : dict
+        Dimensions and values of every signal over time, in its unit.
+    how : dict
+        Solver, reason for its choice, errors and events.
+    diagnostics : list of Diagnostic
+        Diagnostics of the mechanics.
+    peaks : PeakRecord or None
+        Quantities with limits over the whole run; None where these times resolve them.
+    """
+
+    times: Real
+    solution: Solution
+    signals: dict[str, Any]
+    how: dict[str, Any]
+    diagnostics: list[Diagnostic]
+    peaks: PeakRecord | None = None
 
 
 OF_STACK: Final = ("stack", "circuit")
@@ -227,3 +259,12 @@ def _as_long(one: Scenario, other: Scenario) -> bool:
     """Return whether the estimates of a run are equal for two scenarios."""
     drives = [(each.duration, each.period, each.highest_frequency) for each in (one.drive, other.drive)]
     return drives[0] == drives[1] and _share(one, other, ("motion", "time"))
+
+
+def since_corners(corners: Real, times: Real) -> Real:
+    """Return the time since the last corner.
+
+    `corners`, `times` (m,) [s]; returns `since` (n,) [s].
+    """
+    last = np.append(-np.inf, corners)[np.searchsorted(corners, times, side="right")]
+    return np.asarray(times - last)

@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS
 from electrovib.core.trace import make_trace
 from electrovib.scenario import Source, read_scenario
-from electrovib.solve.diagnostics.sampling import sampling
+from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.provenance import beside, provenance

@@ -12,8 +12,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.parts import circling
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.diagnostics import judged as judging
-from electrovib.solve.diagnostics import peaks
+from electrovib.solve.diagnostics import memory, peaks
 from electrovib.solve.diagnostics.evaluation_times import MOST_CORNERS
 from electrovib.solve.electrics.linear import straight
 from electrovib.solve.electrics.linear.graded import FEW, fading
@@ -240,9 +239,9 @@ def test_an_error_judged_by_stretches_is_that_of_every_time(seed, monkeypatch):
     row = np.cos(40 * times) * np.exp(-seed * times) if seed < 4 else rng.normal(size=len(times))
     probes = np.unique(np.append(rng.integers(0, len(times), 300), [0, len(times) - 1]))
     bound, judged = 1e-5 * rng.random(len(probes)), np.ones(len(times), bool)
-    found = judging.judge(row, times, probes, bound, judged)
-    monkeypatch.setattr(judging, "_MANY", 10**9)
-    assert found == judging.judge(row, times, probes, bound, judged)
+    found = memory.judge(row, times, probes, bound, judged)
+    monkeypatch.setattr(memory, "_MANY", 10**9)
+    assert found == memory.judge(row, times, probes, bound, judged)
 
 
 def test_few_of_very_many_times_decide_on_the_largest_values(monkeypatch):

@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
+from electrovib.physics.drive.slew import slew_of
 from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
 from electrovib.physics.safety import (
     emission_diagnostic,
@@ -19,8 +20,9 @@ from electrovib.physics.safety import (
     sweat_diagnostic,
 )
 from electrovib.physics.stack import in_one_piece
+from electrovib.scenario import PeriodicState
 from electrovib.scenario.moisture import moisture_diagnostic
-from electrovib.solve.diagnostics.steepness import ROUNDED, discontinuities, slew_rate
+from electrovib.solve.diagnostics.peaks import PeakRecord
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import FieldOf
 
@@ -32,7 +34,41 @@ if TYPE_CHECKING:
     from electrovib.physics.circuit import Circuit
     from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
-from electrovib.solve.diagnostics.peaks import PeakRecord
+
+
+ROUNDED = 1e-9
+"""Height of a discontinuity over the largest value of the drive, below which it is rounding."""
+
+
+def slew_rate(scenario: Scenario, end: float) -> float:
+    """Return the largest rate of change of the drive times the gain, from time 0 to an end."""
+    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    if drive.quantity == "current":
+        return math.nan
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    until = max(end, drive.period or 0.0) if settled else end
+    return abs(1.0 if amplifier is None else amplifier.gain) * slew_of(drive, until, from_rest=not settled)
+
+
+def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
+    """Return the heights of the discontinuities of the voltage that reach the stack."""
+    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    if drive.quantity == "current" or (
+        amplifier is not None
+        and (amplifier.bandwidth is not None or np.isfinite(amplifier.current_limits[1]))
+    ):
+        return 0.0, 0.0
+    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    smallest = ROUNDED * sum(part.bound() for part in drive.parts())
+    until = max(end, drive.period or 0.0) if settled else end
+    times, heights = drive.corners(until)
+    if amplifier is not None and amplifier.saturation is not None:
+        after = drive.voltage(times)
+        passed = np.abs(amplifier.aim(after) - amplifier.aim(after - heights))
+        heights = np.where(passed > ROUNDED * amplifier.saturation, heights, 0.0)
+    later = float(np.max(np.abs(heights), initial=0.0))
+    first = 0.0 if settled else abs(float(drive.voltage(0.0)))
+    return first * (first > smallest), later * (later > smallest)
 
 
 def stack_diagnostics(scenario: Scenario, record: PeakRecord) -> list[Diagnostic]:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.record import Record
+    from electrovib.solve.expanded import Record
 
 TOLERANCE: Final = 1e-10
 """Last coefficients of a piece over the signal's largest value, below which the piece counts as resolved."""

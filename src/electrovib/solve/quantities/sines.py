@@ -18,9 +18,8 @@ from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen, solve
 from electrovib.solve.diagnostics import judge_run
 from electrovib.solve.diagnostics.known import known_band, memory_diagnostics
-from electrovib.solve.diagnostics.many_peaks import many_peaks
 from electrovib.solve.diagnostics.memory import errors_of_sines
-from electrovib.solve.diagnostics.peaks import PeakRecord
+from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.methods import PERIODIC
 from electrovib.solve.electrics.solution import Solution
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Complex, Indices, Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.judged import Judged
+    from electrovib.solve.diagnostics.memory import Judged
     from electrovib.solve.expanded import Expanded
     from electrovib.solve.quantities.mesh import Mesh
     from electrovib.solve.quantities.names import Named
@@ -176,9 +175,13 @@ class _Group:
             off = errors_of_sines(
                 self.members, expanded.section, self.solution, later, known=known, respond=self._respond
             )
-        peaks = many_peaks(
-            self.times, self._split(self._judged_rows(self.times.ravel(), self.solution.found)), self._look
-        )
+        rows = PeakRecord.of(scenario, self.times.ravel(), self.solution.found).rows
+        split = {name: row.reshape(self.times.shape) for name, row in rows.items()}
+        records = [
+            PeakRecord(times, {name: row[case] for name, row in split.items()})
+            for case, times in enumerate(self.times)
+        ]
+        peaks = refined(records, self._look)
         over_frequency = scenario.force.diagnostics_over_frequency(expanded.declared)
         how, found = self.solution.how(), []
         for case, member in enumerate(self.members):
@@ -197,16 +200,10 @@ class _Group:
         """Return the responses of other linear quantities to all sines."""
         return rows_of(self.sines.weights(transfers), self.cases, self.waves)
 
-    def _split(self, rows: dict[Key, Real]) -> dict[Key, Real]:
-        return {name: row.reshape(self.times.shape) for name, row in rows.items()}
-
-    def _judged_rows(self, times: Real, found: dict[Key, Real]) -> dict[Key, Real]:
-        return PeakRecord.of(self.expanded.scenario, times, found).rows
-
     def _look(self, cases: Indices, times: Real) -> dict[Key, Real]:
         """Return the quantities with limits of some cases at other times [s]."""
         wanted = fields(self.expanded.scenario, self.expanded.section)
         weights = {name: self.weights[name] for name in (*wanted, "drive_voltage")}
         found = rows_of(weights, cases, self.sines.waves(cases, times))
         name_interface(self.expanded.scenario, found)
-        return self._judged_rows(times, found)
+        return PeakRecord.of(self.expanded.scenario, times, found).rows
