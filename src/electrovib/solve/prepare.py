@@ -16,10 +16,9 @@ from electrovib.core.signals import without
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities import answer
-from electrovib.solve.quantities.answer import numbers
+from electrovib.solve.quantities.answer import numbers, validity
 from electrovib.solve.quantities.names import DEFAULTS, read_name
 from electrovib.solve.quantities.resolve import solved
-from electrovib.solve.quantities.validity import validity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -132,7 +132,9 @@ class PeakRecord:
     @functools.cached_property
     def _places(self) -> Indices:
         """Index of the largest absolute value of each quantity."""
-        return np.array([_largest(row) for row in self.rows.values()])
+        if len(self.times) > _MANY:  # without a copy of all rows
+            return np.array([int(_largest(row[None])[0]) for row in self.rows.values()])
+        return _largest(np.array(list(self.rows.values())))
 
     @functools.cached_property
     def _crests(self) -> tuple[Real, Real]:
@@ -195,7 +197,10 @@ class PeakRecord:
     def unclear(self) -> Real:
         """Return new times around the largest values whose neighbours are too far below them for a parabola [s]."""
         value, drop = self._crests
-        left, right = self._neighbours(self._places[drop > CLEAR * value])
+        unclear = self._places[drop > CLEAR * value]
+        if not len(unclear):
+            return np.zeros(0)
+        left, right = self._neighbours(unclear)
         around = np.linspace(self.times[left], self.times[right], DIVISIONS + 1)
         return np.setdiff1d(around, self.times)
 
@@ -231,11 +236,10 @@ def refined(
     return found
 
 
-def _largest(row: Real) -> int:
-    """Return the index of the largest absolute finite value."""
-    high, low = int(np.argmax(row)), int(np.argmin(row))
-    if np.isfinite(row[high]) and np.isfinite(row[low]):  # there is no NaN, which both would return first
-        first, second = sorted((high, low))
-        return second if abs(row[second]) > abs(row[first]) else first
-    size = np.abs(row)
-    return int(np.argmax(np.where(np.isfinite(size), size, -1.0)))
+def _largest(rows: Real) -> Indices:
+    """Return the index of the largest absolute finite value of each row, shape (rows, n)."""
+    sizes = np.abs(rows)
+    found: Indices = np.argmax(sizes, axis=1)
+    if np.all(np.isfinite(sizes[np.arange(len(rows)), found])):  # a NaN would be the first found
+        return found
+    return np.asarray(np.argmax(np.where(np.isfinite(sizes), sizes, -1.0), axis=1))

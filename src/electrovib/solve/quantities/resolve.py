@@ -12,8 +12,7 @@ from electrovib.physics.motion import Distance
 from electrovib.scenario import PeriodicState
 from electrovib.scenario.grids import FORMULA_SAMPLES
 from electrovib.solve.expanded import Expanded
-from electrovib.solve.quantities.mesh import MOST_NODES, Mesh
-from electrovib.solve.quantities.pieces import tails
+from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -18,7 +18,7 @@ from electrovib.physics.material.library import UNVERIFIED, find_substance, mate
 from electrovib.physics.stack import in_one_piece
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import SETTLED_CHARGE
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.solve.simulate import simulate
 from electrovib.study.reproduction import Table
 
