@@ -7,19 +7,27 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from electrovib.scenario import PeriodicState
-from electrovib.solve.electrics import methods
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.leaks.answer import answer_with_leak, leaks, refuse_leak
-from electrovib.solve.electrics.linear.answer import (
-    answer_to_current,
-    answer_to_voltage,
-    of_drive,
-    refuse_current,
-)
-from electrovib.solve.electrics.one_sine import one_sine, refuse_more_than_one_sine
+from electrovib.solve.electrics.leaks import answer_with_leak, leaks, refuse_leak
+from electrovib.solve.electrics.linear import answer_to_current, answer_to_voltage, of_drive, refuse_current
+from electrovib.solve.electrics.over_frequency import one_sine, refuse_more_than_one_sine
 from electrovib.solve.electrics.renewal import answer_on_fresh_film, refuse_renewal
-from electrovib.solve.electrics.solution import Question
-from electrovib.solve.electrics.wanted import amplitudes, fields, linear_quantities, name_interface
+from electrovib.solve.electrics.solution import (
+    CURRENT_DRIVE,
+    LEAK,
+    LIMITED,
+    MOVING_GAP,
+    NONLINEAR,
+    ONE_SINE,
+    PERIODIC,
+    RENEWAL,
+    TRANSIENT,
+    Question,
+    amplitudes,
+    fields,
+    linear_quantities,
+    name_interface,
+)
 from electrovib.solve.electrics.without_modes import (
     follow_all,
     follow_moving_gap,
@@ -27,7 +35,7 @@ from electrovib.solve.electrics.without_modes import (
     refuse_without_modes,
     why_no_modes,
 )
-from electrovib.solve.stack.integrator import refuse_unrepeated
+from electrovib.solve.stack.harmonics import refuse_unrepeated
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -91,49 +99,49 @@ def _is_settled(scenario: Scenario) -> bool:
 
 OF_THE_STACK: Final = (
     Solver(
-        method=methods.RENEWAL,
+        method=RENEWAL,
         takes=lambda scenario: scenario.motion.renews_film,
         refuse=refuse_renewal,
         solve=answer_on_fresh_film,
     ),
     Solver(
-        method=methods.MOVING_GAP,
+        method=MOVING_GAP,
         takes=moves_alone,
         refuse=refuse_without_modes,
         solve=follow_moving_gap,
     ),
     Solver(
-        method=methods.NONLINEAR,
+        method=NONLINEAR,
         takes=why_no_modes,
         refuse=refuse_without_modes,
         solve=follow_all,
     ),
     Solver(
-        method=methods.LEAK,
+        method=LEAK,
         takes=leaks,
         refuse=refuse_leak,
         solve=answer_with_leak,
     ),
     Solver(
-        method=methods.LIMITED,
+        method=LIMITED,
         takes=_is_limited,
         refuse=_refuse_limits,
         solve=_behind_limits,
     ),
     Solver(
-        method=methods.CURRENT_DRIVE,
+        method=CURRENT_DRIVE,
         takes=lambda scenario: scenario.drive.quantity == "current",
         refuse=refuse_current,
         solve=answer_to_current,
     ),
     Solver(
-        method=methods.PERIODIC,
+        method=PERIODIC,
         takes=_is_settled,
         refuse=_refuse_nothing,
         solve=answer_to_voltage,
     ),
     Solver(
-        method=methods.TRANSIENT,
+        method=TRANSIENT,
         takes=lambda _: True,
         refuse=_refuse_nothing,
         solve=answer_to_voltage,
@@ -153,7 +161,7 @@ def _by_magnitudes(question: Question) -> Solution:
 
 SOLVERS: Final = (
     Solver(
-        method=methods.ONE_SINE,
+        method=ONE_SINE,
         takes=lambda scenario: not scenario.force.causal,
         refuse=_refuse_beside_one_sine,
         solve=_by_magnitudes,
@@ -186,7 +194,7 @@ def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone
     `times` (n,) [s].
     """
     solver = chosen(scenario)
-    plain = solver.method in {methods.TRANSIENT, methods.PERIODIC} and scenario.circuit.amplifier is None
+    plain = solver.method in {TRANSIENT, PERIODIC} and scenario.circuit.amplifier is None
     wanted = amplitudes if force_alone and plain else linear_quantities
     found = _asked(solver, scenario, section, times, wanted)
     pull = total_pull(scenario, found.amplitudes()) if found.pull is None else found.pull

@@ -25,7 +25,7 @@ from electrovib.solve.costs import (
     SMOOTH_STEP,
 )
 from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times
-from electrovib.solve.electrics.linear.smooth import RADIANS_PER_STEP
+from electrovib.solve.electrics.formulas import RADIANS_PER_STEP
 from electrovib.solve.mechanics.between import KNOTS
 from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
 from electrovib.solve.mechanics.mechanical import slowest_rates

@@ -23,7 +23,7 @@ from electrovib.solve.electrics.amplifier.amplifier import amplified_response
 from electrovib.solve.electrics.amplifier.course import overlap
 from electrovib.solve.electrics.amplifier.limited import LimitedMarch
 from electrovib.solve.electrics.amplifier.slewing import Network
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.section import modal_section

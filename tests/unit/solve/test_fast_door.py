@@ -14,9 +14,9 @@ from electrovib.physics.drive.parts import circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.diagnostics import memory, peaks
 from electrovib.solve.diagnostics.evaluation_times import MOST_CORNERS
-from electrovib.solve.electrics.linear import straight
-from electrovib.solve.electrics.linear.graded import FEW, fading
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics import straight
+from electrovib.solve.electrics.straight import FEW_TIMES, fading
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.recursion import jittered, march, march_loop, states_at
 from electrovib.solve.stack.transfer import Transfer
 
@@ -104,8 +104,10 @@ def test_what_fades_is_read_from_polynomials_to_rounding(modes):
     assert np.max(np.abs(np.array(fading(weights, rates, since)) - expected)) < 3e-14 * np.sum(
         np.abs(weights)
     )
-    few = np.array(fading(weights, rates, since[:FEW]))  # a direct sum, whose order depends on the processor
-    assert np.max(np.abs(few - expected[:, :FEW])) < 1e-15 * np.sum(np.abs(weights))
+    few = np.array(
+        fading(weights, rates, since[:FEW_TIMES])
+    )  # a direct sum, whose order depends on the processor
+    assert np.max(np.abs(few - expected[:, :FEW_TIMES])) < 1e-15 * np.sum(np.abs(weights))
 
 
 @pytest.mark.parametrize("even", [True, False])
@@ -165,7 +167,7 @@ def test_one_march_for_all_signals_of_a_measured_drive(monkeypatch):
         return real_states(poles, starts, ends, steps, state, places)
 
     monkeypatch.setattr(straight, "march_rows", march_counted)
-    monkeypatch.setattr("electrovib.solve.electrics.linear.break_states.states_at", states_counted)
+    monkeypatch.setattr("electrovib.solve.electrics.straight.states_at", states_counted)
     ev.simulate(measured(np.array([float(text) for text in DECIMALS])))
     assert len(VOLTS) > MOST_CORNERS
     assert len(marches) == 1
@@ -258,6 +260,6 @@ def test_few_of_very_many_times_decide_on_the_largest_values(monkeypatch):
 
 
 def test_relaxations_at_times_that_are_equal_to_rounding():
-    since = np.repeat([1e-3, 2e-3], 10 * FEW)
+    since = np.repeat([1e-3, 2e-3], 10 * FEW_TIMES)
     (found,) = fading(np.array([[2.0]]), np.array([500.0]), since)
     np.testing.assert_allclose(found, 2 * np.exp(-500 * since), rtol=1e-14)

@@ -174,8 +174,7 @@ def test_what_is_left_of_a_lag_is_exact(compiled, fall):
 def test_a_second_look_begins_where_the_march_passed(compiled):
     """States at a few breaks after a march are those without it, and of other modes or another start nothing is taken."""
     from electrovib.physics.drive.pieces import Linear
-    from electrovib.solve.electrics.linear.break_states import _states_at
-    from electrovib.solve.electrics.linear.straight import straight_rows
+    from electrovib.solve.electrics.straight import _states_at, straight_rows
 
     generator, pieces = np.random.default_rng(3), 5000
     times = np.concatenate([[0.0], np.cumsum(durations("jitter", generator, pieces))])

@@ -10,10 +10,9 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
-from electrovib.solve.electrics import methods, places
+from electrovib.solve.electrics import renewal
 from electrovib.solve.electrics.amplifier import limited
-from electrovib.solve.electrics.solution import Question
-from electrovib.solve.electrics.wanted import linear_quantities
+from electrovib.solve.electrics.solution import LEAK, Question, linear_quantities
 from electrovib.solve.electrics.without_modes import follow_all
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.simulate import simulate
@@ -163,7 +162,7 @@ def test_gain_and_pole_before_a_leak_are_those_of_the_general_solver(
     wanted = functools.partial(linear_quantities, scenario)
     question = Question(scenario=scenario, section=prepared.section, times=time, wanted=wanted)
     general = follow_all(question).found
-    assert solution.method is methods.LEAK
+    assert solution.method is LEAK
     keys = [
         "plate_voltage",
         "current",
@@ -217,7 +216,7 @@ def test_the_mean_over_the_contact_states_its_error(founding, drive, monkeypatch
     scenario = founding.replace({"drive": drive, "motion.speed": 0.3, "motion.renews_film": True})
     time = np.linspace(0, 0.08, 41)
     trace = simulate(scenario, time=time)
-    monkeypatch.setattr(places, "PANELS", 320)
+    monkeypatch.setattr(renewal, "PANELS", 320)
     fine = simulate(scenario, time=time)
     stated = trace.attrs["quadrature_error"]
     for name in ("electrostatic_force", "current", "stack_voltage"):

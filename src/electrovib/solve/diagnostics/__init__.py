@@ -27,8 +27,8 @@ from electrovib.solve.diagnostics.judge import (
     stack_diagnostics,
 )
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
-from electrovib.solve.electrics.linear.current import caveat
-from electrovib.solve.electrics.methods import LIMITED
+from electrovib.solve.electrics.linear import caveat
+from electrovib.solve.electrics.solution import LIMITED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -21,7 +21,7 @@ from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.judge import declared_diagnostics, layer_diagnostics
-from electrovib.solve.electrics.pressed import LARGEST, crossed, without_bound
+from electrovib.solve.electrics.attraction import LARGEST, crossed, without_bound
 from electrovib.solve.equilibrium.states import BEYOND, Equilibrium, balance
 
 if TYPE_CHECKING:

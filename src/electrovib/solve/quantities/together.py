@@ -26,15 +26,13 @@ from electrovib.solve.diagnostics.known import known_band, memory_diagnostics
 from electrovib.solve.diagnostics.memory import errors_of_sines
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.methods import PERIODIC
-from electrovib.solve.electrics.solution import Solution
-from electrovib.solve.electrics.wanted import fields, linear_quantities, name_interface
+from electrovib.solve.electrics.solution import PERIODIC, Solution, fields, linear_quantities, name_interface
 from electrovib.solve.expanded import LATER_PERIODS
 from electrovib.solve.mechanics.mechanical import mechanical, slowest_rates
 from electrovib.solve.quantities.answer import Answer, answer, doubts
 from electrovib.solve.quantities.pieces import tails, taken_of_many
 from electrovib.solve.quantities.resolve import TOLERANCE, first_mesh, missed, solved, times_of_window
-from electrovib.solve.stack.integrator import integral_weight
+from electrovib.solve.stack.transfer import integral_weight
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.stack.integrator import INTEGRATING
 from electrovib.solve.stack.modes import StackModes
 from electrovib.solve.stack.section import ModalSection, PhasorLayer, PhasorSection, section_of, slabs_of
 from electrovib.solve.stack.slab import bound_residues, slab_impedance
-from electrovib.solve.stack.transfer import Transfer
+from electrovib.solve.stack.transfer import INTEGRATING, Transfer
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Indices, Real

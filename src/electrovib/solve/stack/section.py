@@ -9,10 +9,10 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.physics.interface import Role, interface_place, roles_of
-from electrovib.solve.stack.integrator import integrated
 from electrovib.solve.stack.inverse_root import inverse_root_thickness
 from electrovib.solve.stack.modes import StackModes, stack_modes
 from electrovib.solve.stack.slab import Slab
+from electrovib.solve.stack.transfer import integrated
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -19,9 +19,8 @@ from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Constant, Debye
 from electrovib.physics.stack import Layer
-from electrovib.solve.electrics.leaks.branch import leaky_response
-from electrovib.solve.electrics.leaks.leak import leak_section
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.leaks import leak_section, leaky_response
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.electrics import Electrics
 from electrovib.solve.nonlinear.finger import FingerOverPlate, follow_finger
 from electrovib.solve.nonlinear.integrate import integrate

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 from electrovib.core.errors import InputError
 from electrovib.solve.electrics.amplifier.limited import LimitedMarch
 from electrovib.solve.electrics.amplifier.unlimited import without_limits
-from electrovib.solve.electrics.linear.transient import how_it_begins
-from electrovib.solve.electrics.methods import LIMITED, PERIODIC, TRANSIENT
-from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.electrics.solution import LIMITED, PERIODIC, TRANSIENT, Solution
+from electrovib.solve.electrics.transient import how_it_begins
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

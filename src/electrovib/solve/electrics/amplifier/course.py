@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.electrics.linear.straight import chunks
+from electrovib.solve.electrics.straight import chunks
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

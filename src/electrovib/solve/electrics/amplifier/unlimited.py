@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.electrics.linear.break_states import BreakStates
-from electrovib.solve.electrics.linear.straight import chunks, lag_since_breaks
-from electrovib.solve.electrics.linear.transient import part_lag, transient
+from electrovib.solve.electrics.straight import BreakStates, chunks, lag_since_breaks
+from electrovib.solve.electrics.transient import part_lag, transient
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
