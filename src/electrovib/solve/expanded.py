@@ -24,9 +24,8 @@ from electrovib.solve.electrics.over_frequency import capacitance
 from electrovib.solve.electrics.solution import ACROSS
 from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
-from electrovib.solve.stack.band import run_band
 from electrovib.solve.stack.expand import modes, phasors
-from electrovib.solve.stack.reduce import reduction_band
+from electrovib.solve.stack.reduce import reduction_band, run_band
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping

@@ -26,8 +26,8 @@ from electrovib.solve.electrics.amplifier.slewing import Network
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
+from electrovib.solve.stack.layer_states import stack_states
 from electrovib.solve.stack.section import modal_section
-from electrovib.solve.stack.state_space import stack_states
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4

@@ -11,8 +11,7 @@ from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.material import Constant, Debye, DebyeTerm, Prony
 from electrovib.physics.stack import Layer
 from electrovib.solve.electrics.leaks import leak_alone, leak_section, leaking_slab, leaking_slabs
-from electrovib.solve.stack.current import current_section
-from electrovib.solve.stack.expand import linearised
+from electrovib.solve.stack.expand import current_section, linearised
 from electrovib.solve.stack.section import modal_section
 
 EPS0 = 8.8541878128e-12

@@ -24,8 +24,8 @@ from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.nonlinear.yielding import Yielding
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
+from electrovib.solve.stack.layer_states import stack_states
 from electrovib.solve.stack.section import modal_section
-from electrovib.solve.stack.state_space import stack_states
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4

@@ -19,11 +19,10 @@ from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.transient import transient
-from electrovib.solve.stack.band import SAME, lowest_frequency, run_band
 from electrovib.solve.stack.expand import left_by_charge, phasors
 from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf
-from electrovib.solve.stack.reduce import reduction_band
+from electrovib.solve.stack.reduce import SAME, lowest_frequency, reduction_band, run_band
 from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:

@@ -90,7 +90,7 @@ def follow_all(question: Question) -> Solution:
 
 def _states(question: Question) -> StackStates:
     """Return the stack as physical states, with the layer that moves."""
-    from electrovib.solve.stack.state_space import stack_states
+    from electrovib.solve.stack.layer_states import stack_states
 
     scenario = question.scenario
     around = Surroundings.of(scenario)

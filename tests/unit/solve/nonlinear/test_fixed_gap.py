@@ -26,9 +26,9 @@ from electrovib.solve.nonlinear.finger import FingerOverPlate, follow_finger
 from electrovib.solve.nonlinear.integrate import integrate
 from electrovib.solve.nonlinear.system import System
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
+from electrovib.solve.stack.layer_states import stack_states
 from electrovib.solve.stack.reduce import reduce_material
 from electrovib.solve.stack.section import modal_section
-from electrovib.solve.stack.state_space import stack_states
 
 AREA = 1e-4
 END = 30e-3
