@@ -80,7 +80,7 @@ def _is_limited(scenario: Scenario) -> bool:
 
 
 def _refuse_limits(scenario: Scenario) -> None:
-    from electrovib.solve.electrics.amplifier.amplifier import refuse_amplified
+    from electrovib.solve.electrics.amplifier import refuse_amplified
 
     amplifier = scenario.circuit.amplifier
     assert amplifier is not None
@@ -88,7 +88,7 @@ def _refuse_limits(scenario: Scenario) -> None:
 
 
 def _behind_limits(question: Question) -> Solution:
-    from electrovib.solve.electrics.amplifier.amplifier import answer_behind_limits
+    from electrovib.solve.electrics.amplifier import answer_behind_limits
 
     return answer_behind_limits(question)
 

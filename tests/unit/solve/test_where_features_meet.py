@@ -11,7 +11,6 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
 from electrovib.solve.electrics import renewal
-from electrovib.solve.electrics.amplifier import limited
 from electrovib.solve.electrics.solution import LEAK, Question, linear_quantities
 from electrovib.solve.electrics.without_modes import follow_all
 from electrovib.solve.expanded import Expanded
@@ -68,7 +67,7 @@ def test_two_contacts_do_not_close_as_one(suspended):
 
 def test_an_amplifier_that_just_cannot_follow_does_not_chatter(founding, monkeypatch):
     """A chirp that needs the largest current at one moment, within rounding: it used to change without end."""
-    monkeypatch.setattr(limited, "MOST_CHANGES", 1000)
+    monkeypatch.setattr("electrovib.solve.electrics.amplifier.MOST_CHANGES", 1000)
     changes = {
         "drive": {"model": "Chirp", "amplitude": 60.0, "first": 50.0, "last": 500.0, "length": 7e-3},
         "stack.insulator.thickness": 2e-6,

@@ -199,7 +199,7 @@ def _respond(
     if amplifier.is_limited:
         found = transient(transfers, drive, times)
         return {name: amplifier.gain * row for name, row in found.items()}
-    from electrovib.solve.electrics.amplifier.amplifier import amplified_response
+    from electrovib.solve.electrics.amplifier import amplified_response
 
     return amplified_response(transfers, drive, times, amplifier=amplifier, settled=settled).found
 

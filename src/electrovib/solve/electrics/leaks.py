@@ -20,7 +20,7 @@ from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.stack import pieces
 from electrovib.scenario import PeriodicState
 from electrovib.solve.costs import SHORTER, leak_step
-from electrovib.solve.electrics.amplifier.unlimited import amplified
+from electrovib.solve.electrics.gain_and_pole import amplified
 from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import LEAK, Solution
 from electrovib.solve.electrics.steps import jump_heights, step_grid
@@ -78,7 +78,7 @@ def refuse_leak(scenario: Scenario) -> None:
     name = next(iter(leaking_slab(layers, second=Surroundings.of(scenario).second)), None)
     refuse_gaps_of_a_law(scenario, name)
     if scenario.circuit.amplifier is not None:
-        from electrovib.solve.electrics.amplifier.amplifier import refuse_amplified
+        from electrovib.solve.electrics.amplifier import refuse_amplified
 
         refuse_amplified(scenario.drive, scenario.circuit.amplifier, settled=False)
     if name is not None and isinstance(scenario.time.initial_state, PeriodicState):

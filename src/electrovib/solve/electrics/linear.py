@@ -27,7 +27,7 @@ def answer_to_voltage(question: Question) -> Solution:
     amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
     transfers = question.wanted(question.section)
     if amplifier is not None:
-        from electrovib.solve.electrics.amplifier.amplifier import amplified_response
+        from electrovib.solve.electrics.amplifier import amplified_response
 
         return amplified_response(
             transfers, drive, question.times, amplifier=amplifier, settled=question.settled
