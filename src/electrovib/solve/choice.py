@@ -6,8 +6,8 @@ import functools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.attraction import attraction, total_pull
+from electrovib.solve.electrics.gain_and_pole import refuse_amplified
 from electrovib.solve.electrics.leaks import answer_with_leak, leaks, refuse_leak
 from electrovib.solve.electrics.linear import answer_to_current, answer_to_voltage, of_drive, refuse_current
 from electrovib.solve.electrics.over_frequency import one_sine, refuse_more_than_one_sine
@@ -70,31 +70,15 @@ class Solver:
     solve: Callable[[Question], Solution]
 
 
-def _refuse_nothing(_: Scenario) -> None:
-    """Accept every scenario."""
-
-
 def _is_limited(scenario: Scenario) -> bool:
     amplifier = scenario.circuit.amplifier
     return amplifier is not None and amplifier.is_limited
 
 
 def _refuse_limits(scenario: Scenario) -> None:
-    from electrovib.solve.electrics.amplifier import refuse_amplified
-
     amplifier = scenario.circuit.amplifier
     assert amplifier is not None
-    refuse_amplified(scenario.drive, amplifier, settled=_is_settled(scenario))
-
-
-def _behind_limits(question: Question) -> Solution:
-    from electrovib.solve.electrics.amplifier import answer_behind_limits
-
-    return answer_behind_limits(question)
-
-
-def _is_settled(scenario: Scenario) -> bool:
-    return isinstance(scenario.time.initial_state, PeriodicState)
+    refuse_amplified(scenario.drive, amplifier, settled=scenario.time.settled)
 
 
 OF_THE_STACK: Final = (
@@ -126,7 +110,7 @@ OF_THE_STACK: Final = (
         method=LIMITED,
         takes=_is_limited,
         refuse=_refuse_limits,
-        solve=_behind_limits,
+        solve=answer_to_voltage,
     ),
     Solver(
         method=CURRENT_DRIVE,
@@ -136,14 +120,14 @@ OF_THE_STACK: Final = (
     ),
     Solver(
         method=PERIODIC,
-        takes=_is_settled,
-        refuse=_refuse_nothing,
+        takes=lambda scenario: scenario.time.settled,
+        refuse=lambda _: None,
         solve=answer_to_voltage,
     ),
     Solver(
         method=TRANSIENT,
         takes=lambda _: True,
-        refuse=_refuse_nothing,
+        refuse=lambda _: None,
         solve=answer_to_voltage,
     ),
 )
@@ -155,16 +139,12 @@ def _refuse_beside_one_sine(scenario: Scenario) -> None:
     _first(OF_THE_STACK, scenario).refuse(scenario)
 
 
-def _by_magnitudes(question: Question) -> Solution:
-    return one_sine(question, _first(OF_THE_STACK, question.scenario).solve(question))
-
-
 SOLVERS: Final = (
     Solver(
         method=ONE_SINE,
         takes=lambda scenario: not scenario.force.causal,
         refuse=_refuse_beside_one_sine,
-        solve=_by_magnitudes,
+        solve=lambda question: one_sine(question, _first(OF_THE_STACK, question.scenario).solve(question)),
     ),
     *OF_THE_STACK,
 )
@@ -183,7 +163,7 @@ def chosen(scenario: Scenario) -> Solver:
 def refuse_unsolved(scenario: Scenario) -> None:
     """Refuse a scenario that no electrical solver accepts, before any computation."""
     solver = chosen(scenario)
-    if _is_settled(scenario):
+    if scenario.time.settled:
         refuse_unrepeated(scenario.drive)
     solver.refuse(scenario)
 

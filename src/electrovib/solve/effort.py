@@ -11,7 +11,6 @@ from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.force import EffectiveMedium
 from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
-from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen
 from electrovib.solve.costs import (
     AMPLITUDE_OF_MODE,
@@ -77,7 +76,7 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     samples = grid.count(drive) if times is None else len(times)
     end = last_time(scenario, times)
     corners = drive.count_corners(end)
-    between = count_evaluation_times(drive, end=end, settled=_settled(scenario))
+    between = count_evaluation_times(drive, end=end, settled=scenario.time.settled)
     time = samples * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
     time += samples * AMPLITUDE_OF_MODE * _modes_of_law(scenario)
     time += between * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
@@ -106,16 +105,12 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
 def _less(scenario: Scenario) -> str:
     """Return the remedy for a drive with too many corners."""
     period = scenario.drive.period
-    if period is None or _settled(scenario) or chosen(scenario).method.is_marched:
+    if period is None or scenario.time.settled or chosen(scenario).method.is_marched:
         return SHORTER
     return (
         f"{SHORTER}, or compute one period of the periodic state: time.duration = {period:.6g} with"
         ' time.initial_state = { model = "PeriodicState" }'
     )
-
-
-def _settled(scenario: Scenario) -> bool:
-    return isinstance(scenario.time.initial_state, PeriodicState)
 
 
 def _modes(scenario: Scenario) -> int:

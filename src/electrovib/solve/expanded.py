@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import refuse_unsolved, solve
 from electrovib.solve.diagnostics import judge_run, solved, watched
 from electrovib.solve.diagnostics.known import (
@@ -224,7 +223,7 @@ class Expanded:
         """Return the record without times nearer to a corner than those for which the materials were reduced."""
         if record.times is self.times or not self.reduction_error:
             return record
-        drive, settled = self.scenario.drive, isinstance(self.scenario.time.initial_state, PeriodicState)
+        drive, settled = self.scenario.drive, self.scenario.time.settled
         corners = np.append([] if settled else [0.0], drive.corners(float(record.times[-1]))[0])
         reduced_for = since_corners(corners, self.times)
         kept = since_corners(corners, record.times) >= np.min(reduced_for[reduced_for > 0], initial=np.inf)

@@ -18,7 +18,7 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Constant, Debye
 from electrovib.physics.stack import Layer
-from electrovib.solve.electrics.amplifier import LimitedMarch, LimitedPlate, amplified_response
+from electrovib.solve.electrics.amplifier import LimitedMarch, LimitedPlate, LimitLooks, amplified_response
 from electrovib.solve.electrics.slewing import Network, overlap
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.finger import follow_finger
@@ -386,6 +386,13 @@ def test_windows_of_looks_overlap_so_that_a_crest_between_them_is_seen(monkeypat
     assert len(seen) > 3
     for looks, following in pairwise(seen):
         np.testing.assert_array_equal(looks[-2:], following[:2])
+
+
+def test_the_first_checks_after_a_change_lie_close_to_it():
+    """A change may follow another within a small share of the time to the next corner."""
+    first = next(LimitLooks(read_model(Drive, SINE), 1.0).after(0.31))
+    assert 0 < first[0] - 0.31 < 1e-8
+    assert np.all(np.diff(first) > 0)
 
 
 def test_a_current_that_has_just_left_its_limit_may_be_beyond_it_by_rounding():

@@ -10,7 +10,6 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.motion import Distance
-from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.assumptions import (
     contact_diagnostics,
@@ -50,7 +49,7 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
     A solver in closed form is evaluated again at further times; a time-stepping solver returns all times of one run, and an
     amplifier with limits in a second run the values around the times at which it reaches or leaves a limit.
     """
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    settled = scenario.time.settled
     distance = scenario.motion.distance
     moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
     wanted = evaluation_times(scenario.drive, end=float(times[-1]), settled=settled, beside=moved, seen=times)

@@ -12,7 +12,6 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.drive.shown import FEWEST, ROUNDING, enough, fastest_frequency, shows
 from electrovib.physics.friction import BristleFriction
-from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.attraction import pressed_states
 from electrovib.solve.mechanics.unknown import resting
 from electrovib.solve.stack.expand import behind_amplifier, per_volt_of
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
-    from electrovib.physics.conduction import Conduction
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
@@ -194,7 +192,7 @@ def settled_charge(scenario: Scenario) -> list[Diagnostic]:
     Over a gap that does not conduct, the mean of the voltage is across the gap once the charge in a
     conducting layer has relaxed, in a time of the order of the permittivity over the conductivity.
     """
-    if not isinstance(scenario.time.initial_state, PeriodicState) or scenario.drive.quantity != "voltage":
+    if not scenario.time.settled or scenario.drive.quantity != "voltage":
         return []
     roles = scenario.stack.roles
     times = {
@@ -227,8 +225,8 @@ def _held_mean(drive: Drive) -> float:
     return mean if abs(mean) > SMALLEST_MEAN * drive.largest() else 0.0
 
 
-_VANISHING = 1e-12
-"""Field at which the two slopes of a leak are compared [V/m]."""
+_TWO_SIGNS: Final = np.array([-1e-12, 1e-12])
+"""Fields at which the two slopes of a leak are compared [V/m]."""
 
 
 def over_frequency_diagnostics(scenario: Scenario) -> list[Diagnostic]:
@@ -236,14 +234,9 @@ def over_frequency_diagnostics(scenario: Scenario) -> list[Diagnostic]:
     leaks = {name: layer.leak for name, layer in scenario.stack.layers.items() if layer.leak is not None}
     amplifier = scenario.circuit.amplifier
     return [
-        *(_rectifies(name) for name, leak in leaks.items() if _is_rectifying(leak)),
+        *(_rectifies(name) for name, leak in leaks.items() if np.ptp(leak.slope(_TWO_SIGNS))),
         *([] if amplifier is None or not amplifier.is_limited else _not_supplied(scenario, amplifier)),
     ]
-
-
-def _is_rectifying(leak: Conduction) -> bool:
-    backward, forward = leak.slope(np.array([-_VANISHING, _VANISHING])).tolist()
-    return bool(backward != forward)
 
 
 def _rectifies(name: str) -> Diagnostic:

@@ -9,7 +9,6 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.scenario import PeriodicState
 from electrovib.solve.diagnostics.memory import CURRENT, FORCE, LARGEST
 from electrovib.solve.stack.reduce import SAME, lowest_frequency, shortest_time
 
@@ -113,7 +112,7 @@ def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) 
     (low, high), said = known, []
     last = 1 / (2 * np.pi * low) if low else np.inf
     first = 1 / (2 * np.pi * high)
-    if isinstance(scenario.time.initial_state, PeriodicState):
+    if scenario.time.settled:
         slowest = lowest_frequency(scenario)
         if slowest < low * (1 - SAME):
             said.append(f"the drive contains {format_quantity(slowest, 'Hz', digits=3)}, below the table")

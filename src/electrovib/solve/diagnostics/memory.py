@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from electrovib.physics.drive.pieces import Linear
-from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.transient import transient
@@ -68,7 +67,7 @@ def answer_errors(
     low, high = run_band(scenario, times)
     low, high = reduction_band(low=low, high=high)
     low, high = max(low, known[0]), min(high, known[1])
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    settled = scenario.time.settled
     if settled and lowest_frequency(scenario) < known[0] * (1 - SAME):
         return {}
     lasts = 1 / (2 * np.pi * known[0]) if known[0] and not settled else np.inf

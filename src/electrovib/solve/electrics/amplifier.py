@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.budget import Meter
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.errors import ElectrovibError
 from electrovib.solve.costs import LIMIT_WINDOW, SHORTER, limit_look
-from electrovib.solve.electrics.gain_and_pole import Unlimited, without_limits
+from electrovib.solve.electrics.gain_and_pole import Unlimited, refuse_amplified, without_limits
 from electrovib.solve.electrics.slewing import Course, Network
 from electrovib.solve.electrics.solution import LIMITED, PERIODIC, TRANSIENT, Solution
 from electrovib.solve.electrics.transient import how_it_begins
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.electrics.solution import Question
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Transfer
 
@@ -56,26 +55,6 @@ _SHARES: Final = np.unique(
 """Checks between one corner and the next, as shares of the time between them."""
 _FIRST, _MOST = 128, 1 << 16
 """Number of checks in the first and in the longest window after a change."""
-
-
-def answer_behind_limits(question: Question) -> Solution:
-    """Compute the response of linear layers behind an amplifier with limits."""
-    amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
-    assert amplifier is not None
-    return amplified_response(question.wanted(question.section), drive, question.times, amplifier=amplifier)
-
-
-def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> None:
-    """Refuse a drive or an initial state that cannot be combined with an amplifier before linear layers."""
-    if drive.quantity == "current":
-        raise InputError(
-            f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; omit the amplifier"
-        )
-    if settled and amplifier.is_limited:
-        raise InputError(
-            "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
-            " beforehand. Start AtRest and evaluate a late period, or omit its limits"
-        )
 
 
 def amplified_response(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.electrics.straight import fading
+from electrovib.solve.electrics.straight import chebyshev_rule, fading
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -86,7 +86,7 @@ class _Modes:
         if last - first <= FEW:
             yield first, last, None
             return
-        nodes, to_coefficients = _rule()
+        nodes, to_coefficients = chebyshev_rule(DEGREE)
         begin, end = time[first], time[last - 1]
         states = self.answer((begin + end) / 2 + (end - begin) / 2 * nodes, lag=self.lag)
         coefficients = to_coefficients @ (self.gains @ states).T
@@ -120,14 +120,6 @@ class _Modes:
             answer[near] = rate * side * wofz(side * slope[near] / (2 * root)) * np.sqrt(np.pi) / (2j * root)
             answer[near] -= lag
         return np.asarray(answer, complex)
-
-
-@functools.cache
-def _rule() -> tuple[Real, Real]:
-    """Nodes between -1 and 1, and Chebyshev's coefficients from the values there."""
-    nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
-    values = np.polynomial.chebyshev.chebvander(nodes, DEGREE)
-    return nodes, np.asarray(np.linalg.inv(values))
 
 
 SMOOTH_DEGREE = 6

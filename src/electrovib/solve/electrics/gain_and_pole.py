@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.straight import BreakStates, chunks, lag_since_breaks
 from electrovib.solve.electrics.transient import part_lag, transient
@@ -21,6 +22,19 @@ if TYPE_CHECKING:
 
 SAME_RATE: Final = 1e-8
 """Relative distance below which two rates count as equal, and are moved apart by twice as much."""
+
+
+def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> None:
+    """Refuse a drive or an initial state that cannot be combined with an amplifier before linear layers."""
+    if drive.quantity == "current":
+        raise InputError(
+            f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; omit the amplifier"
+        )
+    if settled and amplifier.is_limited:
+        raise InputError(
+            "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
+            " beforehand. Start AtRest and evaluate a late period, or omit its limits"
+        )
 
 
 def without_limits(

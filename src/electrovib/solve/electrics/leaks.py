@@ -18,9 +18,8 @@ from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.stack import pieces
-from electrovib.scenario import PeriodicState
 from electrovib.solve.costs import SHORTER, leak_step
-from electrovib.solve.electrics.gain_and_pole import amplified
+from electrovib.solve.electrics.gain_and_pole import amplified, refuse_amplified
 from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import LEAK, Solution
 from electrovib.solve.electrics.steps import jump_heights, step_grid
@@ -78,10 +77,8 @@ def refuse_leak(scenario: Scenario) -> None:
     name = next(iter(leaking_slab(layers, second=Surroundings.of(scenario).second)), None)
     refuse_gaps_of_a_law(scenario, name)
     if scenario.circuit.amplifier is not None:
-        from electrovib.solve.electrics.amplifier import refuse_amplified
-
         refuse_amplified(scenario.drive, scenario.circuit.amplifier, settled=False)
-    if name is not None and isinstance(scenario.time.initial_state, PeriodicState):
+    if name is not None and scenario.time.settled:
         raise InputError(
             f"time.initial_state = PeriodicState: layer '{name}' leaks by {type(layers[name].leak).__name__}, which is"
             " non-ohmic, so its periodic state is not known beforehand. Start AtRest and evaluate a late period"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def answer_to_voltage(question: Question) -> Solution:
-    """Compute the response of linear layers to a voltage, behind an amplifier without limits if there is one."""
+    """Compute the response of linear layers to a voltage, behind an amplifier if there is one."""
     amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
     transfers = question.wanted(question.section)
     if amplifier is not None:

@@ -58,7 +58,8 @@ def move_gap(
     """
     _refuse(space, drive, amplifier)
     plate = DrivenPlate(drive, amplifier)
-    if _stays(space):
+    if not (np.any(space.conductivities) or len(space.rates) or space.resistance):
+        # no charge can move within the stack, and no voltage drops outside it
         states = np.repeat(space.start()[:, None], len(time), axis=1)
         return _moved(_signals(space, plate, time, states, motion), motion, 0, 0.0)
     gaps = motion.gap(np.linspace(0.0, float(time[-1]), 4001))
@@ -69,7 +70,8 @@ def move_gap(
     grid = smooth_grid(drive, end=end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
     grid, error = _fine_enough(space, plate, grid, motion)
     grid = with_outputs(grid, time)
-    around = _around(grid, time)
+    right = np.clip(np.searchsorted(grid, time), 0, len(grid) - 1)
+    around = np.array([np.maximum(right - 1, 0), right])
     places = around[np.argmin(np.abs(grid[around] - time), axis=0), np.arange(len(time))]
     states = _march(space, plate, grid, motion)[:, places]
     return _moved(_signals(space, plate, time, states, motion), motion, len(grid) - 1, error)
@@ -118,21 +120,11 @@ def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> No
         raise InputError("motion.distance: a leak or a limit of the amplifier needs the general solver")
 
 
-def _stays(space: StackStates) -> bool:
-    """Return whether no charge can move within the stack and no voltage drops outside it."""
-    return not (np.any(space.conductivities) or len(space.rates) or space.resistance)
-
-
 def _spans(motion: Distance, end: float) -> list[tuple[float, float]]:
     """Return the intervals [s] in which the gap changes, split at the breaks of the motion."""
     marks = [0.0, *(each for each in motion.breaks() if 0 < each < end), end]
     looks = np.linspace(0.0, 1.0, 16, endpoint=False)[1:]
     return [(a, b) for a, b in pairwise(marks) if np.any(motion.rate(a + (b - a) * looks))]
-
-
-def _around(grid: Real, time: Real) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
-    right = np.clip(np.searchsorted(grid, time), 0, len(grid) - 1)
-    return np.array([np.maximum(right - 1, 0), right])
 
 
 def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real, Real]:

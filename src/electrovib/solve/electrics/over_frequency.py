@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import NotCausalError
-from electrovib.scenario import PeriodicState, Scenario
+from electrovib.scenario import Scenario
 from electrovib.solve.electrics.attraction import mean_force, total_pull
 from electrovib.solve.electrics.solution import ONE_SINE, Solution
 from electrovib.solve.stack.expand import behind_amplifier, per_volt_of, phasors
@@ -78,7 +78,7 @@ def _loudest_tone(scenario: Scenario) -> tuple[Real, complex]:
 def refuse_more_than_one_sine(scenario: Scenario) -> None:
     """Refuse a drive for which a law without a time-domain form has no response."""
     law, drive = scenario.force, scenario.drive
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    settled = scenario.time.settled
     if not settled or count_harmonics(drive) != 1:
         raise NotCausalError(_refusal(law, drive.__class__.__name__, settled=settled))
     if _loudest_tone(scenario)[0][0] == 0:

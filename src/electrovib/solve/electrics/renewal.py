@@ -14,7 +14,6 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.circuit import Grounded
-from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.attraction import total_pull
 from electrovib.solve.electrics.leaks import leaking_slab
 from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
@@ -151,9 +150,7 @@ def refuse_renewal(scenario: Scenario) -> None:
     leak = next(iter(slab), None)
     refuse_gaps_of_a_law(scenario, leak)
     reasons = {
-        "time.initial_state = PeriodicState: start AtRest and evaluate a late period": isinstance(
-            scenario.time.initial_state, PeriodicState
-        ),
+        "time.initial_state = PeriodicState: start AtRest and evaluate a late period": scenario.time.settled,
         "a drive that prescribes the current, which all places share: use a voltage drive": (
             scenario.drive.quantity == "current"
         ),

@@ -9,7 +9,6 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.physics.interface import INTERFACE
-from electrovib.scenario import PeriodicState
 from electrovib.solve.costs import March, gap_step, leak_step, limit_look, radau_step
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import drive_mean
@@ -113,7 +112,7 @@ class Question:
     @property
     def settled(self) -> bool:
         """Whether the periodic state is asked for."""
-        return isinstance(self.scenario.time.initial_state, PeriodicState)
+        return self.scenario.time.settled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,7 +218,7 @@ def fields(scenario: Scenario, section: Any) -> dict[Key, Any]:
 
 def _grown_without_end(scenario: Scenario, displacement: Transfer) -> bool:
     """Return whether the interface charge is unbounded: a mean voltage over conducting layers in the periodic state."""
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    settled = scenario.time.settled
     return settled and bool(integral_weight(displacement)) and bool(drive_mean(scenario.drive))
 
 

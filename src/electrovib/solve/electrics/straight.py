@@ -345,7 +345,7 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> lis
     marks = np.concatenate([np.arange(1, STRETCHES) / STRETCHES, growing.ravel()]) / fastest
     edges = np.unique(np.concatenate([[0], np.searchsorted(since, marks), [len(since)]]))
     longer = np.diff(edges) > FEW_TIMES
-    nodes, to_coefficients = _graded_rule()
+    nodes, to_coefficients = chebyshev_rule(GRADED_DEGREE)
     first, last = since[edges[:-1]][longer], since[edges[1:] - 1][longer]
     middle, half = (first + last) / 2, (last - first) / 2
     scale = np.where(half > 0, half, 1.0)  # times that differ by less than their rounding
@@ -370,10 +370,10 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> lis
 
 
 @functools.cache
-def _graded_rule() -> tuple[Real, Real]:
+def chebyshev_rule(degree: int) -> tuple[Real, Real]:
     """Return nodes between -1 and 1, and the matrix from values there to Chebyshev coefficients."""
-    nodes = np.polynomial.chebyshev.chebpts1(GRADED_DEGREE + 1)
-    return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, GRADED_DEGREE)))
+    nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
+    return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, degree)))
 
 
 def fading(weights: Real, rates: Real, since: Real) -> list[Real]:

@@ -11,7 +11,6 @@ from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.force import MaxwellStressInGap
 from electrovib.physics.interface import INTERFACE, Role
-from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.attraction import pressed
 from electrovib.solve.electrics.leaks import leaking_slabs
 from electrovib.solve.stack.expand import Surroundings
@@ -161,7 +160,7 @@ def refuse_without_modes(scenario: Scenario) -> None:
             f"drive = {type(drive).__name__}: a stack with {why} needs a voltage drive; a current drive is solved with a"
             " fixed gap and at most one leak"
         )
-    if isinstance(scenario.time.initial_state, PeriodicState):
+    if scenario.time.settled:
         raise InputError(
             f"time.initial_state = PeriodicState: for a stack with {why} the periodic state is not known beforehand. Start"
             " AtRest and evaluate a late period"

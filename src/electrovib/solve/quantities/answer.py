@@ -84,14 +84,16 @@ def numbers(
         found = resolve(expanded, [each.key for each in names if each not in held], alone=alone)
         values = _readings(expanded, held)
     except KeyError as error:
-        raise InputError(_absent(expanded, str(error.args[0]))) from None
-    values |= {each.name: _taken(found, each) for each in names if each not in held}
+        signal, have = str(error.args[0]), expanded.at(np.zeros(1)).signals
+        raise InputError(
+            f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
+        ) from None
+    values |= {
+        each.name: taken_from(each.taken, found.mesh, found.series[each.key])
+        for each in names
+        if each not in held
+    }
     return {each.name: values[each.name] for each in names}, found, held
-
-
-def _taken(found: Resolved, name: Named) -> float:
-    """Return one quantity from the polynomials of its signal."""
-    return taken_from(name.taken, found.mesh, found.series[name.key])
 
 
 def _readings(expanded: Expanded, held: Sequence[Named]) -> dict[str, float]:
@@ -154,11 +156,6 @@ def declared_mean_squares(expanded: Expanded, peaks: PeakRecord) -> dict[str, fl
     bounded = [name for name in names if math.isfinite(largest_of(reached, name))]
     found = dict.fromkeys(names, math.nan) | root_mean_squares(expanded, peaks, bounded)
     return {f"rms_{name}": value for name, value in found.items()}
-
-
-def _absent(expanded: Expanded, signal: str) -> str:
-    have = expanded.at(np.zeros(1)).signals
-    return f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
 
 
 UNRESOLVED: Final = 1e-6

@@ -19,7 +19,6 @@ from electrovib.physics.drive.sines import Sine
 from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.physics.time_profile import Steady
-from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen, solve
 from electrovib.solve.diagnostics import judge_run
 from electrovib.solve.diagnostics.known import known_band, memory_diagnostics
@@ -96,7 +95,8 @@ class Together:
         """Return the quantities of the scenarios of a group that share the band of this one; empty where none can be."""
         if self._apart or not is_of_sines(expanded.scenario):
             return {}
-        some = [place for place in group if _is_like(expanded, self.members[place])][:MOST]
+        members = [(place, self.members[place]) for place in group]
+        some = [place for place, each in members if expanded.has_stack_of(each, times_of_window(each))][:MOST]
         if len(some) < FEWEST:
             return {}
         try:
@@ -105,11 +105,6 @@ class Together:
             found = None  # computed separately, each scenario raises its own error
         self._apart = found is None
         return {} if found is None else dict(zip(some, found, strict=True))
-
-
-def _is_like(expanded: Expanded, member: Scenario) -> bool:
-    """Return whether a scenario under another sine has the modes of an expanded one."""
-    return expanded.has_stack_of(member, times_of_window(member))
 
 
 def _rest(member: Scenario) -> tuple[int, ...]:
@@ -123,7 +118,7 @@ def is_of_sines(scenario: Scenario) -> bool:
     return (
         type(scenario.drive) is Sine
         and not scenario.drive.offset
-        and isinstance(scenario.time.initial_state, PeriodicState)
+        and scenario.time.settled
         and chosen(scenario).method is PERIODIC
         and scenario.circuit.amplifier is None
         and isinstance(scenario.contact, FixedArea)

@@ -15,7 +15,6 @@ import numpy as np
 from electrovib.physics.drive.parts import Tones
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.tabulated import FEWEST
-from electrovib.scenario import PeriodicState
 from electrovib.solve.stack.harmonics import spectrum
 from electrovib.solve.stack.prony import DENSE, PronyFit, fit_debye, fit_debye_table
 
@@ -78,15 +77,13 @@ def reduce_material(
 def _reduced(material: Material, low: float, high: float, terms: int | None) -> Reduction:
     rows = material.table()
     fit = (
-        _fit_law(material, low, high, terms or _enough(low, high))
+        _fit_law(
+            material, low, high, terms or min(DENSE, math.ceil(TERMS_PER_DECADE * math.log10(high / low)) + 2)
+        )
         if rows is None
         else _fit_rows(material, rows, low, high, terms or FEWEST_TERMS)
     )
     return Reduction(fit.debye, fit.largest_error)
-
-
-def _enough(low: float, high: float) -> int:
-    return min(DENSE, math.ceil(TERMS_PER_DECADE * math.log10(high / low)) + 2)
 
 
 def _fit_law(material: Material, low: float, high: float, terms: int) -> PronyFit:
@@ -132,7 +129,7 @@ def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
     shortest = shortest_time(scenario, times)
     if math.isfinite(shortest):
         fastest.append(1 / (2 * np.pi * shortest))
-    if isinstance(scenario.time.initial_state, PeriodicState):
+    if scenario.time.settled:
         slowest = [found for part in parts for found in _slowest(part)]
     else:
         slowest = [1 / (2 * np.pi * float(times[-1]))] if times[-1] > 0 else []
@@ -150,7 +147,7 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
     end, drive = float(times[-1]), scenario.drive
     if any(isinstance(part, Linear) and part.begins_with(times) for part in drive.parts()):
         return drive.shortest_piece(end)  # every output is at a corner
-    begins = [] if isinstance(scenario.time.initial_state, PeriodicState) else [0.0]
+    begins = [] if scenario.time.settled else [0.0]
     corners = np.concatenate([[-math.inf], begins, drive.corners(end)[0]])
     since = times - corners[np.searchsorted(corners, times * (1 + SAME), side="right") - 1]
     after = since[since > SAME * times]
