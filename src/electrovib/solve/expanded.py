@@ -24,7 +24,7 @@ from electrovib.solve.electrics.solution import ACROSS
 from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
 from electrovib.solve.stack.expand import modes, phasors
-from electrovib.solve.stack.reduce import reduction_band, run_band
+from electrovib.solve.stack.reduce import band_of_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
@@ -142,12 +142,12 @@ class Expanded:
             _share(scenario, own, OF_STACK)
             and scenario.contact_area == own.contact_area
             and scenario.drive.quantity == own.drive.quantity
-            and (not self.reduction_error or _band(scenario, times) == self._band)
+            and (not self.reduction_error or band_of_run(scenario, times) == self._band)
         )
 
     @functools.cached_property
     def _band(self) -> tuple[float, float]:
-        return _band(self.scenario, self.times)
+        return band_of_run(self.scenario, self.times)
 
     @functools.cached_property
     def declared(self) -> PhasorSection:
@@ -242,12 +242,6 @@ class Expanded:
         )
 
 
-def _band(scenario: Scenario, times: Real) -> tuple[float, float]:
-    """Return the band over which materials are reduced [Hz]; runs that differ little share it."""
-    low, high = run_band(scenario, times)
-    return reduction_band(low=low, high=high)
-
-
 def _share(one: Scenario, other: Scenario, parts: tuple[str, ...]) -> bool:
     """Return whether two scenarios have the same objects as parts."""
     return all(getattr(one, name) is getattr(other, name) for name in parts)
@@ -260,9 +254,6 @@ def _as_long(one: Scenario, other: Scenario) -> bool:
 
 
 def since_corners(corners: Real, times: Real) -> Real:
-    """Return the time since the last corner.
-
-    `corners`, `times` (m,) [s]; returns `since` (n,) [s].
-    """
+    """Return the time since the last corner [s], infinite before the first; both arrays increase."""
     last = np.append(-np.inf, corners)[np.searchsorted(corners, times, side="right")]
     return np.asarray(times - last)

@@ -157,7 +157,8 @@ class Prepared:
     ) -> dict[str, Real]:
         """Compute signals over time for given values of the free parameters.
 
-        `time` (n,) [s], `band` (n,) [s].
+        `time` (n,) [s] are the output times, by default those of the scenario; `band` (m,) [s] those of a run over whose band
+        the materials are reduced.
         """
         member = self.scenario(values)
         times = None if time is None else np.asarray(time, dtype=float)

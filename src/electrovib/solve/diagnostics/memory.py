@@ -21,7 +21,7 @@ from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.expand import left_by_charge, phasors
 from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf
-from electrovib.solve.stack.reduce import SAME, lowest_frequency, reduction_band, run_band
+from electrovib.solve.stack.reduce import SAME, band_of_run, lowest_frequency
 from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:
@@ -64,33 +64,31 @@ def answer_errors(
     The response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
     residual of the fit of D over frequency.
     """
-    low, high = run_band(scenario, times)
-    low, high = reduction_band(low=low, high=high)
-    low, high = max(low, known[0]), min(high, known[1])
     settled = scenario.time.settled
     if settled and lowest_frequency(scenario) < known[0] * (1 - SAME):
         return {}
     lasts = 1 / (2 * np.pi * known[0]) if known[0] and not settled else np.inf
     judged = (times <= lasts) & ~_at_corner(scenario.drive, times, bends=False)
-    if not low < high or not np.any(judged):
-        return {}
     steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
-    fit = _DifferenceFit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
+    fit = _fit(scenario, times, known, steady=steady)
+    if fit is None or not np.any(judged):
+        return {}
     differences, residuals = _differences(scenario, section, fit, settled=settled)
     probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
     found = {name: row for name, row in answer.found.items() if name in differences and row.ndim == 1}
     errors = _respond(scenario, differences, times[probes], settled=settled)
-    bounds = {
-        name: (row, SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row[probes]))
-        for name, row in found.items()
-    }
-    amplitudes = {name: row[probes] for name, row in found.items() if isinstance(name, AmplitudeOf)}
-    if amplitudes and scenario.force.causal:
-        bounds[FORCE] = (answer.attraction, _of_force(scenario, times[probes], amplitudes, errors, residuals))
+    at_probes = {name: row[probes] for name, row in found.items()}
+    bounds = _bounds(scenario, at_probes, times[probes], errors, residuals)
     straight = judged & ~_at_corner(scenario.drive, times, bends=True)
     return {
-        name: judge(row, times, probes, bound, straight if name == CURRENT else judged)
-        for name, (row, bound) in bounds.items()
+        name: judge(
+            answer.attraction if name == FORCE else found[name],
+            times,
+            probes,
+            bound,
+            straight if name == CURRENT else judged,
+        )
+        for name, bound in bounds.items()
     }
 
 
@@ -108,34 +106,48 @@ def errors_of_sines(
     `times` (cases, n) [s].
     """
     scenario = members[0]
-    low, high = run_band(scenario, times[0])
-    low, high = reduction_band(low=low, high=high)
-    low, high = max(low, known[0]), min(high, known[1])
-    if not low < high:
+    fit = _fit(scenario, times[0], known, steady=False)
+    if fit is None:
         return [{} for _ in members]
-    fit = _DifferenceFit.over(low, high, steady=False, smallest=MEASURED if known[0] else SMALLEST)
     differences, residuals = _differences(scenario, section, fit, settled=True)
-    errors = respond(differences)
-    bounds = {
-        name: (row, SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row))
-        for name, row in answer.found.items()
-        if name in differences
-    }
-    amplitudes = {name: row for name, row in answer.found.items() if isinstance(name, AmplitudeOf)}
-    if amplitudes and scenario.force.causal:
-        bounds[FORCE] = (
-            answer.attraction,
-            _of_force(scenario, times.ravel(), amplitudes, errors, residuals),
-        )
-    judged = {
-        name: judge_repeating(row.reshape(times.shape), times, bound.reshape(times.shape))
-        for name, (row, bound) in bounds.items()
-    }
+    found = {name: row for name, row in answer.found.items() if name in differences}
+    judged = {}
+    for name, bound in _bounds(scenario, found, times.ravel(), respond(differences), residuals).items():
+        row = answer.attraction if name == FORCE else found[name]
+        judged[name] = judge_repeating(row.reshape(times.shape), times, bound.reshape(times.shape))
     unknown = [lowest_frequency(each) < known[0] * (1 - SAME) for each in members]
     return [
-        {} if unknown[case] else {name: found[case] for name, found in judged.items()}
+        {} if unknown[case] else {name: each[case] for name, each in judged.items()}
         for case in range(len(members))
     ]
+
+
+def _fit(
+    scenario: Scenario, times: Real, known: tuple[float, float], *, steady: bool
+) -> _DifferenceFit | None:
+    """Return the fit of D over the part of a run's band in which the materials are known; None where there is none."""
+    low, high = band_of_run(scenario, times)
+    low, high = max(low, known[0]), min(high, known[1])
+    smallest = MEASURED if known[0] else SMALLEST
+    return _DifferenceFit.over(low, high, steady=steady, smallest=smallest) if low < high else None
+
+
+def _bounds(
+    scenario: Scenario,
+    found: Mapping[Key, Real],
+    times: Real,
+    errors: Mapping[Key, Real],
+    residuals: Mapping[Key, float],
+) -> dict[Key, Real]:
+    """Bound the errors of linear quantities and of the attraction at some times."""
+    bounds: dict[Key, Real] = {
+        name: SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row)
+        for name, row in found.items()
+    }
+    amplitudes = {name: row for name, row in found.items() if isinstance(name, AmplitudeOf)}
+    if amplitudes and scenario.force.causal:
+        bounds[FORCE] = _of_force(scenario, times, amplitudes, errors, residuals)
+    return bounds
 
 
 def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
@@ -349,7 +361,8 @@ class Judged(NamedTuple):
 def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]) -> Judged:
     """Compare an error bound at the probes with a quantity at all output times.
 
-    `row` (n,), `times` (n,) [s], `probes` (m,), `bound` (m,), `judged` (n,).
+    `row` (n,) at `times` (n,) [s]; `bound` (m,) in its unit at the indices `probes` (m,); only times that `judged` (n,) marks
+    count.
     """
     if not np.any(judged):
         return Judged(0.0, 0.0, np.inf, 0.0)
@@ -375,7 +388,7 @@ def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged:
 def judge_repeating(rows: Real, times: Real, bounds: Real) -> list[Judged]:
     """Return the results of `judge` for many periodic cases, whose remaining amplitude is always the largest value.
 
-    `rows` (cases, n), `times` (cases, n) [s], `bounds` (cases, n).
+    `rows` and their `bounds` at `times` [s], all of shape (cases, n).
     """
     sizes = np.abs(rows)
     largest = np.max(sizes, axis=1)[:, None]

@@ -55,7 +55,7 @@ def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Rea
 def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: float) -> Real:
     """Compute the time mean of the attraction under one sine.
 
-    Returns `force` (frequencies,) [N].
+    `amplitude` is the peak value of the drive; returns the force [N] at each frequency of the section.
     """
     count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
     turns = np.exp(2j * np.pi * np.arange(count) / count)[:, None]

@@ -44,10 +44,7 @@ def over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]
 
 
 def sine_of(scenario: Scenario) -> Real | None:
-    """Return the frequency at which a scenario has a capacitance.
-
-    Returns `frequency` (1,) [Hz].
-    """
+    """Return the frequency [Hz] of the single sine at which a scenario has a capacitance, shape (1,); else None."""
     if count_harmonics(scenario.drive) is None or scenario.motion.moved_gap or scenario.contact.closing:
         return None
     frequencies, tones = spectrum(scenario.drive, harmonics=1)

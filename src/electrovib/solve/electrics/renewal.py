@@ -57,14 +57,14 @@ def renewed(
     whole = transient(transfers, drive, time)
     began = entered(motion, time, renewal.places)
     age = time[None, :] - began
-    memory = _Memory(drive, began)
+    at_entry = _states_at(drive, began)
     found = {}
     for name, transfer in transfers.items():
         answer = np.tile(whole[name], (len(began), 1))
         for rate, gain, free in zip(transfer.rates, transfer.gains, transfer.free, strict=True):
             fading = np.exp(-rate * age) if gain or free else 0.0
             if gain and rate > 0:
-                answer -= gain * memory.state(float(rate)) * fading
+                answer -= gain * at_entry(float(rate)) * fading
             if free:
                 answer += free * (fading - np.exp(-rate * time)[None, :])
         found[name] = answer
@@ -127,21 +127,17 @@ def answer_on_fresh_film(question: Question) -> Solution:
     return replace(mean, found=found, pull=pull)
 
 
-class _Memory:
-    """State of single modes at the moments of entry, each computed once."""
+def _states_at(drive: Drive, began: Real) -> Callable[[float], Real]:
+    """Return the state of a single mode at the moments of entry [s] by its rate [1/s], 0 at time 0; each computed once."""
+    times, places = np.unique(began, return_inverse=True)
 
-    def __init__(self, drive: Drive, began: Real) -> None:
-        self._drive = drive
-        self._times, self._places = np.unique(began, return_inverse=True)
-        self._shape = began.shape
-        self.state = functools.cache(self._state)
-
-    def _state(self, rate: float) -> Real:
-        """Return the mode of this rate at the moments of entry, 0 at time 0."""
+    @functools.cache
+    def state(rate: float) -> Real:
         mode = Transfer(rates=np.array([rate]), gains=np.array([1.0]))
-        found = transient({"mode": mode}, self._drive, self._times)["mode"]
-        found = np.where(self._times > 0, found, 0.0)
-        return np.asarray(found[self._places.ravel()].reshape(self._shape))
+        found = np.where(times > 0, transient({"mode": mode}, drive, times)["mode"], 0.0)
+        return np.asarray(found[places.ravel()].reshape(began.shape))
+
+    return state
 
 
 def refuse_renewal(scenario: Scenario) -> None:

@@ -66,10 +66,7 @@ def straight_rows(
     direct: Real,
     lag: NDArray[np.bool_],
 ) -> list[Real]:
-    """Compute the response of modes to straight pieces at any times, each output in an array of its own.
-
-    Returns `response` (n,) [V].
-    """
+    """Compute the same as `straight_response`, each output in an array of its own [V]."""
     marched = _marched(part, time)
     if marched is not None:
         passed: list[tuple[int, Real]] = []
@@ -134,10 +131,7 @@ class _Asked:
 
 
 def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
-    """Compute the response of modes to straight pieces less the drive itself, from the states at the breaks.
-
-    Returns `response` (outputs, n) [V].
-    """
+    """Compute the response of modes to straight pieces less the drive itself, shape (outputs, n) [V]."""
     part, rates = states.part, states.rates
     result = np.zeros((len(gains), len(time)))
     index, elapsed = part.locate(time)
@@ -336,7 +330,8 @@ _FORGOTTEN: Final = 745.0
 def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:
     """Compute sums of relaxations at many times by interpolation between a few.
 
-    `since` (n,) [s]; returns `outputs` (n,).
+    `evaluate` returns them at any times [s], shape (outputs, times); `since` (n,) [s] are increasing times after a corner, and
+    `fastest` is the largest rate [1/s].
     """
     if len(since) <= STRETCHES * FEW_TIMES:
         return list(evaluate(since))
@@ -379,7 +374,7 @@ def chebyshev_rule(degree: int) -> tuple[Real, Real]:
 def fading(weights: Real, rates: Real, since: Real) -> list[Real]:
     """Compute the sum of weight exp(-rate t) over modes.
 
-    `weights` (outputs, modes), `rates` (modes,), `since` (n,) [s]; returns `outputs` (n,).
+    `weights` (outputs, modes), `rates` (modes,) [1/s], `since` (n,) [s]; returns one array (n,) for each output.
     """
 
     def evaluate(moments: Real) -> Real:

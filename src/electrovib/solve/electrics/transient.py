@@ -182,10 +182,7 @@ class _Output:
 
 
 def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
-    """Compute the response of modes to a part of a drive, less that part.
-
-    Returns `response` (outputs, n) [V].
-    """
+    """Compute the response of modes to a part of a drive, less that part, shape (outputs, n) [V]."""
     lag = np.ones(len(gains), bool)
     return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled))
 

@@ -13,7 +13,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.contact.area import FixedArea
-from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
+from electrovib.physics.contact.attraction import Attraction
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.limits import limit_diagnostics
 from electrovib.physics.roughness import ContactSpots
@@ -22,7 +22,7 @@ from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.judge import declared_diagnostics, layer_diagnostics
 from electrovib.solve.electrics.attraction import LARGEST, crossed, without_bound
-from electrovib.solve.equilibrium.states import BEYOND, Equilibrium, balance
+from electrovib.solve.equilibrium.states import BEYOND, Equilibrium, attraction_at, balance
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -123,12 +123,7 @@ def equilibrium(
 
     def attraction_on(area: float) -> Attraction:
         """Return the attraction with the electrical thickness of the return path for an area [m2]."""
-        seen = filling * sum(_blocking(known, area).values())
-        return (
-            PlateAttraction(held, seen)
-            if spots is None
-            else RoughAttraction(voltage=held, electrical_thickness=seen, surface=surface, spots=spots)
-        )
+        return attraction_at(held, filling * sum(_blocking(known, area).values()), surface, spots)
 
     attraction = attraction_on(area)
     if isinstance(known.contact, FixedArea):
@@ -263,14 +258,14 @@ def growing_states(
     The gap follows from the pressure W/area(W) of each total force W, and the attraction across it has to be
     W - load. States are sought in steps of a 64th of the force; two states closer than that are missed.
     """
-    least = float(surface.gap(np.asarray(contact.mean_pressure(np.asarray(load)))))
-    if not math.isfinite(least):
-        raise InputError(
-            "contact.surface: without a load the gap of the surface topography is infinite; give load.normal_force above 0"
-        )
 
     def gap(whole: float) -> float:
         return float(surface.gap(np.asarray(contact.mean_pressure(np.asarray(whole)))))
+
+    if not math.isfinite(gap(load)):
+        raise InputError(
+            "contact.surface: without a load the gap of the surface topography is infinite; give load.normal_force above 0"
+        )
 
     def drawn(whole: float, low: float) -> float:
         area = contact.gross_area(whole)

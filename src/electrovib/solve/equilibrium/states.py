@@ -10,8 +10,9 @@ from itertools import pairwise
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.physics.contact.attraction import Attraction, PlateAttraction
+from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
+from electrovib.physics.roughness import ContactSpots
 
 BEYOND = 1e-6
 """Extension of the range beyond the gap under the load alone, as a share of it; without voltage that gap is the state."""
@@ -53,6 +54,17 @@ class Equilibrium:
     stop: float
     residual: float
     iterations: int
+
+
+def attraction_at(
+    voltage: float, electrical_thickness: float, surface: Surface, spots: ContactSpots | None
+) -> Attraction:
+    """Return the attraction of parallel plates, or with contact spots its mean over the gaps of a rough surface."""
+    if spots is None:
+        return PlateAttraction(voltage, electrical_thickness)
+    return RoughAttraction(
+        voltage=voltage, electrical_thickness=electrical_thickness, surface=surface, spots=spots
+    )
 
 
 def equilibria(

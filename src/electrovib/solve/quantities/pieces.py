@@ -63,10 +63,7 @@ class Mesh:
         return coefficients
 
     def halved(self, chosen: NDArray[np.bool_]) -> Mesh:
-        """Halve some pieces.
-
-        `chosen` (pieces,).
-        """
+        """Halve the pieces that are chosen, one mark for each."""
         middles = (self.edges[:-1] + self.edges[1:])[chosen] / 2
         return Mesh(np.union1d(self.edges, middles), self.nodes)
 

@@ -318,9 +318,6 @@ class Sines:
 
 
 def rows_of(weights: Mapping[Key, Complex], cases: Indices, waves: tuple[Real, Real]) -> dict[Key, Real]:
-    """Return linear quantities of some cases over time from their complex amplitudes.
-
-    `cases` (n,).
-    """
+    """Return linear quantities of the cases (n,) at the phases of `waves` from their complex amplitudes."""
     cosine, sine = waves
     return {name: each.real[cases] * cosine - each.imag[cases] * sine for name, each in weights.items()}

@@ -69,7 +69,7 @@ def per_volt_of(
 ) -> PhasorSection:
     """Return the scenario's stack over frequency per volt, also where the drive prescribes the current.
 
-    `area` (n,) [m2].
+    With an `area` [m2] for each of some contacts, instead of that of the scenario, one frequency gives as many values.
     """
     around, layers = Surroundings.of(scenario, area), scenario.stack.layers
     return phasor_section(

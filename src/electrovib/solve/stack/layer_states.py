@@ -143,7 +143,8 @@ class StackStates:
     ) -> Moment:
         """Return fields and conduction currents under a voltage.
 
-        `state` (size,) [C/m2], `voltage` (n,) [V], `gap`, `closing` (n,) [m].
+        `state` (size,) or (size, n): charges and polarisations [C/m2], and the voltage of a series resistance [V]; `voltage` [V],
+        `gap` [m] and its rate of change `closing` [m/s] at one time or at n times; `signs` fixes the side of a leak with a kink.
         """
         if gap is None and self.moving is None:
             return self._fixed_moment(state, voltage, signs)
@@ -200,19 +201,13 @@ class StackStates:
         return Moment(field=field.T, flow=flow.T, creep=creep.T, elastance=elastance, loss=loss)
 
     def density(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
-        """Return the total current density.
-
-        `state` (size,), `slope` (n,) [V/s]; returns `density` () [A/m2].
-        """
+        """Return the total current density [A/m2] under a rate of change of the voltage [V/s]."""
         if self.resistance > 0:
             return np.asarray(state[-1] / (self.resistance * self.area))
         return np.asarray((slope + moment.loss) / moment.elastance)
 
     def rate(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
-        """Return the rate of change of the state.
-
-        `state` (size,), `slope` (n,) [V/s]; returns `rate` (size,) [A/m2].
-        """
+        """Return the rate of change of the state [its unit per s] under a rate of change of the voltage [V/s]."""
         parts = [moment.flow[:-1] - moment.flow[1:], moment.creep]
         if self.resistance > 0:
             fall = moment.loss - moment.elastance * self.density(state, moment, slope=slope)
@@ -220,10 +215,7 @@ class StackStates:
         return np.concatenate(parts)
 
     def displacement(self, state: Real, moment: Moment, index: int) -> Real:
-        """Return the bound displacement of an element.
-
-        `state` (size,); returns `displacement` () [C/m2].
-        """
+        """Return the bound displacement of an element [C/m2]."""
         terms = np.arange(len(self.rates))[self.owners == index] + len(self.charges)
         return np.asarray(self.permittivities[index] * moment.field[index] + np.sum(state[terms], axis=0))
 

@@ -58,11 +58,10 @@ def fit_debye(
 ) -> PronyFit:
     """Reduce a law of the bound permittivity to Debye terms that are passive by construction.
 
-    Non-negative least squares on a grid of relaxation times gives the start, least squares in the logarithms
-    of all parameters refines it, and reweighting [1]_ reduces the largest relative error. Non-negative terms
-    exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami laws with alpha <= 1 and alpha beta
-    <= 1; for a law without them the result is the nearest passive sum, with its ``largest_error``. Outside
-    the band the sum is passive but does not describe the material.
+    Reweighting after C. L. Lawson (thesis, University of California, Los Angeles, 1961) reduces the largest
+    relative error. Non-negative terms exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami
+    laws with alpha <= 1 and alpha beta <= 1; for a law without them the result is the nearest passive sum, with
+    its ``largest_error``. Outside the band the sum is passive but does not describe the material.
     """
     check_range(low=low, high=high, terms=terms, slowest=slowest)
     decades = np.log10(high / low)
@@ -89,7 +88,7 @@ def fit_debye_table(
 
     Plain least squares of the relative error: reweighting towards the worst point would follow the noise.
     By default no term is slower than 1/(2 pi) of the lowest frequency, because noisy data cannot distinguish such a term
-    from conduction; loss of that kind in the checked_table remains as an error at the lowest frequencies (6 % for a
+    from conduction; loss of that kind in the table remains as an error at the lowest frequencies (6 % for a
     constant phase of exponent 0.75). Where the conduction is known, a ``slowest`` of ten times the default allows
     the fit to represent that loss by relaxations.
     """
@@ -170,10 +169,7 @@ def evaluated(bound_permittivity: Callable[[Real], npt.ArrayLike], frequency: Re
 
 
 def checked_table(frequency: npt.ArrayLike, bound_permittivity: npt.ArrayLike) -> tuple[Real, Complex]:
-    """Return a checked_table in rising order of frequency, refusing unphysical values.
-
-    `frequency`, `bound_permittivity` (N,) [Hz]; returns `frequency`, `bound_permittivity` (N,) [Hz].
-    """
+    """Return frequencies [Hz] and permittivities of a table in rising order, refusing unphysical values."""
     hertz = np.asarray(frequency, dtype=float)
     target = np.asarray(bound_permittivity, dtype=complex)
     if hertz.ndim != 1 or hertz.shape != target.shape or hertz.size < 3:
@@ -457,10 +453,7 @@ class Spectrum:
 
 
 def debye_responses(angular: Real, times: Real) -> Complex:
-    """Return 1/(1 + j w tau).
-
-    `angular`, `times` (N,) [rad/s]; returns `responses` (N, M).
-    """
+    """Return 1/(1 + j w tau) at angular frequencies (N,) [rad/s] for times (M,) [s], shape (N, M)."""
     return np.asarray(1 / (1 + 1j * angular[:, np.newaxis] * times))
 
 

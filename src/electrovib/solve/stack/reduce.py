@@ -115,6 +115,12 @@ ABSENT = 1e-9
 """Share of the largest amplitude below which a frequency is not part of a drive."""
 
 
+def band_of_run(scenario: Scenario, times: Real) -> tuple[float, float]:
+    """Return the band over which the materials of a run are reduced [Hz]; runs that differ little share it."""
+    low, high = run_band(scenario, times)
+    return reduction_band(low=low, high=high)
+
+
 def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
     """Return the band of frequencies that the response of a run depends on.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -172,15 +172,7 @@ def resting(transfer: Transfer) -> float:
 
 def without_integrators(transfer: Transfer) -> Transfer:
     """Return the transfer function without the modes that integrate the drive."""
-    gains = np.where(transfer.rates == INTEGRATING, 0.0, transfer.gains)
-    return Transfer(
-        rates=transfer.rates,
-        gains=gains,
-        direct=transfer.direct,
-        slope=transfer.slope,
-        free=transfer.free,
-        static=transfer.static,
-    )
+    return replace(transfer, gains=np.where(transfer.rates == INTEGRATING, 0.0, transfer.gains))
 
 
 def integral_weight(transfer: Transfer) -> float:
