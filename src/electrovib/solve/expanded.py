@@ -38,6 +38,16 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection, PhasorSection
 
+OF_STACK: Final = ("stack", "circuit")
+OF_ATTRACTION: Final = ("drive", "force", "contact", "load", "motion", "time")
+OF_MECHANICS: Final = ("friction", "motion", "finger", "rig", "load", "contact", "time")
+"""Parts of a scenario on which the modes depend, those on which the attraction depends besides, and those of the mechanics."""
+FORCE: Final = frozenset({"electrostatic_force"})
+OF_ELECTRICS: Final = FORCE | {*ACROSS, "field", "displacement", "capacitance"}
+"""Signals that are independent of the mechanics."""
+LATER_PERIODS: Final = 10
+"""Periods by which the times of a periodic state are shifted before its errors are judged."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Record:
@@ -65,17 +75,6 @@ class Record:
     how: dict[str, Any]
     diagnostics: list[Diagnostic]
     peaks: PeakRecord | None = None
-
-
-OF_STACK: Final = ("stack", "circuit")
-OF_ATTRACTION: Final = ("drive", "force", "contact", "load", "motion", "time")
-OF_MECHANICS: Final = ("friction", "motion", "finger", "rig", "load", "contact", "time")
-"""Parts of a scenario on which the modes depend, those on which the attraction depends besides, and those of the mechanics."""
-FORCE: Final = frozenset({"electrostatic_force"})
-OF_ELECTRICS: Final = FORCE | {*ACROSS, "field", "displacement", "capacitance"}
-"""Signals that are independent of the mechanics."""
-LATER_PERIODS: Final = 10
-"""Periods by which the times of a periodic state are shifted before its errors are judged."""
 
 
 class Expanded:

@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
     from electrovib.core.diagnostics import Diagnostic
 
+_MANY: Final = 100_000
+"""Number of times above which writing and hashing a record take longer than starting a thread."""
+
 
 def simulate(
     scenario: Source, *, time: Real | None = None, signals: Sequence[str] | None = None
@@ -160,10 +163,6 @@ def _chosen(variables: Mapping[str, Any], signals: Sequence[str] | None) -> Mapp
             for name in absent
         )
     return {name: variables[name] for name in names}
-
-
-_MANY: Final = 100_000
-"""Number of times above which writing and hashing a record take longer than starting a thread."""
 
 
 def provenance(scenario: Scenario) -> dict[str, Any]:

@@ -25,6 +25,23 @@ if TYPE_CHECKING:
     from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
 
+SMALLEST_GAP: Final = 1e-9
+"""Smallest real gap considered [m]: about the roughness of the smoothest plates; a choice."""
+LARGEST_SHARE: Final = 0.01
+"""Share of the voltage across that gap above which the limit does not describe it; a choice."""
+_ROUNDING = 1e-9
+"""Negative attraction over the largest absolute one, below which it is rounding."""
+SETTLED_CHARGE: Final = "settled charge"
+LONGEST_RELAXATION: Final = 100.0
+"""Charge relaxation time that an experiment with one drive hardly exceeds [s]; a choice."""
+SMALLEST_MEAN: Final = 1e-3
+"""Mean over largest voltage below which a drive counts as free of an offset; a choice."""
+_SAMPLES: Final = 4096
+_TWO_SIGNS: Final = np.array([-1e-12, 1e-12])
+"""Fields at which the two slopes of a leak are compared [V/m]."""
+MOST: Final = 4_000_000
+"""Samples beyond which no number of even times is advised."""
+
 
 def contact_diagnostics(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Diagnostic]:
     """Return the diagnostics of contact and friction.
@@ -126,14 +143,6 @@ def _share(found: NDArray[np.bool_]) -> str:
     return "all" if np.all(found) else f"{100 * float(np.mean(found)):.3g} %"
 
 
-SMALLEST_GAP: Final = 1e-9
-"""Smallest real gap considered [m]: about the roughness of the smoothest plates; a choice."""
-LARGEST_SHARE: Final = 0.01
-"""Share of the voltage across that gap above which the limit does not describe it; a choice."""
-_ROUNDING = 1e-9
-"""Negative attraction over the largest absolute one, below which it is rounding."""
-
-
 def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) -> list[Diagnostic]:
     """Return whether the limit of a vanishing gap describes the smallest real gap.
 
@@ -178,14 +187,6 @@ def negative_attraction(scenario: Scenario, variables: dict[str, Any]) -> list[D
     return [Diagnostic("negative attraction", "warning", text, -lowest, 0.0, "N")]
 
 
-SETTLED_CHARGE: Final = "settled charge"
-LONGEST_RELAXATION: Final = 100.0
-"""Charge relaxation time that an experiment with one drive hardly exceeds [s]; a choice."""
-SMALLEST_MEAN: Final = 1e-3
-"""Mean over largest voltage below which a drive counts as free of an offset; a choice."""
-_SAMPLES: Final = 4096
-
-
 def settled_charge(scenario: Scenario) -> list[Diagnostic]:
     """Warn where a layer of the plate conducts so little that the periodic state is reached long after an experiment.
 
@@ -223,10 +224,6 @@ def _held_mean(drive: Drive) -> float:
     length = drive.period or drive.duration or 1.0
     mean = float(np.mean(drive.voltage((np.arange(_SAMPLES) + 0.5) / _SAMPLES * length)))
     return mean if abs(mean) > SMALLEST_MEAN * drive.largest() else 0.0
-
-
-_TWO_SIGNS: Final = np.array([-1e-12, 1e-12])
-"""Fields at which the two slopes of a leak are compared [V/m]."""
 
 
 def over_frequency_diagnostics(scenario: Scenario) -> list[Diagnostic]:
@@ -272,10 +269,6 @@ def _not_supplied(scenario: Scenario, amplifier: Amplifier) -> list[Diagnostic]:
         " its limits are not part of these values. Reduce the drive, or use the response in time"
     )
     return [Diagnostic("over frequency, amplifier", "warning", text)]
-
-
-MOST: Final = 4_000_000
-"""Samples beyond which no number of even times is advised."""
 
 
 def sampling(drive: Drive, times: Real) -> list[Diagnostic]:

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection
 
-
 FORCE: Final = "force"
 CURRENT: Final = "current"
 SAFETY: Final = 1.5
@@ -52,6 +51,25 @@ MEASURED: Final = (1e-4,)
 PROBES: Final = 400
 """Output times at which the response of D is evaluated; between two of them the larger value counts."""
 _GOLDEN: Final = 0.6180339887498949
+POLES_PER_DECADE: Final = 10
+"""Relaxation rates of the fit of D."""
+ROWS_PER_DECADE: Final = 16
+"""Frequencies at which D is fitted."""
+BEYOND: Final = 10.0
+"""Factor by which the relaxation rates of D extend beyond the band on both sides."""
+POWERS: Final = (0.0, -0.5, -1.0, 0.5, 1.0)
+"""Powers of the frequency by which a quantity may fall; the fit of D is weighted by the one with the least residual."""
+AT_REST: Final = 1e-60
+"""Frequency that replaces 0, where a power law has no value [Hz]."""
+TAIL: Final = 1e-4
+"""Share of the peak down to which an error is relative to the value at that time."""
+LARGEST: Final = 0.01
+"""Error over the remaining amplitude of a quantity, above which the quantity counts as unknown."""
+LOOKING_BACK: Final = 0.9
+"""Fraction of a time from which on the remaining amplitude at that time is taken."""
+_MANY: Final = 20_000
+"""Number of output times above which the smallest and largest values between probes are tried first."""
+_AT_ONCE: Final = 1 << 15
 
 
 def answer_errors(
@@ -248,18 +266,6 @@ def _slope(transfer: Transfer) -> Transfer:
     )
 
 
-POLES_PER_DECADE: Final = 10
-"""Relaxation rates of the fit of D."""
-ROWS_PER_DECADE: Final = 16
-"""Frequencies at which D is fitted."""
-BEYOND: Final = 10.0
-"""Factor by which the relaxation rates of D extend beyond the band on both sides."""
-POWERS: Final = (0.0, -0.5, -1.0, 0.5, 1.0)
-"""Powers of the frequency by which a quantity may fall; the fit of D is weighted by the one with the least residual."""
-AT_REST: Final = 1e-60
-"""Frequency that replaces 0, where a power law has no value [Hz]."""
-
-
 class _DifferenceFit:
     """Signed relaxations on a fixed grid of rates that follow D over a band.
 
@@ -324,17 +330,6 @@ def _inverses(columns: Real, weights: Real, smallest: tuple[float, ...]) -> Real
 
 def _spaced(low: float, high: float, per_decade: int) -> Real:
     return np.geomspace(low, high, max(2, int(np.ceil(per_decade * np.log10(high / low))) + 1))
-
-
-TAIL: Final = 1e-4
-"""Share of the peak down to which an error is relative to the value at that time."""
-LARGEST: Final = 0.01
-"""Error over the remaining amplitude of a quantity, above which the quantity counts as unknown."""
-LOOKING_BACK: Final = 0.9
-"""Fraction of a time from which on the remaining amplitude at that time is taken."""
-_MANY: Final = 20_000
-"""Number of output times above which the smallest and largest values between probes are tried first."""
-_AT_ONCE: Final = 1 << 15
 
 
 class Judged(NamedTuple):

@@ -22,9 +22,18 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.section import PhasorSection
 
-
 PHASES = 32
 """Points per period of the average of a force: exact for a pressure of second degree on a constant area."""
+LARGEST = 10.0
+"""Area [m2] beyond which a contact counts as growing without bound."""
+FAR, NEAR = 4.0, 1 + 1 / 64
+"""Ratio of the forces between which a state is sought: where there can be only one, and where there may be several."""
+LOOKS = 256
+"""Forces at which it is checked that the mean contact pressure rises with the force."""
+SMALLEST = 1e-200
+"""Share of the load below which a repelled contact counts as lifted."""
+MOST_STEPS, HALVED = 200, 12
+"""Largest number of steps to a root, and the number of steps after which one bisects, should straight lines stall."""
 
 
 def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
@@ -62,18 +71,6 @@ def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: float) 
     phasor: dict[str, Complex] = scenario.force.amplitudes(section)
     waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
     return np.asarray(np.mean(attraction(scenario, total_pull(scenario, waves)), axis=0))
-
-
-LARGEST = 10.0
-"""Area [m2] beyond which a contact counts as growing without bound."""
-FAR, NEAR = 4.0, 1 + 1 / 64
-"""Ratio of the forces between which a state is sought: where there can be only one, and where there may be several."""
-LOOKS = 256
-"""Forces at which it is checked that the mean contact pressure rises with the force."""
-SMALLEST = 1e-200
-"""Share of the load below which a repelled contact counts as lifted."""
-MOST_STEPS, HALVED = 200, 12
-"""Largest number of steps to a root, and the number of steps after which one bisects, should straight lines stall."""
 
 
 def pressed(contact: Contact, load: Real, pull: Real) -> Real:

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.parts import Chirped, Smooth
 
-
 FAR = 30.0
 """Modulus of an argument from which on `TERMS` terms of the expansion of Faddeeva's function are exact to rounding."""
 TERMS = 7
@@ -32,6 +31,10 @@ DEGREE = 16
 """Degree of the polynomials through the envelope."""
 FEW = 4 * DEGREE
 """Largest number of times of a piece at each of which the envelope is computed."""
+SMOOTH_DEGREE = 6
+RADIANS_PER_STEP = 0.3
+"""Phase of the fastest oscillation in one step: interpolation error below 1e-10 of the amplitude."""
+_STEPS_AT_ONCE = 4096
 
 
 def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: bool = False) -> Real:
@@ -120,12 +123,6 @@ class _Modes:
             answer[near] = rate * side * wofz(side * slope[near] / (2 * root)) * np.sqrt(np.pi) / (2j * root)
             answer[near] -= lag
         return np.asarray(answer, complex)
-
-
-SMOOTH_DEGREE = 6
-RADIANS_PER_STEP = 0.3
-"""Phase of the fastest oscillation in one step: interpolation error below 1e-10 of the amplitude."""
-_STEPS_AT_ONCE = 4096
 
 
 def smooth_states(part: Smooth, rates: Real, times: Real) -> Real:

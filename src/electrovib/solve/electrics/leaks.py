@@ -45,6 +45,13 @@ if TYPE_CHECKING:
     from electrovib.solve.electrics.solution import Question
     from electrovib.solve.stack.keys import Key
 
+TOLERANCE = 2e-5
+"""Error of the layer's field over its largest value, before extrapolation, at which the steps are fine enough."""
+MOST_HALVINGS = 4
+_CHUNK = 1 << 14
+_ROUNDING = 16 * float(np.finfo(float).eps)
+_ROOT = float(np.sqrt(np.finfo(float).eps)) / 4
+
 
 def leaking_slab(layers: Mapping[str, Layer], *, second: float) -> tuple[str, ...]:
     """Return the names of the layers with a leak, which are pieces of one slab."""
@@ -169,14 +176,6 @@ def leak_alone(section: ModalSection, layers: dict[str, Layer], name: str, *, ar
     charges = np.zeros(len(layers) + 1)
     answer = StackModes(rates, tuple(fields), tuple(displacements), nothing, modes.driven, charges)
     return section_of(layers, section.debye, answer)
-
-
-TOLERANCE = 2e-5
-"""Error of the layer's field over its largest value, before extrapolation, at which the steps are fine enough."""
-MOST_HALVINGS = 4
-_CHUNK = 1 << 14
-_ROUNDING = 16 * float(np.finfo(float).eps)
-_ROOT = float(np.sqrt(np.finfo(float).eps)) / 4
 
 
 def leaky_response(

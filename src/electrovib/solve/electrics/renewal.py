@@ -33,12 +33,39 @@ if TYPE_CHECKING:
     from electrovib.solve.electrics.solution import Question
     from electrovib.solve.stack.keys import Key
 
-
 REASON = "the response of each place of the film begins when it comes under the finger"
 PULL = "pull"
 """Attraction per area, among the means."""
 _AT_ONCE = 1 << 18
 """Largest number of places times output times in memory."""
+PANELS = 16
+"""Equal panels of the contact, each short enough for a quarter period of a sine."""
+HALVINGS = 20
+"""How often the first panel is halved: fresh film is charged through a series resistance within some nanometres."""
+_NODES = np.array(
+    [
+        0.9914553711208126,
+        0.9491079123427585,
+        0.8648644233597691,
+        0.7415311855993945,
+        0.5860872354676911,
+        0.4058451513773972,
+        0.20778495500789848,
+        0.0,
+    ]
+)
+_KRONROD = np.array(
+    [
+        0.022935322010529224,
+        0.06309209262997856,
+        0.10479001032225019,
+        0.14065325971552592,
+        0.1690047266392679,
+        0.19035057806478542,
+        0.20443294007529889,
+        0.20948214108472782,
+    ]
+)
 
 
 def renewed(
@@ -162,36 +189,6 @@ def refuse_renewal(scenario: Scenario) -> None:
     found = [text for text, applies in reasons.items() if applies]
     if found:
         raise InputError([f"motion.renews_film cannot be combined with {text}" for text in found])
-
-
-PANELS = 16
-"""Equal panels of the contact, each short enough for a quarter period of a sine."""
-HALVINGS = 20
-"""How often the first panel is halved: fresh film is charged through a series resistance within some nanometres."""
-_NODES = np.array(
-    [
-        0.9914553711208126,
-        0.9491079123427585,
-        0.8648644233597691,
-        0.7415311855993945,
-        0.5860872354676911,
-        0.4058451513773972,
-        0.20778495500789848,
-        0.0,
-    ]
-)
-_KRONROD = np.array(
-    [
-        0.022935322010529224,
-        0.06309209262997856,
-        0.10479001032225019,
-        0.14065325971552592,
-        0.1690047266392679,
-        0.19035057806478542,
-        0.20443294007529889,
-        0.20948214108472782,
-    ]
-)
 
 
 @dataclass(frozen=True)

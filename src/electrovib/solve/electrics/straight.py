@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Indices, Real
     from electrovib.physics.drive.pieces import Linear
 
-
 CHUNK = 1 << 16
 """Largest number of states in memory, so that a million samples need no gigabyte."""
 MANY_SAMPLES = 20_000
@@ -32,6 +31,21 @@ _LONG = 8000
 """Mean number of times in each piece from which polynomials are faster than each time by itself."""
 ROUNDING = 8 * float(np.finfo(float).eps)
 """Largest deviation of an evenly spaced grid, over its last time."""
+_MODES_AT_ONCE: Final = 64
+"""Modes computed together, so that thousands of them need no matrix of thousands squared."""
+_FEW_BREAKS: Final = 1000
+"""Largest number of breaks at which the states at all of them are computed, whichever are asked for."""
+GRADED_DEGREE: Final = 10
+"""Degree of the polynomials: on these intervals the Chebyshev coefficients of exp(-z) beyond it are below 1e-16."""
+STRETCHES: Final = 8
+"""Number of equal intervals from each time to twice that time."""
+FEW_TIMES: Final = 4 * GRADED_DEGREE
+"""Largest number of times of an interval at each of which the sum is computed."""
+_AT_ONCE: Final = 4096
+_HELD: Final = 1 << 16
+"""Largest number of modes times output times in memory."""
+_FORGOTTEN: Final = 745.0
+"""Time constants after which an exponential underflows to 0."""
 
 
 def straight_response(
@@ -197,12 +211,6 @@ def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
     return before, after
 
 
-_MODES_AT_ONCE: Final = 64
-"""Modes computed together, so that thousands of them need no matrix of thousands squared."""
-_FEW_BREAKS: Final = 1000
-"""Largest number of breaks at which the states at all of them are computed, whichever are asked for."""
-
-
 def periodic_state(part: Linear, rates: Real) -> Real:
     """Compute the state of each mode at the beginning of a period, in the periodic state of a repeated drive.
 
@@ -312,19 +320,6 @@ class BreakStates:
         begins = self.state[:, None] + (self.settled - self.state)[:, None] * came
         decayed: Real = states + begins * np.exp(-np.outer(self.rates, self.part.times[index]))
         return decayed
-
-
-GRADED_DEGREE: Final = 10
-"""Degree of the polynomials: on these intervals the Chebyshev coefficients of exp(-z) beyond it are below 1e-16."""
-STRETCHES: Final = 8
-"""Number of equal intervals from each time to twice that time."""
-FEW_TIMES: Final = 4 * GRADED_DEGREE
-"""Largest number of times of an interval at each of which the sum is computed."""
-_AT_ONCE: Final = 4096
-_HELD: Final = 1 << 16
-"""Largest number of modes times output times in memory."""
-_FORGOTTEN: Final = 745.0
-"""Time constants after which an exponential underflows to 0."""
 
 
 def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:

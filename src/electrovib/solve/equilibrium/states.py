@@ -18,6 +18,12 @@ BEYOND = 1e-6
 """Extension of the range beyond the gap under the load alone, as a share of it; without voltage that gap is the state."""
 PARTS = 64
 """Number of parts of the range for an attraction that is not convex."""
+NOISE = 64 * 2.0**-52
+"""Relative rounding of a value or slope of either curve; the sign of a difference below it is not known."""
+MOST_INTERVALS = 20_000
+"""Largest number of intervals; only curves that are not smooth may need more."""
+Curve = Callable[[float], tuple[float, float]]
+"""Value and slope at a place."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,14 +164,6 @@ def _range(surface: Surface, attraction: Attraction, pressure: float) -> tuple[f
         )
     low = float(getattr(attraction, "smallest_gap", 0.0))
     return low, max(low, high)
-
-
-NOISE = 64 * 2.0**-52
-"""Relative rounding of a value or slope of either curve; the sign of a difference below it is not known."""
-MOST_INTERVALS = 20_000
-"""Largest number of intervals; only curves that are not smooth may need more."""
-Curve = Callable[[float], tuple[float, float]]
-"""Value and slope at a place."""
 
 
 @dataclass(frozen=True)

@@ -27,13 +27,14 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.peaks import PeakRecord
 
-
 READINGS: Final = ("normal_force_measured", "lateral_force_measured")
 """Signals that a digitiser holds between its readings."""
 MEAN_SQUARED: Final = ("voltage", "current", "body_current")
 """Quantities of a `PeakRecord` whose root mean square is computed."""
 _MANY: Final = 2_000
 """Samples of a measured drive above which root-mean-square values are those of straight lines, as with time stepping."""
+UNRESOLVED: Final = 1e-6
+"""Error of the mean over the signal's largest value [1] above which a warning is returned."""
 
 
 @dataclass(frozen=True)
@@ -156,10 +157,6 @@ def declared_mean_squares(expanded: Expanded, peaks: PeakRecord) -> dict[str, fl
     bounded = [name for name in names if math.isfinite(largest_of(reached, name))]
     found = dict.fromkeys(names, math.nan) | root_mean_squares(expanded, peaks, bounded)
     return {f"rms_{name}": value for name, value in found.items()}
-
-
-UNRESOLVED: Final = 1e-6
-"""Error of the mean over the signal's largest value [1] above which a warning is returned."""
 
 
 def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Diagnostic]:

@@ -17,9 +17,12 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
 
-
 MOST_NODES: Final = 16
 """Chebyshev nodes in a piece, unless there are very many pieces."""
+_BEST_PIECES: Final = 4
+_NEWTON_STEPS: Final = 4
+_LAST: Final = 3
+"""Coefficients at the end of a series that measure its resolution: even and odd ones among them."""
 
 
 @dataclass(frozen=True)
@@ -80,12 +83,6 @@ def _transform(nodes: int) -> Real:
     weights = 2 / nodes * chebyshev.chebvander(_points(nodes), nodes - 1).T
     weights[0] /= 2
     return np.asarray(weights)
-
-
-_BEST_PIECES: Final = 4
-_NEWTON_STEPS: Final = 4
-_LAST: Final = 3
-"""Coefficients at the end of a series that measure its resolution: even and odd ones among them."""
 
 
 def tails(series: Real) -> Real:

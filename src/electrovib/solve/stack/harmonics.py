@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
 
+_NO_MEAN = 1e-12
+"""Mean of a drive over its largest value, below which it is rounding."""
+
 
 def spectrum(drive: Drive, *, harmonics: int) -> tuple[Real, Complex]:
     """Return frequencies [Hz] and complex peak amplitudes [V] whose real parts sum to a periodic drive."""
@@ -118,10 +121,6 @@ def drive_mean(drive: Drive) -> float:
     """Return the mean of a periodic drive over a period, 0 where it is rounding [its unit]."""
     mean = sum(_mean(part) for part in drive.parts())
     return mean if abs(mean) > _NO_MEAN * sum(part.bound() for part in drive.parts()) else 0.0
-
-
-_NO_MEAN = 1e-12
-"""Mean of a drive over its largest value, below which it is rounding."""
 
 
 def _mean(part: Part) -> float:

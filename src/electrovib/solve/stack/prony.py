@@ -22,10 +22,27 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-
 SAMPLES_PER_DECADE = 15
 # Terms this factor beyond the band act in it as a constant, or as conduction, to less than 1 part in 100.
 SLOW_ROOM, FAST_ROOM = 100.0, 1000.0
+# Number of points for which twice the estimated noise is allowed, because the estimate itself is uncertain.
+FEW_POINTS = 20
+# scipy's nnls may fail on long, nearly dependent grids; it does not for 59 times and the high term.
+DENSE = 59
+# Decades by which the end points of the even grid may lie beyond the band.
+SLOW_REACH = (0.0, 0.2, 0.4, 0.7, 1.0)
+FAST_REACH = (0.0, 0.2, 0.4, 0.7, 1.0)
+# Far above any logarithm of a permittivity, well within the range of floating-point numbers.
+LARGEST_LOGARITHM = 200.0
+# Share of the smallest permittivity in the band below which a term is negligible.
+NOTHING = 1e-12
+# The permittivity at high frequency stays above this share of it, because a stack of layers divides by it.
+HIGH_FLOOR = 1e-6
+# Two relaxation times closer than this in the logarithm are equivalent to one, with an error of about its square.
+COINCIDENT = 1e-4
+# A relative error below this is due to rounding, not to the number of terms.
+EXACT = 1e-9
+_FAR_OFF = 1e100
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,10 +149,6 @@ def _report(terms: Terms, frequency: Real, target: Complex) -> PronyFit:
     )
 
 
-# Number of points for which twice the estimated noise is allowed, because the estimate itself is uncertain.
-FEW_POINTS = 20
-
-
 def check_range(*, low: float, high: float, terms: int, slowest: float | None) -> None:
     """Refuse a band, a number of terms or a slowest time out of range."""
     problems = []
@@ -224,13 +237,6 @@ def refuse_active(frequency: Real, target: Complex, *, allowed: float) -> None:
         )
 
 
-# scipy's nnls may fail on long, nearly dependent grids; it does not for 59 times and the high term.
-DENSE = 59
-# Decades by which the end points of the even grid may lie beyond the band.
-SLOW_REACH = (0.0, 0.2, 0.4, 0.7, 1.0)
-FAST_REACH = (0.0, 0.2, 0.4, 0.7, 1.0)
-
-
 def nonnegative_terms(spectrum: Spectrum, times: Real) -> tuple[Terms, float]:
     """Fit non-negative strengths for given relaxation times.
 
@@ -288,19 +294,6 @@ def clustered_start(spectrum: Spectrum, count: int) -> Terms:
         places[near : near + 2] = [share * places[near] + (1 - share) * places[near + 1]]
         strengths[near : near + 2] = [total]
     return Terms(terms.high, np.asarray(strengths, dtype=float), np.exp(np.asarray(places, dtype=float)))
-
-
-# Far above any logarithm of a permittivity, well within the range of floating-point numbers.
-LARGEST_LOGARITHM = 200.0
-# Share of the smallest permittivity in the band below which a term is negligible.
-NOTHING = 1e-12
-# The permittivity at high frequency stays above this share of it, because a stack of layers divides by it.
-HIGH_FLOOR = 1e-6
-# Two relaxation times closer than this in the logarithm are equivalent to one, with an error of about its square.
-COINCIDENT = 1e-4
-# A relative error below this is due to rounding, not to the number of terms.
-EXACT = 1e-9
-_FAR_OFF = 1e100
 
 
 @dataclass(frozen=True)

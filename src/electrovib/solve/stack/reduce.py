@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from electrovib.physics.material import Material
     from electrovib.scenario import Scenario
 
-
 LOWEST, HIGHEST = 1.0, 1e6
 """Smallest band of a reduction [Hz]."""
 TERMS_PER_DECADE = 3
@@ -33,6 +32,12 @@ TERMS_PER_DECADE = 3
 FEWEST_TERMS = 14
 STEPS_PER_DECADE = 2
 """Ends of a band lie at whole 1/STEPS_PER_DECADE decades, so that runs that differ little share their reductions."""
+MARGIN = 10.0
+"""Factor by which the band extends beyond 1/(2 pi time): a relaxation of a time t acts on all times around t."""
+SAME = 1e-12
+"""Relative difference of two times or frequencies that counts as rounding: such a time is at a corner, not after it."""
+ABSENT = 1e-9
+"""Share of the largest amplitude below which a frequency is not part of a drive."""
 
 
 @dataclass(frozen=True)
@@ -105,14 +110,6 @@ def _fit_rows(
     return fit_debye_table(
         frequency[wanted], polarisation[wanted], terms=terms, slowest=material.slowest_relaxation
     )
-
-
-MARGIN = 10.0
-"""Factor by which the band extends beyond 1/(2 pi time): a relaxation of a time t acts on all times around t."""
-SAME = 1e-12
-"""Relative difference of two times or frequencies that counts as rounding: such a time is at a corner, not after it."""
-ABSENT = 1e-9
-"""Share of the largest amplitude below which a frequency is not part of a drive."""
 
 
 def band_of_run(scenario: Scenario, times: Real) -> tuple[float, float]:

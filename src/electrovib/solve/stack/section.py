@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from electrovib.physics.material import Material
     from electrovib.physics.stack import Layer, Linear, Section
 
-
 _APART: Final = (1e-3, 1e9)
 """Frequencies at which a permittivity is compared to find whether it is dispersive [Hz]."""
+IDLE = 1e-12
+"""Gain below which a mode of the stack's voltage is rounding [V per volt of the drive]."""
 
 
 @dataclass(frozen=True)
@@ -187,10 +188,6 @@ def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: Stac
         )
     }
     return ModalSection(states, debye, roles_of(layers), modes)
-
-
-IDLE = 1e-12
-"""Gain below which a mode of the stack's voltage is rounding [V per volt of the drive]."""
 
 
 def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.0) -> Linear:

@@ -13,6 +13,11 @@ from electrovib.core.arrays import Complex, Real
 if TYPE_CHECKING:
     pass
 
+INTEGRATING: Final = 1e-30
+"""Rate that represents an integrator [1/s]: its decay in 1e5 s is far below the rounding of 53 bits."""
+_NOTHING = 1e-13
+"""Response at zero frequency over the largest mode, below which it is the rounding of the sum of modes."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Transfer:
@@ -135,12 +140,6 @@ def _product(filter_: Transfer, signal: Transfer) -> Transfer:
         free=np.concatenate([free_here, free_there]),
         static=filter_.at_rest() * signal.at_rest() if known else None,
     )
-
-
-INTEGRATING: Final = 1e-30
-"""Rate that represents an integrator [1/s]: its decay in 1e5 s is far below the rounding of 53 bits."""
-_NOTHING = 1e-13
-"""Response at zero frequency over the largest mode, below which it is the rounding of the sum of modes."""
 
 
 def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
