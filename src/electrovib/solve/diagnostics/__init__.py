@@ -8,11 +8,11 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.units import format_quantity
 from electrovib.physics.motion import Distance
 from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.assumptions import (
     contact_diagnostics,
+    moving_gap,
     negative_attraction,
     over_frequency_diagnostics,
     settled_charge,
@@ -119,7 +119,7 @@ def judge_run(
         *circuit_diagnostics(scenario, record, running_currents(scenario, section, record), mean_squares),
         *settled_charge(scenario),
         *contact_diagnostics(scenario, variables, times),
-        *_moving_gap(scenario, variables),
+        *moving_gap(scenario, variables),
         *vanishing_gap(scenario, times, variables),
         *negative_attraction(scenario, variables),
         *over_frequency_diagnostics(scenario),
@@ -157,18 +157,3 @@ def running_currents(
         return {name: float(np.max(np.abs(row))) for name, row in rest.items()}
     except InputError:
         return None
-
-
-def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
-    """Return the range of a moving gap, and what its declared thickness is used for."""
-    if "gap" not in variables:
-        return []
-    low, high = (
-        format_quantity(float(edge(variables["gap"][1])), "m", digits=3) for edge in (np.min, np.max)
-    )
-    declared = format_quantity(scenario.stack.layers[str(scenario.stack.gap_name)].thickness, "m")
-    text = (
-        f"the gap varies from {low} to {high} in time; quantities over frequency and the drawing of the stack use the"
-        f" declared {declared}"
-    )
-    return [Diagnostic("moving gap", "ok", text)]

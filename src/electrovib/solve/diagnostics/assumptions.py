@@ -143,6 +143,21 @@ def _share(found: NDArray[np.bool_]) -> str:
     return "all" if np.all(found) else f"{100 * float(np.mean(found)):.3g} %"
 
 
+def moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
+    """Return the range of a moving gap, and what its declared thickness is used for."""
+    if "gap" not in variables:
+        return []
+    low, high = (
+        format_quantity(float(edge(variables["gap"][1])), "m", digits=3) for edge in (np.min, np.max)
+    )
+    declared = format_quantity(scenario.stack.layers[str(scenario.stack.gap_name)].thickness, "m")
+    text = (
+        f"the gap varies from {low} to {high} in time; quantities over frequency and the drawing of the stack use the"
+        f" declared {declared}"
+    )
+    return [Diagnostic("moving gap", "ok", text)]
+
+
 def vanishing_gap(scenario: Scenario, times: Real, variables: dict[str, Any]) -> list[Diagnostic]:
     """Return whether the limit of a vanishing gap describes the smallest real gap.
 

@@ -167,14 +167,14 @@ def leak_alone(section: ModalSection, layers: dict[str, Layer], name: str, *, ar
     """Expand the response of a stack under current drive to a leak in parallel with one of its layers in modes."""
     modes, rates = section.modes, section.modes.rates
     nothing = Transfer(rates=rates, gains=np.zeros(len(rates)))
-    fields, displacements = [], []
-    for other, field, displacement in zip(layers, modes.fields, modes.displacements, strict=True):
-        fields.append(Transfer(rates=rates, gains=-area * field.gains) if other == name else nothing)
-        displacements.append(
-            Transfer(rates=rates, gains=-area * displacement.gains) if other == name else nothing
+    fields, displacements = (
+        tuple(
+            Transfer(rates=rates, gains=-area * each.gains) if other == name else nothing
+            for other, each in zip(layers, transfers, strict=True)
         )
-    charges = np.zeros(len(layers) + 1)
-    answer = StackModes(rates, tuple(fields), tuple(displacements), nothing, modes.driven, charges)
+        for transfers in (modes.fields, modes.displacements)
+    )
+    answer = StackModes(rates, fields, displacements, nothing, modes.driven, np.zeros(len(layers) + 1))
     return section_of(layers, section.debye, answer)
 
 
