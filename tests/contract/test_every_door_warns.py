@@ -19,7 +19,7 @@ from electrovib.apps.explorer.page.words import judged_words
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.trace import make_trace
 from electrovib.scenario.toml import to_toml
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.reproduction import Reproduction
 
 MEAN, FORCE = "mean electrostatic_force", "electrostatic_force"

@@ -20,7 +20,7 @@ from electrovib.physics.contact import (
 )
 from electrovib.physics.roughness import IdleSpots, PullingSpots
 from electrovib.solve.equilibrium import balance, equilibria, follow, hysteresis
-from electrovib.solve.equilibrium.roots import NOISE
+from electrovib.solve.equilibrium.states import NOISE
 
 EPS0 = 8.8541878128e-12
 SETS = 1000

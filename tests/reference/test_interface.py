@@ -15,7 +15,7 @@ from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import FieldOf
-from electrovib.solve.stack.state_space import stack_states
+from electrovib.solve.stack.layer_states import stack_states
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4

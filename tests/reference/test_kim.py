@@ -11,9 +11,9 @@ from electrovib.core.model import read_model
 from electrovib.papers import kim_2015
 from electrovib.physics.drive.base import Drive
 from electrovib.solve.electrics.attraction import mean_force
-from electrovib.solve.electrics.linear.periodic import periodic
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
+from electrovib.solve.stack.harmonics import periodic
 
 EPS0 = 8.8541878128e-12
 EXACT = 1e-9

@@ -9,10 +9,10 @@ from electrovib.core.model import read_model
 from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.force import EffectiveMedium
-from electrovib.solve.electrics.linear.periodic import periodic
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
+from electrovib.solve.stack.harmonics import periodic
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 TONES = {

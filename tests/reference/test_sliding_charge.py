@@ -14,8 +14,7 @@ from electrovib.physics.drive.edges import Step, Trapezium
 from electrovib.physics.drive.sines import Sine
 from electrovib.physics.motion import Motion
 from electrovib.scenario import load
-from electrovib.solve.electrics.places import Renewal, entered
-from electrovib.solve.electrics.renewal import renewed
+from electrovib.solve.electrics.renewal import Renewal, entered, renewed
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.transfer import Transfer
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.trace import make_trace
-from electrovib.solve.provenance import provenance
+from electrovib.solve.simulate import provenance
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -39,7 +39,7 @@ from electrovib.physics.roughness import (
 from electrovib.physics.stack import Layer, Linear, Section
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.notes import PresetNote
-from electrovib.solve.stack.extra_gap import field_in_gap
+from electrovib.solve.stack.section import field_in_gap
 
 CITATIONS = (
     Citation(

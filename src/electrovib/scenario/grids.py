@@ -48,6 +48,11 @@ class TimeGrid(Model):
             raise ValueError("samples must be a whole number from 2 to 1e8")
         return self
 
+    @property
+    def settled(self) -> bool:
+        """Whether the response is that of the periodic state, not from rest."""
+        return isinstance(self.initial_state, PeriodicState)
+
     def count(self, drive: Drive) -> int:
         """Count the output times.
 

@@ -6,20 +6,28 @@ import functools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from electrovib.scenario import PeriodicState
-from electrovib.solve.electrics import methods
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.leaks.answer import answer_with_leak, leaks, refuse_leak
-from electrovib.solve.electrics.linear.answer import (
-    answer_to_current,
-    answer_to_voltage,
-    of_drive,
-    refuse_current,
-)
-from electrovib.solve.electrics.one_sine import one_sine, refuse_more_than_one_sine
+from electrovib.solve.electrics.gain_and_pole import refuse_amplified
+from electrovib.solve.electrics.leaks import answer_with_leak, leaks, refuse_leak
+from electrovib.solve.electrics.linear import answer_to_current, answer_to_voltage, of_drive, refuse_current
+from electrovib.solve.electrics.over_frequency import one_sine, refuse_more_than_one_sine
 from electrovib.solve.electrics.renewal import answer_on_fresh_film, refuse_renewal
-from electrovib.solve.electrics.solution import Question
-from electrovib.solve.electrics.wanted import amplitudes, fields, linear_quantities, name_interface
+from electrovib.solve.electrics.solution import (
+    CURRENT_DRIVE,
+    LEAK,
+    LIMITED,
+    MOVING_GAP,
+    NONLINEAR,
+    ONE_SINE,
+    PERIODIC,
+    RENEWAL,
+    TRANSIENT,
+    Question,
+    amplitudes,
+    fields,
+    linear_quantities,
+    name_interface,
+)
 from electrovib.solve.electrics.without_modes import (
     follow_all,
     follow_moving_gap,
@@ -27,7 +35,7 @@ from electrovib.solve.electrics.without_modes import (
     refuse_without_modes,
     why_no_modes,
 )
-from electrovib.solve.stack.integrator import refuse_unrepeated
+from electrovib.solve.stack.harmonics import refuse_unrepeated
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -62,80 +70,64 @@ class Solver:
     solve: Callable[[Question], Solution]
 
 
-def _refuse_nothing(_: Scenario) -> None:
-    """Accept every scenario."""
-
-
 def _is_limited(scenario: Scenario) -> bool:
     amplifier = scenario.circuit.amplifier
     return amplifier is not None and amplifier.is_limited
 
 
 def _refuse_limits(scenario: Scenario) -> None:
-    from electrovib.solve.electrics.amplifier.amplifier import refuse_amplified
-
     amplifier = scenario.circuit.amplifier
     assert amplifier is not None
-    refuse_amplified(scenario.drive, amplifier, settled=_is_settled(scenario))
-
-
-def _behind_limits(question: Question) -> Solution:
-    from electrovib.solve.electrics.amplifier.amplifier import answer_behind_limits
-
-    return answer_behind_limits(question)
-
-
-def _is_settled(scenario: Scenario) -> bool:
-    return isinstance(scenario.time.initial_state, PeriodicState)
+    refuse_amplified(scenario.drive, amplifier, settled=scenario.time.settled)
 
 
 OF_THE_STACK: Final = (
     Solver(
-        method=methods.RENEWAL,
+        method=RENEWAL,
         takes=lambda scenario: scenario.motion.renews_film,
         refuse=refuse_renewal,
         solve=answer_on_fresh_film,
     ),
     Solver(
-        method=methods.MOVING_GAP,
+        method=MOVING_GAP,
         takes=moves_alone,
         refuse=refuse_without_modes,
         solve=follow_moving_gap,
     ),
     Solver(
-        method=methods.NONLINEAR,
+        method=NONLINEAR,
         takes=why_no_modes,
         refuse=refuse_without_modes,
         solve=follow_all,
     ),
     Solver(
-        method=methods.LEAK,
+        method=LEAK,
         takes=leaks,
         refuse=refuse_leak,
         solve=answer_with_leak,
     ),
     Solver(
-        method=methods.LIMITED,
+        method=LIMITED,
         takes=_is_limited,
         refuse=_refuse_limits,
-        solve=_behind_limits,
+        solve=answer_to_voltage,
     ),
     Solver(
-        method=methods.CURRENT_DRIVE,
+        method=CURRENT_DRIVE,
         takes=lambda scenario: scenario.drive.quantity == "current",
         refuse=refuse_current,
         solve=answer_to_current,
     ),
     Solver(
-        method=methods.PERIODIC,
-        takes=_is_settled,
-        refuse=_refuse_nothing,
+        method=PERIODIC,
+        takes=lambda scenario: scenario.time.settled,
+        refuse=lambda _: None,
         solve=answer_to_voltage,
     ),
     Solver(
-        method=methods.TRANSIENT,
+        method=TRANSIENT,
         takes=lambda _: True,
-        refuse=_refuse_nothing,
+        refuse=lambda _: None,
         solve=answer_to_voltage,
     ),
 )
@@ -147,16 +139,12 @@ def _refuse_beside_one_sine(scenario: Scenario) -> None:
     _first(OF_THE_STACK, scenario).refuse(scenario)
 
 
-def _by_magnitudes(question: Question) -> Solution:
-    return one_sine(question, _first(OF_THE_STACK, question.scenario).solve(question))
-
-
 SOLVERS: Final = (
     Solver(
-        method=methods.ONE_SINE,
+        method=ONE_SINE,
         takes=lambda scenario: not scenario.force.causal,
         refuse=_refuse_beside_one_sine,
-        solve=_by_magnitudes,
+        solve=lambda question: one_sine(question, _first(OF_THE_STACK, question.scenario).solve(question)),
     ),
     *OF_THE_STACK,
 )
@@ -175,7 +163,7 @@ def chosen(scenario: Scenario) -> Solver:
 def refuse_unsolved(scenario: Scenario) -> None:
     """Refuse a scenario that no electrical solver accepts, before any computation."""
     solver = chosen(scenario)
-    if _is_settled(scenario):
+    if scenario.time.settled:
         refuse_unrepeated(scenario.drive)
     solver.refuse(scenario)
 
@@ -186,7 +174,7 @@ def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone
     `times` (n,) [s].
     """
     solver = chosen(scenario)
-    plain = solver.method in {methods.TRANSIENT, methods.PERIODIC} and scenario.circuit.amplifier is None
+    plain = solver.method in {TRANSIENT, PERIODIC} and scenario.circuit.amplifier is None
     wanted = amplitudes if force_alone and plain else linear_quantities
     found = _asked(solver, scenario, section, times, wanted)
     pull = total_pull(scenario, found.amplitudes()) if found.pull is None else found.pull

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.budget import Work, refuse_beyond
@@ -11,7 +12,6 @@ from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.force import EffectiveMedium
 from electrovib.physics.friction import BristleFriction
 from electrovib.physics.motion import Distance
-from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen
 from electrovib.solve.costs import (
     AMPLITUDE_OF_MODE,
@@ -25,7 +25,7 @@ from electrovib.solve.costs import (
     SMOOTH_STEP,
 )
 from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times
-from electrovib.solve.electrics.linear.smooth import RADIANS_PER_STEP
+from electrovib.solve.electrics.formulas import RADIANS_PER_STEP
 from electrovib.solve.mechanics.between import KNOTS
 from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
 from electrovib.solve.mechanics.mechanical import slowest_rates
@@ -77,7 +77,7 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
     samples = grid.count(drive) if times is None else len(times)
     end = last_time(scenario, times)
     corners = drive.count_corners(end)
-    between = count_evaluation_times(drive, end=end, settled=_settled(scenario))
+    between = count_evaluation_times(drive, end=end, settled=scenario.time.settled)
     time = samples * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
     time += samples * AMPLITUDE_OF_MODE * _modes_of_law(scenario)
     time += between * (SAMPLE + SAMPLE_OF_MODE * _modes(scenario))
@@ -106,16 +106,12 @@ def works(scenario: Scenario, times: Real | None = None) -> list[Work]:
 def _less(scenario: Scenario) -> str:
     """Return the remedy for a drive with too many corners."""
     period = scenario.drive.period
-    if period is None or _settled(scenario) or chosen(scenario).method.is_marched:
+    if period is None or scenario.time.settled or chosen(scenario).method.is_marched:
         return SHORTER
     return (
         f"{SHORTER}, or compute one period of the periodic state: time.duration = {period:.6g} with"
         ' time.initial_state = { model = "PeriodicState" }'
     )
-
-
-def _settled(scenario: Scenario) -> bool:
-    return isinstance(scenario.time.initial_state, PeriodicState)
 
 
 def _modes(scenario: Scenario) -> int:
@@ -140,15 +136,14 @@ def _marched(scenario: Scenario, end: float, samples: int, corners: int) -> list
     steps = (
         march.at_corner * (corners + 1) + march.in_cycle * _cycles(scenario, end) + march.for_sample * samples
     )
-    what = f"about {steps:.2g} steps of {march.name} up to {end:.6g} s"
-    return [
-        Work(
-            what=what,
-            time=steps * march.step(_modes(scenario)),
-            memory=steps * BYTES * march.numbers,
-            remedy=SHORTER,
-        )
-    ]
+    what = f"steps of {march.name} up to {end:.6g} s"
+    return [_stepped(what, steps, each=march.step(_modes(scenario)), numbers=march.numbers)]
+
+
+def _stepped(what: str, steps: float, *, each: float, numbers: int) -> Work:
+    """Return the work of so many steps, with the time [s] and the stored numbers of each."""
+    time, memory = steps * each, steps * BYTES * numbers
+    return Work(what=f"about {steps:.2g} {what}", time=time, memory=memory, remedy=SHORTER)
 
 
 def _formulas(scenario: Scenario, end: float) -> list[Work]:
@@ -157,15 +152,8 @@ def _formulas(scenario: Scenario, end: float) -> list[Work]:
     for part in scenario.drive.parts():
         if isinstance(part, Smooth) and not isinstance(part, Chirped):
             steps = _on(part, end) * part.highest_frequency * 2 * math.pi / RADIANS_PER_STEP
-            what = f"about {steps:.2g} steps through the formula of the drive up to {end:.6g} s"
-            found.append(
-                Work(
-                    what=what,
-                    time=PASSES * steps * SMOOTH_STEP,
-                    memory=steps * BYTES * PASSES,
-                    remedy=SHORTER,
-                )
-            )
+            what = f"steps through the formula of the drive up to {end:.6g} s"
+            found.append(_stepped(what, steps, each=PASSES * SMOOTH_STEP, numbers=PASSES))
     return found
 
 
@@ -184,23 +172,16 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
     """Return the estimated work of friction, skin and sensors behind the attraction."""
     if not _is_followed(scenario):
         return []
-    slides, share = isinstance(scenario.friction, BristleFriction), 1.0
+    slides, share, modes = isinstance(scenario.friction, BristleFriction), 1.0, _modes(scenario)
     if not slides and scenario.rig is None:
         share = min(1.0, samples * FORGOTTEN / (min(slowest_rates(scenario)) * end)) if end else 1.0
     cycles = end * scenario.drive.highest_frequency  # also where a fast part of the drive is off
     pieces = share * (PIECES_IN_CYCLE * cycles + PIECES_AT_CORNER * corners) + samples
-    each = (
-        PIECE
-        + SAMPLE_OF_MODE / 4 * _modes(scenario)
-        + AMPLITUDE_OF_MODE * _modes_of_law(scenario)
-        + (BRISTLE_STEP if slides else 0.0)
-    )
-    what = f"about {pieces:.2g} pieces of time in which the friction is computed up to {end:.6g} s"
-    return [
-        Work(
-            what=what, time=pieces * each, memory=min(pieces, MOST) * BYTES * NUMBERS_AT_PIECE, remedy=SHORTER
-        )
-    ]
+    each = PIECE + SAMPLE_OF_MODE / 4 * modes + AMPLITUDE_OF_MODE * _modes_of_law(scenario)
+    each += BRISTLE_STEP if slides else 0.0
+    what = f"pieces of time in which the friction is computed up to {end:.6g} s"
+    whole = _stepped(what, pieces, each=each, numbers=NUMBERS_AT_PIECE)
+    return [replace(whole, memory=min(pieces, MOST) * BYTES * NUMBERS_AT_PIECE)]
 
 
 def _cycles(scenario: Scenario, end: float) -> float:

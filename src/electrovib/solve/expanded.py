@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import refuse_unsolved, solve
 from electrovib.solve.diagnostics import judge_run, solved, watched
-from electrovib.solve.diagnostics.known import attraction_error, known_band, memory_diagnostics, worst_of
+from electrovib.solve.diagnostics.known import (
+    attraction_error,
+    known_band,
+    memory_diagnostics,
+    transfer_error,
+    worst_of,
+)
 from electrovib.solve.diagnostics.memory import answer_errors
-from electrovib.solve.diagnostics.transfer_error import since_corners, transfer_error
 from electrovib.solve.effort import last_time, refuse_large
-from electrovib.solve.electrics.capacitance import capacitance
+from electrovib.solve.electrics.over_frequency import capacitance
 from electrovib.solve.electrics.solution import ACROSS
 from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
-from electrovib.solve.record import Record
-from electrovib.solve.stack.band import run_band
 from electrovib.solve.stack.expand import modes, phasors
-from electrovib.solve.stack.reduce import reduction_band
+from electrovib.solve.stack.reduce import band_of_run
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
@@ -30,12 +32,11 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.judged import Judged
+    from electrovib.solve.diagnostics.memory import Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
     from electrovib.solve.electrics.solution import Solution
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection, PhasorSection
-
 
 OF_STACK: Final = ("stack", "circuit")
 OF_ATTRACTION: Final = ("drive", "force", "contact", "load", "motion", "time")
@@ -46,6 +47,34 @@ OF_ELECTRICS: Final = FORCE | {*ACROSS, "field", "displacement", "capacitance"}
 """Signals that are independent of the mechanics."""
 LATER_PERIODS: Final = 10
 """Periods by which the times of a periodic state are shifted before its errors are judged."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """Signals of a scenario at some times.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Increasing [s].
+    solution : Solution
+        Electrical response of the stack.
+    signals : dict
+        Dimensions and values of every signal over time, in its unit.
+    how : dict
+        Solver, reason for its choice, errors and events.
+    diagnostics : list of Diagnostic
+        Diagnostics of the mechanics.
+    peaks : PeakRecord or None
+        Quantities with limits over the whole run; None where these times resolve them.
+    """
+
+    times: Real
+    solution: Solution
+    signals: dict[str, Any]
+    how: dict[str, Any]
+    diagnostics: list[Diagnostic]
+    peaks: PeakRecord | None = None
 
 
 class Expanded:
@@ -112,12 +141,12 @@ class Expanded:
             _share(scenario, own, OF_STACK)
             and scenario.contact_area == own.contact_area
             and scenario.drive.quantity == own.drive.quantity
-            and (not self.reduction_error or _band(scenario, times) == self._band)
+            and (not self.reduction_error or band_of_run(scenario, times) == self._band)
         )
 
     @functools.cached_property
     def _band(self) -> tuple[float, float]:
-        return _band(self.scenario, self.times)
+        return band_of_run(self.scenario, self.times)
 
     @functools.cached_property
     def declared(self) -> PhasorSection:
@@ -193,7 +222,7 @@ class Expanded:
         """Return the record without times nearer to a corner than those for which the materials were reduced."""
         if record.times is self.times or not self.reduction_error:
             return record
-        drive, settled = self.scenario.drive, isinstance(self.scenario.time.initial_state, PeriodicState)
+        drive, settled = self.scenario.drive, self.scenario.time.settled
         corners = np.append([] if settled else [0.0], drive.corners(float(record.times[-1]))[0])
         reduced_for = since_corners(corners, self.times)
         kept = since_corners(corners, record.times) >= np.min(reduced_for[reduced_for > 0], initial=np.inf)
@@ -212,12 +241,6 @@ class Expanded:
         )
 
 
-def _band(scenario: Scenario, times: Real) -> tuple[float, float]:
-    """Return the band over which materials are reduced [Hz]; runs that differ little share it."""
-    low, high = run_band(scenario, times)
-    return reduction_band(low=low, high=high)
-
-
 def _share(one: Scenario, other: Scenario, parts: tuple[str, ...]) -> bool:
     """Return whether two scenarios have the same objects as parts."""
     return all(getattr(one, name) is getattr(other, name) for name in parts)
@@ -227,3 +250,9 @@ def _as_long(one: Scenario, other: Scenario) -> bool:
     """Return whether the estimates of a run are equal for two scenarios."""
     drives = [(each.duration, each.period, each.highest_frequency) for each in (one.drive, other.drive)]
     return drives[0] == drives[1] and _share(one, other, ("motion", "time"))
+
+
+def since_corners(corners: Real, times: Real) -> Real:
+    """Return the time since the last corner [s], infinite before the first; both arrays increase."""
+    last = np.append(-np.inf, corners)[np.searchsorted(corners, times, side="right")]
+    return np.asarray(times - last)

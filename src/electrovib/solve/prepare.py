@@ -16,10 +16,9 @@ from electrovib.core.signals import without
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities import answer
-from electrovib.solve.quantities.answer import numbers
+from electrovib.solve.quantities.answer import numbers, validity
 from electrovib.solve.quantities.names import DEFAULTS, read_name
 from electrovib.solve.quantities.resolve import solved
-from electrovib.solve.quantities.validity import validity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -158,7 +157,8 @@ class Prepared:
     ) -> dict[str, Real]:
         """Compute signals over time for given values of the free parameters.
 
-        `time` (n,) [s], `band` (n,) [s].
+        `time` (n,) [s] are the output times, by default those of the scenario; `band` (m,) [s] those of a run over whose band
+        the materials are reduced.
         """
         member = self.scenario(values)
         times = None if time is None else np.asarray(time, dtype=float)

@@ -2,33 +2,40 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any, Final, Self
 
 import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError, nearest
+from electrovib.core.model import Model
+from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
+from electrovib.core.own_models import origins
 from electrovib.core.signals import SIGNALS
 from electrovib.core.trace import make_trace
-from electrovib.scenario import Source, read_scenario
-from electrovib.solve.diagnostics.sampling import sampling
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.expanded import Expanded
-from electrovib.solve.provenance import beside, provenance
 from electrovib.solve.quantities.answer import declared_mean_squares
 from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     import xarray
     from numpy.typing import NDArray
 
     from electrovib.core.diagnostics import Diagnostic
+
+_MANY: Final = 100_000
+"""Number of times above which writing and hashing a record take longer than starting a thread."""
 
 
 def simulate(
@@ -156,3 +163,39 @@ def _chosen(variables: Mapping[str, Any], signals: Sequence[str] | None) -> Mapp
             for name in absent
         )
     return {name: variables[name] for name in names}
+
+
+def provenance(scenario: Scenario) -> dict[str, Any]:
+    """Return what was computed, and by which version."""
+    stated = {
+        "title": scenario.title,
+        "electrovib": _version(),
+        "scenario": scenario.to_json(),
+        "scenario_hash": scenario.digest(),
+        "dropped_samples": _dropped(scenario.drive),
+    }
+    others = origins(scenario)
+    return stated | {OWN_MODELS: json.dumps(others)} if others else stated
+
+
+@contextlib.contextmanager
+def beside(count: int, work: Callable[[], dict[str, Any]]) -> Iterator[Callable[[], dict[str, Any]]]:
+    """Run some work in a second thread during a run of very many times."""
+    if count < _MANY:
+        yield work
+        return
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        yield pool.submit(work).result
+
+
+@functools.cache
+def _version() -> str:
+    return version("electrovib")
+
+
+def _dropped(model: Model) -> int:
+    """Return the number of samples that were dropped from the measured drives in a drive."""
+    inner = [item for _, value in model for item in (value if isinstance(value, tuple) else (value,))]
+    return getattr(model, "dropped", 0) + sum(_dropped(each) for each in inner if isinstance(each, Model))

@@ -25,7 +25,7 @@ from electrovib.physics.perception import (
     strongest,
 )
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.felt_spectrum import FEWEST, MOST, Lines, force_lines, measured_lines
 from electrovib.study.percept import Felt, Percept, verdict
 from electrovib.study.sensation import sensation_of, stands_on

@@ -76,7 +76,7 @@ def _check(folder: Path) -> None:
 def _found(paper: str, skin: str | None) -> Reproduction:
     from electrovib.core.discovery import paper as find
     from electrovib.core.discovery import papers
-    from electrovib.solve.quantities.validity import validity
+    from electrovib.solve.quantities.answer import validity
 
     module = find(paper)
     if not hasattr(module, "reproduce"):

@@ -9,7 +9,7 @@ import electrovib as ev
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.scenario.grids import FORMULA_SAMPLES, TimeGrid
-from electrovib.solve.diagnostics.sampling import sampling
+from electrovib.solve.diagnostics.assumptions import sampling
 
 STAMPS = np.array([0.0, 1e-3, 3e-3, 7e-3, 10e-3])
 RECORD = {"model": "Sampled", "time_samples": STAMPS, "voltage_samples": [0, 1, -1, 2, 0]}

@@ -18,16 +18,13 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Constant, Debye
 from electrovib.physics.stack import Layer
-from electrovib.solve.electrics.amplifier import limited
-from electrovib.solve.electrics.amplifier.amplifier import amplified_response
-from electrovib.solve.electrics.amplifier.course import overlap
-from electrovib.solve.electrics.amplifier.limited import LimitedMarch
-from electrovib.solve.electrics.amplifier.slewing import Network
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.amplifier import LimitedMarch, LimitedPlate, LimitLooks, amplified_response
+from electrovib.solve.electrics.slewing import Network, overlap
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
+from electrovib.solve.stack.layer_states import stack_states
 from electrovib.solve.stack.section import modal_section
-from electrovib.solve.stack.state_space import stack_states
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4
@@ -391,10 +388,17 @@ def test_windows_of_looks_overlap_so_that_a_crest_between_them_is_seen(monkeypat
         np.testing.assert_array_equal(looks[-2:], following[:2])
 
 
+def test_the_first_checks_after_a_change_lie_close_to_it():
+    """A change may follow another within a small share of the time to the next corner."""
+    first = next(LimitLooks(read_model(Drive, SINE), 1.0).after(0.31))
+    assert 0 < first[0] - 0.31 < 1e-8
+    assert np.all(np.diff(first) > 0)
+
+
 def test_a_current_that_has_just_left_its_limit_may_be_beyond_it_by_rounding():
     wanted, _ = transfers(film_alone(), ELEMENTS["bare"])
     amplifier = Amplifier(bandwidth=100.0, source_current=1e-6)
-    plate = limited.LimitedPlate(wanted, amplifier, read_model(Drive, SINE), 1.0)
+    plate = LimitedPlate(wanted, amplifier, read_model(Drive, SINE), 1.0)
     lag = 1e-6 / (FILM * 2 * np.pi * 100)  # of the plate behind its aim, at the largest current
     for beyond, slack in ((1e-8, 2e-14), (-1e-8, 0.0), (1e-3, 0.0)):
         span = plate.left(
@@ -407,7 +411,7 @@ def test_a_current_that_has_just_left_its_limit_may_be_beyond_it_by_rounding():
 
 def test_a_current_that_stays_near_the_limit_it_has_left_does_not_chatter(monkeypatch):
     """Behind a pole it passes from one limit to the other in 40 ns, of 150 V: rounding took it back without end."""
-    monkeypatch.setattr(limited, "MOST_CHANGES", 1000)
+    monkeypatch.setattr("electrovib.solve.electrics.amplifier.MOST_CHANGES", 1000)
     changes = {
         "drive": {"model": "Sine", "amplitude": 300.0, "frequency": 777.0},
         "time.duration": 4e-3,
@@ -421,9 +425,9 @@ def test_a_current_that_stays_near_the_limit_it_has_left_does_not_chatter(monkey
 def test_a_sine_behind_a_limit_needs_as_many_steps_as_it_has_changes(monkeypatch):
     """It was cut into a thousand pieces a period."""
     calls = []
-    begun = limited.LimitedPlate.span
+    begun = LimitedPlate.span
     monkeypatch.setattr(
-        limited.LimitedPlate, "span", lambda self, **given: calls.append(given) or begun(self, **given)
+        LimitedPlate, "span", lambda self, **given: calls.append(given) or begun(self, **given)
     )
     drive = {"drive": {"model": "Sine", "amplitude": 100.0, "frequency": 777.0}, "time.duration": 4e-3}
     trace = ev.simulate(GAP.replace(drive | {"circuit.amplifier": {"gain": 1.0, "source_current": 2e-6}}))
@@ -512,8 +516,8 @@ def test_a_corner_exactly_at_the_saturation(gain):
 @pytest.mark.parametrize("limits", ["saturation", "everything"])
 def test_regimes_that_contradict_each_other_end_with_an_error(monkeypatch, limits):
     """A fault: the target is taken to be held at the largest voltage of the wrong sign, which no regime outlasts."""
-    held = limited.LimitedPlate.held
-    monkeypatch.setattr(limited.LimitedPlate, "held", lambda self, when: -held(self, when))
+    held = LimitedPlate.held
+    monkeypatch.setattr(LimitedPlate, "held", lambda self, when: -held(self, when))
     changed, calls = LimitedMarch._changed, []
 
     def turned(self, span, when, kind):

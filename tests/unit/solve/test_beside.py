@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-provenance = importlib.import_module("electrovib.solve.provenance")
+provenance = importlib.import_module("electrovib.solve.simulate")
 
 
 def test_a_long_run_has_its_record_written_in_another_thread():

@@ -13,10 +13,9 @@ from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Constant, Debye
 from electrovib.physics.stack import Layer
-from electrovib.solve.electrics.leaks import branch
-from electrovib.solve.electrics.leaks.branch import field_under_leak, follow, leaky_response
-from electrovib.solve.electrics.leaks.leak import leak_section
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics import leaks
+from electrovib.solve.electrics.leaks import field_under_leak, follow, leak_section, leaky_response
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.keys import FieldOf
 from electrovib.solve.stack.section import modal_section
 
@@ -134,7 +133,7 @@ def test_the_stated_error_bounds_the_error(drive, element):
     time = np.linspace(0, 30e-3, 7)
     found = leaky_response({CONTROL: driven}, {CONTROL: leaking}, drive, time, leak=leak, control=CONTROL)
     field = transient({"E": exact}, drive, time)["E"]
-    assert found.errors["step_error"] < branch.TOLERANCE
+    assert found.errors["step_error"] < leaks.TOLERANCE
     largest = np.max(np.abs(transient({"E": exact}, drive, np.linspace(0, 30e-3, 3001))["E"]))
     assert np.max(np.abs(found.found[CONTROL] - field)) < 2 * found.errors["step_error"] * largest
     assert f"{found.steps} steps" in found.reason
@@ -142,8 +141,8 @@ def test_the_stated_error_bounds_the_error(drive, element):
 
 def test_coarse_steps_say_so(monkeypatch):
     """Steps that cannot be halved further leave a larger error, and it is told."""
-    monkeypatch.setattr(branch, "MOST_HALVINGS", 1)
-    monkeypatch.setattr(branch, "TOLERANCE", 1e-12)
+    monkeypatch.setattr(leaks, "MOST_HALVINGS", 1)
+    monkeypatch.setattr(leaks, "TOLERANCE", 1e-12)
     driven, leaking = answers()
     found = leaky_response(
         {CONTROL: driven},

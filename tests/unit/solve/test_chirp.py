@@ -12,9 +12,8 @@ import electrovib as ev
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.parts import Chirped, Smooth
-from electrovib.solve.electrics.linear.chirp import GONE, chirp_response
-from electrovib.solve.electrics.linear.smooth import smooth_states
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.formulas import GONE, chirp_response, smooth_states
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.stack.transfer import Transfer
 
@@ -131,7 +130,7 @@ def test_a_chirp_as_a_current_and_an_unknown_formula():
 def test_a_long_chirp_is_answered_without_its_cycles(monkeypatch):
     """5e5 cycles on a skin with a memory: nothing marches, and no array is as long as the chirp has cycles."""
     scenario = long_chirp()
-    monkeypatch.setattr("electrovib.solve.electrics.linear.transient.smooth_states", None)
+    monkeypatch.setattr("electrovib.solve.electrics.transient.smooth_states", None)
     longest = []
     answer = chirp_response
 
@@ -139,7 +138,7 @@ def test_a_long_chirp_is_answered_without_its_cycles(monkeypatch):
         longest.append(len(time))
         return answer(part, rates, gains, time, lag=lag)
 
-    monkeypatch.setattr("electrovib.solve.electrics.linear.transient.chirp_response", counted)
+    monkeypatch.setattr("electrovib.solve.electrics.transient.chirp_response", counted)
     trace = ev.simulate(scenario)
     assert max(longest) < 50_000
     sure = ev.simulate(scenario, time=np.array([0.0, *trace.time.values[[700, 1999]]]))

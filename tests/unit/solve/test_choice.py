@@ -10,9 +10,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.solve import choice, diagnostics
-from electrovib.solve.electrics import methods
-from electrovib.solve.electrics.solution import Question
-from electrovib.solve.electrics.wanted import linear_quantities
+from electrovib.solve.electrics.solution import RENEWAL, Question, linear_quantities
 from electrovib.solve.electrics.without_modes import follow_all
 from electrovib.solve.expanded import Expanded
 
@@ -104,7 +102,7 @@ def diagnostics_of(trace):
 def test_only_marches_have_steps_that_cost():
     marched = {solver.method.name for solver in choice.SOLVERS if solver.method.is_marched}
     assert marched == {"nonlinear branch", "moving gap", "amplifier", "nonlinear"}
-    assert not methods.RENEWAL.by_modes
+    assert not RENEWAL.by_modes
 
 
 def test_the_general_reference_begins_at_time_0_whatever_times_are_asked_for():

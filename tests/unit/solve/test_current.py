@@ -10,13 +10,13 @@ from electrovib.core.model import read_model
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.base import Drive
 from electrovib.scenario import load
-from electrovib.solve.electrics.linear.current import drive_voltage
-from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.stack.current import current_section, per_ampere
-from electrovib.solve.stack.integrator import INTEGRATING, settled_integral
+from electrovib.solve.electrics.linear import drive_voltage
+from electrovib.solve.electrics.transient import transient
+from electrovib.solve.stack.expand import current_section, per_ampere
+from electrovib.solve.stack.harmonics import settled_integral
 from electrovib.solve.stack.reduce import reduce_material
 from electrovib.solve.stack.section import phasor_section
-from electrovib.solve.stack.transfer import Transfer
+from electrovib.solve.stack.transfer import INTEGRATING, Transfer
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4

@@ -12,7 +12,7 @@ from electrovib.physics.contact import LinearSpring, PerssonSurface, PlateAttrac
 from electrovib.physics.roughness import IdleSpots, PullingSpots
 from electrovib.scenario import Scenario
 from electrovib.solve.equilibrium import balance, equilibria, equilibrium, hysteresis
-from electrovib.solve.equilibrium.roots import crossings
+from electrovib.solve.equilibrium.states import crossings
 from electrovib.solve.simulate import simulate
 
 EPS0 = 8.8541878128e-12
@@ -61,7 +61,7 @@ def test_a_curve_with_inflections_needs_parts():
 
 
 def test_bounds_that_do_not_close_are_told(monkeypatch):
-    monkeypatch.setattr("electrovib.solve.equilibrium.roots.MOST_INTERVALS", 10)
+    monkeypatch.setattr("electrovib.solve.equilibrium.states.MOST_INTERVALS", 10)
     with pytest.raises(ElectrovibError, match="smooth"):
         crossings(line, stress, low=0.0, high=2.0)
 

@@ -8,7 +8,7 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
 from electrovib.solve.stack.expand import modes, phasors
-from electrovib.solve.stack.extra_gap import field_in_gap
+from electrovib.solve.stack.section import field_in_gap
 
 FREQUENCY = np.geomspace(1.0, 1e6, 25)
 EXACT = 1e-10

@@ -12,12 +12,11 @@ from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.parts import circling
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.diagnostics import judged as judging
-from electrovib.solve.diagnostics import peaks
+from electrovib.solve.diagnostics import memory, peaks
 from electrovib.solve.diagnostics.evaluation_times import MOST_CORNERS
-from electrovib.solve.electrics.linear import straight
-from electrovib.solve.electrics.linear.graded import FEW, fading
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics import straight
+from electrovib.solve.electrics.straight import FEW_TIMES, fading
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.recursion import blocks, march, march_loop, states_at, uneven
 from electrovib.solve.stack.transfer import Transfer
 
@@ -106,8 +105,10 @@ def test_what_fades_is_read_from_polynomials_to_rounding(modes):
     assert np.max(np.abs(np.array(fading(weights, rates, since)) - expected)) < 3e-14 * np.sum(
         np.abs(weights)
     )
-    few = np.array(fading(weights, rates, since[:FEW]))  # a direct sum, whose order depends on the processor
-    assert np.max(np.abs(few - expected[:, :FEW])) < 1e-15 * np.sum(np.abs(weights))
+    few = np.array(
+        fading(weights, rates, since[:FEW_TIMES])
+    )  # a direct sum, whose order depends on the processor
+    assert np.max(np.abs(few - expected[:, :FEW_TIMES])) < 1e-15 * np.sum(np.abs(weights))
 
 
 @pytest.mark.parametrize("even", [True, False])
@@ -167,7 +168,7 @@ def test_one_march_for_all_signals_of_a_measured_drive(monkeypatch):
         return real_states(poles, starts, ends, steps, state, places)
 
     monkeypatch.setattr(straight, "march", march_counted)
-    monkeypatch.setattr("electrovib.solve.electrics.linear.break_states.states_at", states_counted)
+    monkeypatch.setattr("electrovib.solve.electrics.straight.states_at", states_counted)
     ev.simulate(measured(np.array([float(text) for text in DECIMALS])))
     assert len(VOLTS) > MOST_CORNERS
     assert len(marches) == 1
@@ -241,9 +242,9 @@ def test_an_error_judged_by_stretches_is_that_of_every_time(seed, monkeypatch):
     row = np.cos(40 * times) * np.exp(-seed * times) if seed < 4 else rng.normal(size=len(times))
     probes = np.unique(np.append(rng.integers(0, len(times), 300), [0, len(times) - 1]))
     bound, judged = 1e-5 * rng.random(len(probes)), np.ones(len(times), bool)
-    found = judging.judge(row, times, probes, bound, judged)
-    monkeypatch.setattr(judging, "_MANY", 10**9)
-    assert found == judging.judge(row, times, probes, bound, judged)
+    found = memory.judge(row, times, probes, bound, judged)
+    monkeypatch.setattr(memory, "_MANY", 10**9)
+    assert found == memory.judge(row, times, probes, bound, judged)
 
 
 def test_few_of_very_many_times_decide_on_the_largest_values(monkeypatch):
@@ -260,6 +261,6 @@ def test_few_of_very_many_times_decide_on_the_largest_values(monkeypatch):
 
 
 def test_relaxations_at_times_that_are_equal_to_rounding():
-    since = np.repeat([1e-3, 2e-3], 10 * FEW)
+    since = np.repeat([1e-3, 2e-3], 10 * FEW_TIMES)
     (found,) = fading(np.array([[2.0]]), np.array([500.0]), since)
     np.testing.assert_allclose(found, 2 * np.exp(-500 * since), rtol=1e-14)

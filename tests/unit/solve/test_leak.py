@@ -10,10 +10,8 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.material import Constant, Debye, DebyeTerm, Prony
 from electrovib.physics.stack import Layer
-from electrovib.solve.electrics.leaks.answer import leaking_slab, leaking_slabs
-from electrovib.solve.electrics.leaks.leak import leak_alone, leak_section
-from electrovib.solve.stack.current import current_section
-from electrovib.solve.stack.expand import linearised
+from electrovib.solve.electrics.leaks import leak_alone, leak_section, leaking_slab, leaking_slabs
+from electrovib.solve.stack.expand import current_section, linearised
 from electrovib.solve.stack.section import modal_section
 
 EPS0 = 8.8541878128e-12

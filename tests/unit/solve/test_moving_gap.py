@@ -18,14 +18,14 @@ from electrovib.physics.motion import TouchAndLift, TremblingDistance
 from electrovib.physics.stack import Layer
 from electrovib.scenario import load
 from electrovib.solve.electrics import moving_gap
-from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.electrics.moving_gap import move_gap
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.finger import follow_finger
 from electrovib.solve.nonlinear.yielding import Yielding
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
+from electrovib.solve.stack.layer_states import stack_states
 from electrovib.solve.stack.section import modal_section
-from electrovib.solve.stack.state_space import stack_states
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4
@@ -89,9 +89,9 @@ def test_the_stated_error_bounds_the_error(monkeypatch):
     space, *_ = held_finger(gap=1e-8, element="floating")
     drive, times = read_model(Drive, DRIVES["sine"]), np.linspace(0, END, 31)
     exact = move_gap(space, drive, times, motion=MOTIONS["tremble"]).found[FieldOf("gap")]
-    monkeypatch.setattr("electrovib.solve.electrics.leaks.steps.STEPS", 8)
-    monkeypatch.setattr("electrovib.solve.electrics.leaks.steps.STEPS_PER_PERIOD", 4)
-    monkeypatch.setattr("electrovib.solve.electrics.leaks.steps.GROWTH", 4.0)
+    monkeypatch.setattr("electrovib.solve.electrics.steps.STEPS", 8)
+    monkeypatch.setattr("electrovib.solve.electrics.steps.STEPS_PER_PERIOD", 4)
+    monkeypatch.setattr("electrovib.solve.electrics.steps.GROWTH", 4.0)
     monkeypatch.setattr(moving_gap, "MOST_HALVINGS", 1)
     coarse = move_gap(space, drive, times, motion=MOTIONS["tremble"])
     error = np.max(np.abs(coarse.found[FieldOf("gap")] - exact)) / np.max(np.abs(exact))

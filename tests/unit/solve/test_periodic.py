@@ -8,8 +8,7 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.solve.electrics.linear.periodic import periodic
-from electrovib.solve.stack.harmonics import count_harmonics, spectrum
+from electrovib.solve.stack.harmonics import count_harmonics, periodic, spectrum
 
 
 def drive(model, **content):

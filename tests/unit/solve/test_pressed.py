@@ -14,7 +14,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea, GrowingArea, PerssonSurface
 from electrovib.scenario import load
-from electrovib.solve.electrics.pressed import pressed, pressed_states
+from electrovib.solve.electrics.attraction import pressed, pressed_states
 from electrovib.solve.simulate import simulate
 
 PULL = 8290.0

@@ -13,9 +13,7 @@ from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.solve.stack.prony import fit_debye, fit_debye_table
-from electrovib.solve.stack.prony.polish import tidied
-from electrovib.solve.stack.prony.spectrum import Spectrum, Terms
+from electrovib.solve.stack.prony import Spectrum, Terms, fit_debye, fit_debye_table, tidied
 
 # The target of the package; 3.2e-4 was measured on the worst of the shipped skins.
 SHIPPED = 1e-3

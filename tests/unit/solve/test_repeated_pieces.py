@@ -7,8 +7,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.electrics.linear.break_states import periodic_state
-from electrovib.solve.electrics.linear.straight import straight_response
+from electrovib.solve.electrics.straight import periodic_state, straight_response
 
 
 def straight_lag(part, rates, gains, times, state):

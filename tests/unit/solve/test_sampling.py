@@ -9,8 +9,9 @@ import pytest
 
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.shown import FEWEST
 from electrovib.scenario import load
-from electrovib.solve.diagnostics.sampling import FEWEST, sampling
+from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.simulate import simulate
 
 DRIVES = {

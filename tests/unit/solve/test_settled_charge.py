@@ -6,7 +6,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.constants import eps0
-from electrovib.solve.diagnostics.settled import settled_charge
+from electrovib.solve.diagnostics.assumptions import settled_charge
 
 CONDUCTIVITY = "stack.insulator.material.conductivity"
 

@@ -9,7 +9,7 @@ import pytest
 from electrovib.core.model import read_model
 from electrovib.physics.drive.parts import Smooth
 from electrovib.physics.drive.sines import Chirp
-from electrovib.solve.electrics.linear.smooth import smooth_states
+from electrovib.solve.electrics.formulas import smooth_states
 
 AMPLITUDE, FIRST, LAST, LENGTH = 100.0, 10.0, 800.0, 0.1
 (CHIRP,) = read_model(Chirp, {"amplitude": AMPLITUDE, "first": FIRST, "last": LAST, "length": LENGTH}).parts()

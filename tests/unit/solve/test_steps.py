@@ -8,7 +8,7 @@ import pytest
 from electrovib.core.model import read_model
 from electrovib.physics.conduction import PolarityConduction
 from electrovib.physics.drive.base import Drive
-from electrovib.solve.electrics.leaks.steps import STEPS, STEPS_PER_PERIOD, jump_heights, step_grid
+from electrovib.solve.electrics.steps import STEPS, STEPS_PER_PERIOD, jump_heights, step_grid
 from electrovib.solve.stack.transfer import Transfer
 
 DRIVEN = Transfer(rates=np.array([1e7, 50.0]), gains=np.array([1e4, -5e3]))

@@ -11,8 +11,8 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.electrics.linear.straight import MANY_SAMPLES, straight_response
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.straight import MANY_SAMPLES, straight_response
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.transfer import Transfer
 
 RATES = np.array([0.3, 40.0, 130.0, 2.5e3, 7e6])

@@ -10,10 +10,8 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
-from electrovib.solve.electrics import methods, places
-from electrovib.solve.electrics.amplifier import limited
-from electrovib.solve.electrics.solution import Question
-from electrovib.solve.electrics.wanted import linear_quantities
+from electrovib.solve.electrics import renewal
+from electrovib.solve.electrics.solution import LEAK, Question, linear_quantities
 from electrovib.solve.electrics.without_modes import follow_all
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.simulate import simulate
@@ -69,7 +67,7 @@ def test_two_contacts_do_not_close_as_one(suspended):
 
 def test_an_amplifier_that_just_cannot_follow_does_not_chatter(founding, monkeypatch):
     """A chirp that needs the largest current at one moment, within rounding: it used to change without end."""
-    monkeypatch.setattr(limited, "MOST_CHANGES", 1000)
+    monkeypatch.setattr("electrovib.solve.electrics.amplifier.MOST_CHANGES", 1000)
     changes = {
         "drive": {"model": "Chirp", "amplitude": 60.0, "first": 50.0, "last": 500.0, "length": 7e-3},
         "stack.insulator.thickness": 2e-6,
@@ -163,7 +161,7 @@ def test_gain_and_pole_before_a_leak_are_those_of_the_general_solver(
     wanted = functools.partial(linear_quantities, scenario)
     question = Question(scenario=scenario, section=prepared.section, times=time, wanted=wanted)
     general = follow_all(question).found
-    assert solution.method is methods.LEAK
+    assert solution.method is LEAK
     keys = [
         "plate_voltage",
         "current",
@@ -217,7 +215,7 @@ def test_the_mean_over_the_contact_states_its_error(founding, drive, monkeypatch
     scenario = founding.replace({"drive": drive, "motion.speed": 0.3, "motion.renews_film": True})
     time = np.linspace(0, 0.08, 41)
     trace = simulate(scenario, time=time)
-    monkeypatch.setattr(places, "PANELS", 320)
+    monkeypatch.setattr(renewal, "PANELS", 320)
     fine = simulate(scenario, time=time)
     stated = trace.attrs["quadrature_error"]
     for name in ("electrostatic_force", "current", "stack_voltage"):

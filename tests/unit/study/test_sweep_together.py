@@ -10,7 +10,7 @@ import pytest
 from electrovib.papers import palmar_1995
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import load
-from electrovib.solve.quantities import Together, answer, read_name, sines, solved
+from electrovib.solve.quantities import Together, answer, read_name, solved, together
 from electrovib.study.sweep import sweep
 from electrovib.study.sweep.run import _scenarios
 
@@ -110,8 +110,8 @@ def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
 )
 def test_other_drives_states_and_circuits_are_left_to_their_own_solvers(change):
     scenario = load("bau_2010/sine").replace(SETTLED)
-    assert sines.is_of_sines(scenario)
-    assert not sines.is_of_sines(scenario.replace(change))
+    assert together.is_of_sines(scenario)
+    assert not together.is_of_sines(scenario.replace(change))
 
 
 def test_a_drive_of_nothing_among_others_is_answered_too():

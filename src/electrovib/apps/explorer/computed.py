@@ -11,8 +11,7 @@ import numpy as np
 from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_RUN
 from electrovib.core.budget import budget
 from electrovib.solve.expanded import Expanded
-from electrovib.solve.provenance import provenance
-from electrovib.solve.simulate import Simulated
+from electrovib.solve.simulate import Simulated, provenance
 
 if TYPE_CHECKING:
     import xarray

@@ -11,10 +11,9 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.interface import interface_place
 from electrovib.scenario import PeriodicState, Scenario
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.expand import Surroundings, modes
-from electrovib.solve.stack.integrator import INTEGRATING
-from electrovib.solve.stack.transfer import Transfer
+from electrovib.solve.stack.transfer import INTEGRATING, Transfer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -11,7 +11,7 @@ from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import by_skin, compute, decay, values
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.drive.edges import Step
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.expand import modes
 from electrovib.study.reproduction import Row, verdict_over
 

@@ -20,7 +20,7 @@ from electrovib.recordings.fit.residuals import Residuals
 from electrovib.recordings.fit.rounding import Rounding
 from electrovib.recordings.fit.sessions import BetweenSessions
 from electrovib.scenario import Scenario
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

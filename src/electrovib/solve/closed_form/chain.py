@@ -16,9 +16,8 @@ from electrovib.solve.choice import chosen
 from electrovib.solve.closed_form.filtered import filtered_sum, has_closed_form
 from electrovib.solve.closed_form.linear import active_rates, linear_sums
 from electrovib.solve.closed_form.sums import Decays, Pieces, product
-from electrovib.solve.electrics import methods
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.wanted import amplitudes, linear_quantities
+from electrovib.solve.electrics.solution import TRANSIENT, amplitudes, linear_quantities
 from electrovib.solve.mechanics.chain import finger_filters
 from electrovib.solve.mechanics.filters.declared import cascade, of_stages
 from electrovib.solve.mechanics.lateral import friction_filter, memory_changes
@@ -53,11 +52,7 @@ def offers(scenario: Scenario, names: Collection[str]) -> bool:
     if not OFFERED.issuperset(names) or scenario.circuit.amplifier is not None:
         return False
     parts = scenario.drive.parts()
-    if (
-        len(parts) != 1
-        or not isinstance(parts[0], Linear)
-        or chosen(scenario).method is not methods.TRANSIENT
-    ):
+    if len(parts) != 1 or not isinstance(parts[0], Linear) or chosen(scenario).method is not TRANSIENT:
         return False
     mechanical = FILTERED.intersection(names)
     if (scenario.finger is None and mechanical & SKIN) or (scenario.rig is None and READING in mechanical):

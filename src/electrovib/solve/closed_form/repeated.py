@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.signals import without
 from electrovib.solve.closed_form.chain import ClosedElectrics, filter_of, offers
-from electrovib.solve.electrics.capacitance import capacitance, sine_of
+from electrovib.solve.electrics.over_frequency import capacitance, sine_of
 from electrovib.solve.expanded import Expanded
 
 if TYPE_CHECKING:

@@ -8,25 +8,26 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.core.units import format_quantity
 from electrovib.physics.motion import Distance
-from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen, solve, solve_fields
+from electrovib.solve.diagnostics.assumptions import (
+    contact_diagnostics,
+    moving_gap,
+    negative_attraction,
+    over_frequency_diagnostics,
+    settled_charge,
+    vanishing_gap,
+)
 from electrovib.solve.diagnostics.evaluation_times import around_kinks, evaluation_times, shows_every_sample
 from electrovib.solve.diagnostics.judge import (
     circuit_diagnostics,
     declared_diagnostics,
+    discontinuities,
     stack_diagnostics,
 )
-from electrovib.solve.diagnostics.over_frequency import over_frequency_diagnostics
-from electrovib.solve.diagnostics.peaks import PeakRecord
-from electrovib.solve.diagnostics.refinement import refined
-from electrovib.solve.diagnostics.settled import settled_charge
-from electrovib.solve.diagnostics.steepness import discontinuities
-from electrovib.solve.diagnostics.touch import contact_diagnostics
-from electrovib.solve.diagnostics.vanishing_gap import negative_attraction, vanishing_gap
-from electrovib.solve.electrics.linear.current import caveat
-from electrovib.solve.electrics.methods import LIMITED
+from electrovib.solve.diagnostics.peaks import PeakRecord, refined
+from electrovib.solve.electrics.linear import caveat
+from electrovib.solve.electrics.solution import LIMITED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,20 +49,19 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
     A solver in closed form is evaluated again at further times; a time-stepping solver returns all times of one run, and an
     amplifier with limits in a second run the values around the times at which it reaches or leaves a limit.
     """
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    settled = scenario.time.settled
     distance = scenario.motion.distance
     moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
     wanted = evaluation_times(scenario.drive, end=float(times[-1]), settled=settled, beside=moved, seen=times)
-
-    def look(moments: Real) -> PeakRecord:
-        return PeakRecord.of(scenario, moments, solve_fields(scenario, section, moments).found)
 
     if chosen(scenario).method.is_marched:
         both = np.union1d(times, wanted)
         whole = solve(scenario, section, both)
         record = PeakRecord.of(scenario, both, whole.found)
         around = np.setdiff1d(around_kinks(np.array(whole.kinks), float(times[-1])), both)
-        return whole.at(np.searchsorted(both, times)), record.joined(look(around)) if len(around) else record
+        return whole.at(np.searchsorted(both, times)), record.joined(_at(scenario, section, around)) if len(
+            around
+        ) else record
 
     answer = solve(scenario, section, times)
     record = PeakRecord.of(scenario, times, answer.found)
@@ -69,7 +69,9 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
         wanted = np.union1d(wanted, record.just_before())
     between = wanted[times[np.minimum(np.searchsorted(times, wanted), len(times) - 1)] != wanted]
     record = record.among(between)
-    return answer, refined(record.joined(look(between)) if len(between) else record, look)
+    if len(between):
+        record = record.joined(_at(scenario, section, between))
+    return answer, _refined(scenario, section, record)
 
 
 def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solution) -> PeakRecord:
@@ -81,13 +83,20 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solu
     if (method := chosen(scenario).method).is_marched and method is not LIMITED:
         return record
 
-    def look(moments: Real) -> PeakRecord:
-        return PeakRecord.of(scenario, moments, solve_fields(scenario, section, moments).found)
-
     corners = np.union1d(scenario.drive.corners(float(times[-1]))[0], answer.kinks)
     before = np.setdiff1d(record.before_corners(corners), times)
-    whole = record.joined(look(before)) if len(before) else record
-    return whole if method is LIMITED else refined(whole, look)
+    whole = record.joined(_at(scenario, section, before)) if len(before) else record
+    return whole if method is LIMITED else _refined(scenario, section, whole)
+
+
+def _at(scenario: Scenario, section: ModalSection, times: Real) -> PeakRecord:
+    """Return the quantities with limits at further times [s]."""
+    return PeakRecord.of(scenario, times, solve_fields(scenario, section, times).found)
+
+
+def _refined(scenario: Scenario, section: ModalSection, record: PeakRecord) -> PeakRecord:
+    """Add times around largest values that a record does not resolve; of a solver in closed form."""
+    return refined([record], lambda _, times: _at(scenario, section, times).rows)[0]
 
 
 def judge_run(
@@ -102,18 +111,15 @@ def judge_run(
 
     `times` (n,) [s].
     """
-    found = [
+    return [
         *scenario.force.diagnostics(scenario.stack.layers),
         *([] if scenario.drive.quantity == "voltage" else [caveat()]),
-    ]
-    return [
-        *found,
         *declared_diagnostics(scenario),
         *stack_diagnostics(scenario, record),
         *circuit_diagnostics(scenario, record, running_currents(scenario, section, record), mean_squares),
         *settled_charge(scenario),
         *contact_diagnostics(scenario, variables, times),
-        *_moving_gap(scenario, variables),
+        *moving_gap(scenario, variables),
         *vanishing_gap(scenario, times, variables),
         *negative_attraction(scenario, variables),
         *over_frequency_diagnostics(scenario),
@@ -134,14 +140,12 @@ def running_currents(
         if drive.period is not None:
             periodic = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
             wanted = evaluation_times(drive, end=end, settled=True)
-            repeated = PeakRecord.of(periodic, wanted, solve_fields(periodic, section, wanted).found).peaks()
+            repeated = _at(periodic, section, wanted).peaks()
             return {name: repeated[name] for name in names}
-        step = {"drive": {"model": "Step", "level": float(drive.voltage(0.0))}}
+        stepped = scenario.replace({"drive": {"model": "Step", "level": float(drive.voltage(0.0))}})
         records = [record] if record.whole is None else [record, record.whole]
         switched = [
-            PeakRecord.of(
-                scenario, each.times, solve_fields(scenario.replace(step), section, each.times).found
-            )
+            PeakRecord.of(scenario, each.times, solve_fields(stepped, section, each.times).found)
             for each in records
         ]
         rest = {
@@ -153,18 +157,3 @@ def running_currents(
         return {name: float(np.max(np.abs(row))) for name, row in rest.items()}
     except InputError:
         return None
-
-
-def _moving_gap(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
-    """Return the range of a moving gap, and what its declared thickness is used for."""
-    if "gap" not in variables:
-        return []
-    low, high = (
-        format_quantity(float(edge(variables["gap"][1])), "m", digits=3) for edge in (np.min, np.max)
-    )
-    declared = format_quantity(scenario.stack.layers[str(scenario.stack.gap_name)].thickness, "m")
-    text = (
-        f"the gap varies from {low} to {high} in time; quantities over frequency and the drawing of the stack use the"
-        f" declared {declared}"
-    )
-    return [Diagnostic("moving gap", "ok", text)]

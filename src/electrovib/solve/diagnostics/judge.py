@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
+from electrovib.physics.drive.slew import slew_of
 from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
 from electrovib.physics.safety import (
     emission_diagnostic,
@@ -20,19 +21,50 @@ from electrovib.physics.safety import (
 )
 from electrovib.physics.stack import in_one_piece
 from electrovib.scenario.moisture import moisture_diagnostic
-from electrovib.solve.diagnostics.steepness import ROUNDED, discontinuities, slew_rate
+from electrovib.solve.diagnostics.peaks import PeakRecord
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.core.arrays import Real
-    from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.circuit import Circuit
-    from electrovib.physics.stack import Layer
     from electrovib.scenario import Scenario
-from electrovib.solve.diagnostics.peaks import PeakRecord
+
+
+ROUNDED = 1e-9
+"""Height of a discontinuity over the largest value of the drive, below which it is rounding."""
+
+
+def slew_rate(scenario: Scenario, end: float) -> float:
+    """Return the largest rate of change of the drive times the gain, from time 0 to an end."""
+    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    if drive.quantity == "current":
+        return math.nan
+    settled = scenario.time.settled
+    until = max(end, drive.period or 0.0) if settled else end
+    return abs(1.0 if amplifier is None else amplifier.gain) * slew_of(drive, until, from_rest=not settled)
+
+
+def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
+    """Return the heights of the discontinuities of the voltage that reach the stack."""
+    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    if drive.quantity == "current" or (
+        amplifier is not None
+        and (amplifier.bandwidth is not None or np.isfinite(amplifier.current_limits[1]))
+    ):
+        return 0.0, 0.0
+    settled = scenario.time.settled
+    smallest = ROUNDED * sum(part.bound() for part in drive.parts())
+    until = max(end, drive.period or 0.0) if settled else end
+    times, heights = drive.corners(until)
+    if amplifier is not None and amplifier.saturation is not None:
+        after = drive.voltage(times)
+        passed = np.abs(amplifier.aim(after) - amplifier.aim(after - heights))
+        heights = np.where(passed > ROUNDED * amplifier.saturation, heights, 0.0)
+    later = float(np.max(np.abs(heights), initial=0.0))
+    first = 0.0 if settled else abs(float(drive.voltage(0.0)))
+    return first * (first > smallest), later * (later > smallest)
 
 
 def stack_diagnostics(scenario: Scenario, record: PeakRecord) -> list[Diagnostic]:
@@ -72,7 +104,8 @@ def layer_diagnostics(
         found.append(paschen_diagnostic(field=ratio * field, gap=gap))
     found.append(emission_diagnostic(field=ratio * interface, vanishing=nearest is None))
     found += [skin_diagnostic(name, voltage=fields[name] * whole[name].thickness) for name in finger]
-    blocking = sum(layers[name].thickness / _permittivity(layers[name]) for name in plate)
+    bound = {name: layers[name].material.bound_permittivity(np.array(1e3)).real for name in plate}
+    blocking = sum(layers[name].thickness / float(bound[name]) for name in plate)
     if blocking:
         found.append(sweat_diagnostic(voltage=ratio * across, electrical_thickness=blocking))
     return [replace(each, text=f"{each.text}{where}") for each in found]
@@ -85,10 +118,6 @@ def _judged_contact(scenario: Scenario) -> tuple[float, str]:
         return 1.0, ""
     name = "second" if second > 1 else "first"
     return max(1.0, second), f"; judged at the {name} contact, the smaller of the two"
-
-
-def _permittivity(layer: Layer) -> float:
-    return float(layer.material.bound_permittivity(np.array(1e3)).real)
 
 
 def circuit_diagnostics(
@@ -130,9 +159,9 @@ def largest_values(
         # the output of one pole or of a limited slope never passes its target, a parabola between times may
         target = float(np.max(np.abs(circuit.amplifier.aim([drive.largest(end)]))))
         reached["voltage"] = min(reached["voltage"], target)
-        reached["current"] = min(
-            reached["current"], _largest_supplied(circuit.amplifier, record.rows["current"])
-        )
+        (sink, source), current = circuit.amplifier.current_limits, record.rows["current"]
+        supplied = source if np.max(current) >= -np.min(current) else -sink
+        reached["current"] = min(reached["current"], supplied)
     first, later = discontinuities(scenario, end=end)
     if first and running is not None and circuit.element().resistance > 0:
         switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + ROUNDED)}
@@ -141,12 +170,6 @@ def largest_values(
         names = [name if later else f"{name}{SWITCH_ON}" for name in _unbounded_currents(circuit)]
         reached |= dict.fromkeys(names, math.inf)
     return reached
-
-
-def _largest_supplied(amplifier: Amplifier, current: Real) -> float:
-    """Return the largest current of the amplifier in the direction of the largest recorded one [A]; infinite without a limit."""
-    sink, source = amplifier.current_limits
-    return source if np.max(current) >= -np.min(current) else -sink
 
 
 def _unbounded_currents(circuit: Circuit) -> tuple[str, ...]:

@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.scenario import PeriodicState
-from electrovib.solve.diagnostics.judged import LARGEST
-from electrovib.solve.diagnostics.memory import CURRENT, FORCE
-from electrovib.solve.stack.band import SAME, lowest_frequency, shortest_time
+from electrovib.solve.diagnostics.memory import CURRENT, FORCE, LARGEST
+from electrovib.solve.stack.reduce import SAME, lowest_frequency, shortest_time
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Real
+    from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
-    from electrovib.solve.diagnostics.judged import Judged
+    from electrovib.solve.diagnostics.memory import Judged
     from electrovib.solve.electrics.solution import Method
     from electrovib.solve.stack.keys import Key
+    from electrovib.solve.stack.section import ModalSection, PhasorSection
 
 
 def known_band(scenario: Scenario) -> tuple[float, float]:
@@ -111,7 +112,7 @@ def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) 
     (low, high), said = known, []
     last = 1 / (2 * np.pi * low) if low else np.inf
     first = 1 / (2 * np.pi * high)
-    if isinstance(scenario.time.initial_state, PeriodicState):
+    if scenario.time.settled:
         slowest = lowest_frequency(scenario)
         if slowest < low * (1 - SAME):
             said.append(f"the drive contains {format_quantity(slowest, 'Hz', digits=3)}, below the table")
@@ -128,3 +129,19 @@ def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) 
     ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in known)
     text = f"{tables} is measured from {ends} only: {', and '.join(said)}"
     return [Diagnostic("measured band", "unknown", text, value=float(times[-1]), limit=last, unit="s")]
+
+
+def transfer_error(
+    law: ForceLaw, section: ModalSection, exact: PhasorSection, known: tuple[float, float]
+) -> float:
+    """Return the largest error of a law's amplitudes over frequency, with materials as sums of Debye terms."""
+    reduced, declared = law.amplitudes(section), law.amplitudes(exact)
+    inside = (exact.frequency >= known[0]) & (exact.frequency <= known[1])
+    if not np.any(inside):
+        return math.nan
+    errors = []
+    for name, value in declared.items():
+        scale = float(np.max(np.abs(value)))
+        difference = reduced[name].at(exact.frequency[inside]) - value[inside]
+        errors.append(float(np.max(np.abs(difference))) / (scale or 1.0))
+    return max(errors)

@@ -3,36 +3,33 @@
 The change of a linear quantity is itself linear in the drive: D = declared - reduced, the first from impedances at
 each frequency, the second from modes. D is fitted by signed relaxations on a fixed dense grid of rates, a linear
 least-squares problem, and the response of that fit to the drive is the error. It does not depend on the fit of the
-material.
+material. The error is known at some times, the probes, and is compared with the quantity at all output times.
 """
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from electrovib.physics.drive.pieces import Linear
-from electrovib.scenario import PeriodicState
-from electrovib.solve.diagnostics.difference import _DifferenceFit
-from electrovib.solve.diagnostics.judged import Judged, judge, judge_repeating
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.electrics.wanted import linear_quantities
-from electrovib.solve.stack.band import SAME, lowest_frequency, run_band
+from electrovib.solve.electrics.solution import linear_quantities
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.expand import left_by_charge, phasors
-from electrovib.solve.stack.integrator import drive_mean, integral_weight
+from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf
-from electrovib.solve.stack.reduce import reduction_band
-from electrovib.solve.stack.transfer import Transfer
+from electrovib.solve.stack.reduce import SAME, band_of_run, lowest_frequency
+from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Solution
@@ -54,6 +51,25 @@ MEASURED: Final = (1e-4,)
 PROBES: Final = 400
 """Output times at which the response of D is evaluated; between two of them the larger value counts."""
 _GOLDEN: Final = 0.6180339887498949
+POLES_PER_DECADE: Final = 10
+"""Relaxation rates of the fit of D."""
+ROWS_PER_DECADE: Final = 16
+"""Frequencies at which D is fitted."""
+BEYOND: Final = 10.0
+"""Factor by which the relaxation rates of D extend beyond the band on both sides."""
+POWERS: Final = (0.0, -0.5, -1.0, 0.5, 1.0)
+"""Powers of the frequency by which a quantity may fall; the fit of D is weighted by the one with the least residual."""
+AT_REST: Final = 1e-60
+"""Frequency that replaces 0, where a power law has no value [Hz]."""
+TAIL: Final = 1e-4
+"""Share of the peak down to which an error is relative to the value at that time."""
+LARGEST: Final = 0.01
+"""Error over the remaining amplitude of a quantity, above which the quantity counts as unknown."""
+LOOKING_BACK: Final = 0.9
+"""Fraction of a time from which on the remaining amplitude at that time is taken."""
+_MANY: Final = 20_000
+"""Number of output times above which the smallest and largest values between probes are tried first."""
+_AT_ONCE: Final = 1 << 15
 
 
 def answer_errors(
@@ -66,33 +82,31 @@ def answer_errors(
     The response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
     residual of the fit of D over frequency.
     """
-    low, high = run_band(scenario, times)
-    low, high = reduction_band(low=low, high=high)
-    low, high = max(low, known[0]), min(high, known[1])
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
+    settled = scenario.time.settled
     if settled and lowest_frequency(scenario) < known[0] * (1 - SAME):
         return {}
     lasts = 1 / (2 * np.pi * known[0]) if known[0] and not settled else np.inf
     judged = (times <= lasts) & ~_at_corner(scenario.drive, times, bends=False)
-    if not low < high or not np.any(judged):
-        return {}
     steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
-    fit = _DifferenceFit.over(low, high, steady=steady, smallest=MEASURED if known[0] else SMALLEST)
+    fit = _fit(scenario, times, known, steady=steady)
+    if fit is None or not np.any(judged):
+        return {}
     differences, residuals = _differences(scenario, section, fit, settled=settled)
     probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
     found = {name: row for name, row in answer.found.items() if name in differences and row.ndim == 1}
     errors = _respond(scenario, differences, times[probes], settled=settled)
-    bounds = {
-        name: (row, SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row[probes]))
-        for name, row in found.items()
-    }
-    amplitudes = {name: row[probes] for name, row in found.items() if isinstance(name, AmplitudeOf)}
-    if amplitudes and scenario.force.causal:
-        bounds[FORCE] = (answer.attraction, _of_force(scenario, times[probes], amplitudes, errors, residuals))
+    at_probes = {name: row[probes] for name, row in found.items()}
+    bounds = _bounds(scenario, at_probes, times[probes], errors, residuals)
     straight = judged & ~_at_corner(scenario.drive, times, bends=True)
     return {
-        name: judge(row, times, probes, bound, straight if name == CURRENT else judged)
-        for name, (row, bound) in bounds.items()
+        name: judge(
+            answer.attraction if name == FORCE else found[name],
+            times,
+            probes,
+            bound,
+            straight if name == CURRENT else judged,
+        )
+        for name, bound in bounds.items()
     }
 
 
@@ -110,34 +124,48 @@ def errors_of_sines(
     `times` (cases, n) [s].
     """
     scenario = members[0]
-    low, high = run_band(scenario, times[0])
-    low, high = reduction_band(low=low, high=high)
-    low, high = max(low, known[0]), min(high, known[1])
-    if not low < high:
+    fit = _fit(scenario, times[0], known, steady=False)
+    if fit is None:
         return [{} for _ in members]
-    fit = _DifferenceFit.over(low, high, steady=False, smallest=MEASURED if known[0] else SMALLEST)
     differences, residuals = _differences(scenario, section, fit, settled=True)
-    errors = respond(differences)
-    bounds = {
-        name: (row, SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row))
-        for name, row in answer.found.items()
-        if name in differences
-    }
-    amplitudes = {name: row for name, row in answer.found.items() if isinstance(name, AmplitudeOf)}
-    if amplitudes and scenario.force.causal:
-        bounds[FORCE] = (
-            answer.attraction,
-            _of_force(scenario, times.ravel(), amplitudes, errors, residuals),
-        )
-    judged = {
-        name: judge_repeating(row.reshape(times.shape), times, bound.reshape(times.shape))
-        for name, (row, bound) in bounds.items()
-    }
+    found = {name: row for name, row in answer.found.items() if name in differences}
+    judged = {}
+    for name, bound in _bounds(scenario, found, times.ravel(), respond(differences), residuals).items():
+        row = answer.attraction if name == FORCE else found[name]
+        judged[name] = judge_repeating(row.reshape(times.shape), times, bound.reshape(times.shape))
     unknown = [lowest_frequency(each) < known[0] * (1 - SAME) for each in members]
     return [
-        {} if unknown[case] else {name: found[case] for name, found in judged.items()}
+        {} if unknown[case] else {name: each[case] for name, each in judged.items()}
         for case in range(len(members))
     ]
+
+
+def _fit(
+    scenario: Scenario, times: Real, known: tuple[float, float], *, steady: bool
+) -> _DifferenceFit | None:
+    """Return the fit of D over the part of a run's band in which the materials are known; None where there is none."""
+    low, high = band_of_run(scenario, times)
+    low, high = max(low, known[0]), min(high, known[1])
+    smallest = MEASURED if known[0] else SMALLEST
+    return _DifferenceFit.over(low, high, steady=steady, smallest=smallest) if low < high else None
+
+
+def _bounds(
+    scenario: Scenario,
+    found: Mapping[Key, Real],
+    times: Real,
+    errors: Mapping[Key, Real],
+    residuals: Mapping[Key, float],
+) -> dict[Key, Real]:
+    """Bound the errors of linear quantities and of the attraction at some times."""
+    bounds: dict[Key, Real] = {
+        name: SAFETY * np.abs(errors[name]) + SPREAD * residuals[name] * np.abs(row)
+        for name, row in found.items()
+    }
+    amplitudes = {name: row for name, row in found.items() if isinstance(name, AmplitudeOf)}
+    if amplitudes and scenario.force.causal:
+        bounds[FORCE] = _of_force(scenario, times, amplitudes, errors, residuals)
+    return bounds
 
 
 def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
@@ -200,7 +228,7 @@ def _respond(
     if amplifier.is_limited:
         found = transient(transfers, drive, times)
         return {name: amplifier.gain * row for name, row in found.items()}
-    from electrovib.solve.electrics.amplifier.amplifier import amplified_response
+    from electrovib.solve.electrics.amplifier import amplified_response
 
     return amplified_response(transfers, drive, times, amplifier=amplifier, settled=settled).found
 
@@ -236,3 +264,188 @@ def _slope(transfer: Transfer) -> Transfer:
     return Transfer(
         rates=transfer.rates, gains=-weights, direct=float(np.sum(weights)), slope=transfer.direct, static=0.0
     )
+
+
+class _DifferenceFit:
+    """Signed relaxations on a fixed grid of rates that follow D over a band.
+
+    Parameters
+    ----------
+    low, high : float
+        Band [Hz].
+    steady : bool
+        Whether D is fitted at zero frequency as well.
+    smallest : tuple of float
+        Smallest singular values over the largest that are kept; the fit is made with each [1].
+    """
+
+    def __init__(self, low: float, high: float, *, steady: bool, smallest: tuple[float, ...]) -> None:
+        self.frequency = _spaced(low, high, ROWS_PER_DECADE)
+        self.rates = 2 * np.pi * _spaced(low / BEYOND, high * BEYOND, POLES_PER_DECADE)
+        falls = [(self.frequency / low) ** -power for power in POWERS]
+        if steady:
+            self.frequency = np.append(AT_REST, self.frequency)
+            self.rates = np.append(1e-6 * self.rates[0], self.rates)
+            falls = [np.append(fall[0], fall) for fall in falls]
+        s = 2j * np.pi * self.frequency[:, None]
+        columns = np.concatenate([np.ones((len(s), 1)), self.rates / (s + self.rates)], axis=1)
+        self.columns = np.concatenate([columns.real, columns.imag])
+        weights = [np.tile(1 / fall, 2) for fall in falls]
+        self.inverses = np.concatenate([_inverses(self.columns, row, smallest) for row in weights])
+
+    @staticmethod
+    @functools.lru_cache(maxsize=16)
+    def over(low: float, high: float, *, steady: bool, smallest: tuple[float, ...]) -> _DifferenceFit:
+        """Return the fit over a band: the same object for the same band."""
+        return _DifferenceFit(low, high, steady=steady, smallest=smallest)
+
+    def of(self, declared: Complex, reduced: Complex, *, unasked: bool = False) -> tuple[Transfer, float]:
+        """Return the fit of one D and its largest residual over the quantity; with `unasked` without zero frequency."""
+        difference, size = declared - reduced, np.maximum(np.abs(declared), np.abs(reduced))
+        if unasked and self.frequency[0] == AT_REST:
+            difference[0], size[0] = difference[1], size[1]
+        wanted = np.concatenate([difference.real, difference.imag])
+        size[0] = max(size[:2])  # at rest a quantity may vanish
+        floor = np.finfo(float).eps * float(np.max(size, initial=0.0))
+        weights = 1 / np.tile(np.maximum(size, floor or 1.0), 2)
+        tried = (self.inverses @ wanted).reshape(-1, self.columns.shape[1])
+        left = np.max(np.abs(tried @ self.columns.T - wanted) * weights, axis=1)
+        best = int(np.argmin(left))
+        found = tried[best]
+        return Transfer(rates=self.rates, gains=found[1:], direct=float(found[0])), float(left[best])
+
+
+def _inverses(columns: Real, weights: Real, smallest: tuple[float, ...]) -> Real:
+    """Return pseudo-inverses of weighted rows with columns scaled to equal norms, one below the other."""
+    weighted = columns * weights[:, None]
+    sizes = np.linalg.norm(weighted, axis=0)
+    left, values, right = np.linalg.svd(weighted / sizes, full_matrices=False)
+    parts = []
+    for least in smallest:
+        kept = values > least * values[0]
+        inverse = (right[kept].T / values[kept]) @ left[:, kept].T
+        parts.append(inverse / sizes[:, None] * weights)
+    return np.concatenate(parts)
+
+
+def _spaced(low: float, high: float, per_decade: int) -> Real:
+    return np.geomspace(low, high, max(2, int(np.ceil(per_decade * np.log10(high / low))) + 1))
+
+
+class Judged(NamedTuple):
+    """Relative error of a quantity over time.
+
+    Parameters
+    ----------
+    error : float
+        Largest error over the value at the same time [1], where that value exceeds `TAIL` of the peak.
+    share : float
+        Largest error over the remaining amplitude [1], the largest value from `LOOKING_BACK` of that time on.
+    lost : float
+        First time at which that share exceeds `LARGEST` [s]; infinite if it never does.
+    of_peak : float
+        Largest error over the peak [1].
+    """
+
+    error: float
+    share: float
+    lost: float
+    of_peak: float
+
+
+def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]) -> Judged:
+    """Compare an error bound at the probes with a quantity at all output times.
+
+    `row` (n,) at `times` (n,) [s]; `bound` (m,) in its unit at the indices `probes` (m,); only times that `judged` (n,) marks
+    count.
+    """
+    if not np.any(judged):
+        return Judged(0.0, 0.0, np.inf, 0.0)
+    if len(row) > _MANY:
+        found = _judge_by_stretches(row, times, probes, bound, judged)
+        if found is not None:
+            return found
+    sizes, places = np.where(judged, np.abs(row), 0.0), np.arange(len(row))
+    after = np.minimum(np.searchsorted(probes, places), len(probes) - 1)
+    larger = np.where(probes[after] == places, bound[after], np.maximum(bound[after], bound[after - 1]))
+    left = np.maximum.accumulate(sizes[::-1])[::-1][np.searchsorted(times, LOOKING_BACK * times)]
+    large, peak = sizes > TAIL * np.max(sizes), TAIL * np.max(sizes)
+    shares = np.where(judged & (left > peak), larger / np.maximum(left, peak or 1.0), 0.0)
+    lost = times[shares > LARGEST]
+    return Judged(
+        error=float(np.max(larger[large] / sizes[large], initial=0.0)),
+        share=float(np.max(shares, initial=0.0)),
+        lost=float(lost[0]) if len(lost) else np.inf,
+        of_peak=float(np.max(np.where(judged, larger, 0.0)) / (np.max(sizes) or np.inf)),
+    )
+
+
+def judge_repeating(rows: Real, times: Real, bounds: Real) -> list[Judged]:
+    """Return the results of `judge` for many periodic cases, whose remaining amplitude is always the largest value.
+
+    `rows` and their `bounds` at `times` [s], all of shape (cases, n).
+    """
+    sizes = np.abs(rows)
+    largest = np.max(sizes, axis=1)[:, None]
+    large = sizes > TAIL * largest
+    errors = np.max(np.where(large, bounds / np.where(large, sizes, 1.0), 0.0), axis=1)
+    shares = np.where(largest > 0, bounds / np.where(largest > 0, largest, 1.0), 0.0)
+    beyond = shares > LARGEST
+    lost = np.where(np.any(beyond, axis=1), times[np.arange(len(times)), np.argmax(beyond, axis=1)], np.inf)
+    share = np.max(shares, axis=1).tolist()
+    columns = errors.tolist(), share, lost.tolist(), share
+    return [Judged(*each) for each in zip(*columns, strict=True)]
+
+
+def _judge_by_stretches(
+    row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
+) -> Judged | None:
+    """Return the result of `judge` from the smallest and largest values between probes; None where these do not suffice.
+
+    Between two probes the bound is constant, so the smallest value has the largest relative error. The remaining
+    amplitude never grows, so the share is largest at the end of an interval.
+    """
+    if not np.all(judged[probes[0] : probes[-1] + 1]):
+        return None
+    inside = slice(probes[0], probes[-1] + 1)
+    starts = np.unique(np.concatenate([probes, probes[:-1] + 1])) - probes[0]
+    count = inside.stop - inside.start
+    ends = np.append(starts[1:], count) - 1
+    back = np.searchsorted(times, LOOKING_BACK * times[ends + probes[0]]) - probes[0]
+    marks = np.union1d(starts, np.maximum(back, 0))
+    lows, highs = _between(row[inside], marks)
+    groups = np.searchsorted(marks, starts)
+    low, high = np.minimum.reduceat(lows, groups), np.maximum.reduceat(highs, groups)
+    largest = float(np.max(high))
+    peak = TAIL * largest
+    if not peak > 0:
+        return None
+    for place in np.flatnonzero((low <= peak) & (high > peak)):
+        some = np.abs(row[inside][starts[place] : ends[place] + 1])
+        low[place] = np.min(some[some > peak])
+    after = np.searchsorted(probes - probes[0], starts)
+    at_probe = probes[after] - probes[0] == starts
+    larger = np.where(at_probe, bound[after], np.maximum(bound[after], bound[after - 1]))
+    left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(marks, np.maximum(back, 0))]
+    shares = larger / left
+    if not (np.all(left > peak) and np.all(shares <= LARGEST)):
+        return None
+    large = high > peak
+    error, share = float(np.max(larger[large] / low[large], initial=0.0)), float(np.max(shares))
+    return Judged(error, share, np.inf, float(np.max(larger)) / largest)
+
+
+def _between(row: Real, marks: NDArray[np.intp]) -> tuple[Real, Real]:
+    """Return the smallest and largest absolute values from each mark to the next; the first mark is 0."""
+    lows, highs = np.empty(len(marks)), np.empty(len(marks))
+    ends = np.append(marks[1:], len(row))
+    first = 0
+    while first < len(marks):
+        last = max(first + 1, int(np.searchsorted(ends, marks[first] + _AT_ONCE)))
+        sizes, places = np.abs(row[marks[first] : ends[last - 1]]), marks[first:last] - marks[first]
+        lows[first:last], highs[first:last] = (
+            np.minimum.reduceat(sizes, places),
+            np.maximum.reduceat(sizes, places),
+        )
+        first = last
+    return lows, highs

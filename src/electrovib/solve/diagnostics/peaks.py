@@ -1,4 +1,4 @@
-"""Largest values of a solution, at the output times and between them."""
+"""Largest values of solutions, at the output times and between them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Real
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.keys import Key
 
@@ -91,7 +95,7 @@ class PeakRecord:
         """Omit, of very many times, those that are neither near a largest value nor next to given further times."""
         if len(self.times) <= _MANY:
             return self
-        largest = np.array(list(self._places.values()))
+        largest = self._places
         beside = np.searchsorted(self.times, moments)
         near = [largest + step for step in range(-_BESIDE, _BESIDE + 1)] + [beside - 1, beside]
         last = len(self.times) - 1
@@ -100,7 +104,7 @@ class PeakRecord:
 
     def just_before(self) -> Real:
         """Return times just before and just after each largest value, which distinguish a corner from a crest [s]."""
-        places = np.array(list(self._places.values()))
+        places = self._places
         inner = places[(places > 0) & (places < len(self.times) - 1)]
         before = self.times[inner] - _JUST * (self.times[inner] - self.times[inner - 1])
         after = self.times[inner] + _JUST * (self.times[inner + 1] - self.times[inner])
@@ -108,7 +112,7 @@ class PeakRecord:
 
     def before_corners(self, corners: Real) -> Real:
         """Return times just before the corners of the drive that are next to the largest values."""
-        after = np.searchsorted(corners, self.times[np.array(list(self._places.values()))])
+        after = np.searchsorted(corners, self.times[self._places])
         near = (
             corners[np.unique(np.concatenate([after - 1, after]).clip(0, len(corners) - 1))]
             if len(corners)
@@ -126,83 +130,116 @@ class PeakRecord:
         return PeakRecord(times, rows, self.whole)
 
     @functools.cached_property
-    def _places(self) -> dict[Key, int]:
-        return {name: _largest(row) for name, row in self.rows.items()}
+    def _places(self) -> Indices:
+        """Index of the largest absolute value of each quantity."""
+        if len(self.times) > _MANY:  # without a copy of all rows
+            return np.array([int(_largest(row[None])[0]) for row in self.rows.values()])
+        return _largest(np.array(list(self.rows.values())))
 
     @functools.cached_property
-    def _peaks(self) -> dict[Key, tuple[float, int, float]]:
-        return {name: self._peak(row, self._places[name]) for name, row in self.rows.items()}
+    def _crests(self) -> tuple[Real, Real]:
+        """Largest absolute values, and how far their neighbours lie below them (0 at an end or a corner).
 
-    def knowing(self, peaks: dict[Key, tuple[float, int, float]]) -> PeakRecord:
-        """Store largest values, indices and drops that were computed elsewhere, and return this record."""
-        self.__dict__["_peaks"] = peaks  # where the cached property keeps them
-        return self
+        Between times the largest value is that of a parabola through three of them, at most half of the drop above the
+        middle one.
+        """
+        times, place, (left, right) = self.times, self._places, self._neighbours(self._places)
+        inside = (left >= 0) & (right < len(times))
+        left, right = np.where(inside, left, place), np.where(inside, right, place)
+        value, first, last = self._sizes(place, left, right)
+        first, last = value - first, value - last
+        before, after = times[place] - times[left], times[right] - times[place]
+        inside &= np.minimum(before, after) >= AT_A_CORNER * np.maximum(before, after)
+        inside &= np.minimum(first, last) >= 0
+        first, last = np.where(inside, first, 0.0), np.where(inside, last, 0.0)
+        before, after = np.where(inside, before, 1.0), np.where(inside, after, 1.0)
+        bend, drop = first / before + last / after, np.maximum(first, last)
+        inside &= bend > 0
+        tilt = (first * after / before - last * before / after) / (before + after)
+        above = tilt**2 * (before + after) / (4 * np.where(inside, bend, 1.0))
+        # a parabola through both sides of a discontinuity would lie above them
+        steep = np.where(first > last, before, after) <= SUDDEN * times[-1]
+        inside &= ~(steep & (drop > CLEAR * value))
+        most = np.minimum(drop / 2, self._most_above(value, np.where(tilt < 0, left, right), tilt < 0))
+        return value + np.where(inside, np.minimum(above, most), 0.0), drop
+
+    def _most_above(self, value: Real, near: Indices, falls: NDArray[np.bool_]) -> Real:
+        """Return how far concave courses between times and their neighbours can rise above the values at these times.
+
+        They lie below the secant through that neighbour and the next one; so a corner, steep on one side only, has no
+        crest.
+        """
+        outer = np.where(falls, *self._neighbours(near))
+        known = (outer >= 0) & (outer < len(self.times))
+        outer = np.where(known, outer, near)
+        beside, beyond = self._sizes(near, outer)
+        finite = np.isfinite(beside) & np.isfinite(beyond)
+        beside, beyond = np.where(finite, beside, 0.0), np.where(finite, beyond, 0.0)
+        slope = (beside - beyond) / np.where(known, self.times[near] - self.times[outer], 1.0)
+        rise = beside + slope * (self.times[self._places] - self.times[near]) - value
+        return np.where(known, np.maximum(rise, 0.0), np.inf)
+
+    def _neighbours(self, places: Indices) -> tuple[Indices, Indices]:
+        """Return the indices of the times before and after some, which differ from them by more than rounding."""
+        here, apart = self.times[places], ROUNDED * self.times[-1]
+        left = np.searchsorted(self.times, here - apart, side="left") - 1
+        return left, np.searchsorted(self.times, here + apart, side="right")
+
+    def _sizes(self, *places: Indices) -> Real:
+        """Return the absolute values of the quantities, each at its own places, shape (places, quantities)."""
+        each = np.transpose(places)
+        return np.abs([row[at] for row, at in zip(self.rows.values(), each, strict=True)]).T
 
     def peaks(self) -> dict[Key, float]:
         """Return the largest absolute value of each quantity; NaN where it is unknown."""
-        return {name: value for name, (value, _, _) in self._peaks.items()}
+        return dict(zip(self.rows, self._crests[0].tolist(), strict=True))
 
     def unclear(self) -> Real:
-        """Return times around the largest values whose neighbours are too far below them for a parabola [s]."""
-        found = [np.zeros(0)]
-        for value, place, drop in self._peaks.values():
-            if drop > CLEAR * value:
-                first, last = self.times[self._neighbours(place)].tolist()
-                found.append(np.linspace(first, last, DIVISIONS + 1))
-        return np.unique(np.concatenate(found))
-
-    def _neighbours(self, place: int) -> list[int]:
-        """Return the indices of the times before and after one, which differ from it by more than rounding."""
-        apart = ROUNDED * self.times[-1]
-        left = int(np.searchsorted(self.times, self.times[place] - apart, side="left")) - 1
-        return [left, int(np.searchsorted(self.times, self.times[place] + apart, side="right"))]
-
-    def _peak(self, row: Real, place: int) -> tuple[float, int, float]:
-        """Return the largest absolute value, its index, and how far its neighbours lie below it (0 at an end or a corner)."""
-        value = float(abs(row[place]))
-        left, right = self._neighbours(place)
-        if left < 0 or right >= len(row):
-            return value, place, 0.0
-        before, after = self.times[place] - self.times[left], self.times[right] - self.times[place]
-        first, last = value - abs(row[left]), value - abs(row[right])
-        if min(before, after) < AT_A_CORNER * max(before, after) or not min(first, last) >= 0:
-            return value, place, 0.0
-        bend = first / before + last / after
-        if bend <= 0:
-            return value, place, 0.0
-        tilt = (first * after / before - last * before / after) / (before + after)
-        above = tilt**2 * (before + after) / (4 * bend)
-        drop = float(max(first, last))
-        if drop > CLEAR * value and (before if first > last else after) <= SUDDEN * self.times[-1]:
-            return value, place, drop  # a parabola through both sides of a discontinuity would lie above them
-        near = (left, self._neighbours(left)[0]) if tilt < 0 else (right, self._neighbours(right)[1])
-        return value + min(float(min(above, drop / 2)), self._most_above(row, place, *near)), place, drop
-
-    def _most_above(self, row: Real, place: int, near: int, outer: int) -> float:
-        """Return how far a concave course between a time and its neighbour can rise above the value at that time.
-
-        It lies below the secant through that neighbour and the next one; so a corner, steep on one side only, has no crest.
-        """
-        if not 0 <= outer < len(row):
-            return np.inf
-        times, sizes = self.times[[place, near, outer]], np.abs(row[[place, near, outer]])
-        slope = (sizes[1] - sizes[2]) / (times[1] - times[2])
-        return max(0.0, float(sizes[1] + slope * (times[0] - times[1]) - sizes[0]))
+        """Return new times around the largest values whose neighbours are too far below them for a parabola [s]."""
+        value, drop = self._crests
+        unclear = self._places[drop > CLEAR * value]
+        if not len(unclear):
+            return np.zeros(0)
+        left, right = self._neighbours(unclear)
+        around = np.linspace(self.times[left], self.times[right], DIVISIONS + 1)
+        return np.setdiff1d(around, self.times)
 
     def nearest_to_breakdown(self) -> tuple[float, float]:
         """Return field [V/m] and gap [m] at the time that is nearest to breakdown by Paschen's law."""
-        share, place, _ = self._peaks["breakdown"]
+        quantity = list(self.rows).index("breakdown")
+        share, place = float(self._crests[0][quantity]), self._places[quantity]
         gap = float(self.rows["gap"][place])
         if share == 0:
             return float(abs(self.rows["interface"][place])), gap
         return share * paschen_voltage(gap=gap) / gap, gap
 
 
-def _largest(row: Real) -> int:
-    """Return the index of the largest absolute finite value."""
-    high, low = int(np.argmax(row)), int(np.argmin(row))
-    if np.isfinite(row[high]) and np.isfinite(row[low]):  # there is no NaN, which both would return first
-        first, second = sorted((high, low))
-        return second if abs(row[second]) > abs(row[first]) else first
-    size = np.abs(row)
-    return int(np.argmax(np.where(np.isfinite(size), size, -1.0)))
+def refined(
+    records: Sequence[PeakRecord], look: Callable[[Indices, Real], Mapping[Key, Real]]
+) -> list[PeakRecord]:
+    """Add times around the largest values that their neighbours do not resolve, to all records in the same rounds.
+
+    `look` evaluates the quantities of some records, by their indices (n,), at other times (n,) [s].
+    """
+    found = list(records)
+    for _ in range(REFINEMENTS):
+        wanted = [record.unclear() for record in found]
+        counts = [len(each) for each in wanted]
+        if not any(counts):
+            break
+        rows = look(np.repeat(np.arange(len(found)), counts), np.concatenate(wanted))
+        ends = np.cumsum(counts)
+        for case, (times, first, last) in enumerate(zip(wanted, ends - counts, ends, strict=True)):
+            if len(times):
+                own = {name: row[first:last] for name, row in rows.items()}
+                found[case] = found[case].joined(PeakRecord(times, own))
+    return found
+
+
+def _largest(rows: Real) -> Indices:
+    """Return the index of the largest absolute finite value of each row, shape (rows, n)."""
+    sizes = np.abs(rows)
+    found: Indices = np.argmax(sizes, axis=1)
+    if np.all(np.isfinite(sizes[np.arange(len(rows)), found])):  # a NaN would be the first found
+        return found
+    return np.asarray(np.argmax(np.where(np.isfinite(sizes), sizes, -1.0), axis=1))

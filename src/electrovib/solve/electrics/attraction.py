@@ -1,22 +1,39 @@
-"""Electrostatic attraction from the pressure of a force law and the contact area under load and attraction."""
+"""Electrostatic attraction from the pressure of a force law and the contact area under load and attraction.
+
+Where the area grows with the force, load, attraction and area belong to one equilibrium, and there may be several.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
 from electrovib.physics.contact import FixedArea
-from electrovib.solve.electrics.pressed import pressed
 from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from electrovib.core.arrays import Complex, Real
+    from electrovib.physics.contact import Contact
     from electrovib.scenario import Scenario
     from electrovib.solve.stack.section import PhasorSection
 
 PHASES = 32
 """Points per period of the average of a force: exact for a pressure of second degree on a constant area."""
+LARGEST = 10.0
+"""Area [m2] beyond which a contact counts as growing without bound."""
+FAR, NEAR = 4.0, 1 + 1 / 64
+"""Ratio of the forces between which a state is sought: where there can be only one, and where there may be several."""
+LOOKS = 256
+"""Forces at which it is checked that the mean contact pressure rises with the force."""
+SMALLEST = 1e-200
+"""Share of the load below which a repelled contact counts as lifted."""
+MOST_STEPS, HALVED = 200, 12
+"""Largest number of steps to a root, and the number of steps after which one bisects, should straight lines stall."""
 
 
 def total_pull(scenario: Scenario, amplitudes: dict[str, Real]) -> Real:
@@ -47,10 +64,122 @@ def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Rea
 def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: float) -> Real:
     """Compute the time mean of the attraction under one sine.
 
-    Returns `force` (frequencies,) [N].
+    `amplitude` is the peak value of the drive; returns the force [N] at each frequency of the section.
     """
     count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
     turns = np.exp(2j * np.pi * np.arange(count) / count)[:, None]
     phasor: dict[str, Complex] = scenario.force.amplitudes(section)
     waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
     return np.asarray(np.mean(attraction(scenario, total_pull(scenario, waves)), axis=0))
+
+
+def pressed(contact: Contact, load: Real, pull: Real) -> Real:
+    """Compute the total contact force W = load + pull area(W), load and attraction on the area under that force.
+
+    Of several states it is the one with the least force, which a slowly rising attraction reaches from the
+    load alone. Where the mean pressure rises with the force there is only one state.
+    """
+    load, pull = np.broadcast_arrays(np.asarray(load, dtype=float), np.asarray(pull, dtype=float))
+    if isinstance(contact, FixedArea):
+        return np.asarray(load + pull * contact.area)
+    whole = np.where(np.isnan(load + pull), np.nan, load)
+    found = (load > 0) & (pull != 0) & np.isfinite(load + pull)
+    if np.any(found):
+        whole[found] = _least(contact, load[found], pull[found])
+    return whole
+
+
+def _least(contact: Contact, load: Real, pull: Real) -> Real:
+    """Return the least force: above the load where the pull is positive, below it where it is negative."""
+
+    def lacking(whole: Real, which: Any = slice(None)) -> Real:
+        return np.asarray(whole - load[which] - pull[which] * contact.outline(whole))
+
+    highest = np.maximum(load + pull * LARGEST, load * (1 + 1e-9))  # a faint pull is lost in rounding
+    low, high = np.array(load), np.array(load)
+    ratio = FAR if _one_state(contact, float(np.min(load)), float(np.max(highest))) else NEAR
+    open_ = pull > 0
+    while np.any(open_):
+        low = np.where(open_, high, low)
+        high = np.where(open_, np.minimum(ratio * high, highest), high)
+        short = open_ & (lacking(high) < 0)
+        if np.any(short & (high >= highest)):
+            raise without_bound(contact, pull=float(np.max(pull[short])))
+        open_ = short
+    open_ = pull < 0
+    while np.any(open_):
+        high = np.where(open_, low, high)
+        low = np.where(open_, low / FAR, low)
+        open_ = open_ & (lacking(low) > 0) & (low > SMALLEST * load)
+    return np.asarray(np.where(lacking(low) > 0, 0.0, _bracketed(lacking, low, high)))
+
+
+def _one_state(contact: Contact, least: float, most: float) -> bool:
+    """Return whether the mean contact pressure rises with the force between two forces [N]."""
+    forces = np.geomspace(least, max(most, 2 * least), LOOKS)
+    return bool(np.all(np.diff(contact.mean_pressure(forces)) >= 0))
+
+
+def _bracketed(function: Callable[[Real, Any], Real], low: Real, high: Real) -> Real:
+    """Return the root of a function that is < 0 at `low` and >= 0 at `high`, by secants (Anderson and Bjoerck)."""
+    root, left = np.array(high), np.arange(len(high))
+    at_low, at_high = function(low, left), function(high, left)
+    for step in range(MOST_STEPS):
+        with np.errstate(invalid="ignore", divide="ignore"):
+            middle = low - at_low * (high - low) / (at_high - at_low)
+        halve = (step % HALVED == HALVED - 1) | ~((middle > low) & (middle < high))
+        middle = np.where(halve, (low + high) / 2, middle)
+        value = function(middle, left)
+        right = value >= 0
+        kept = np.where(right, at_high, at_low)  # the end that is replaced
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = 1 - value / kept
+        share = np.where(share > 0, share, 0.5)
+        at_low, at_high = np.where(right, at_low * share, value), np.where(right, value, at_high * share)
+        low, high = np.where(right, low, middle), np.where(right, middle, high)
+        root[left] = middle
+        open_ = (np.abs(value) > np.spacing(high)) & (high - low > np.spacing(high))
+        if not np.any(open_):
+            break
+        left = left[open_]
+        low, high, at_low, at_high = (each[open_] for each in (low, high, at_low, at_high))
+    return root
+
+
+def pressed_states(contact: Contact, *, load: float, pull: float) -> tuple[tuple[float, bool], ...]:
+    """Return all total contact forces in equilibrium under one load and one attraction.
+
+    States are sought in steps of a 64th of the force; two states closer than that are missed.
+    """
+    if pull <= 0 or isinstance(contact, FixedArea):
+        return ((float(pressed(contact, np.array([load]), np.array([pull]))[0]), True),)
+
+    def lacking(whole: Real) -> Real:
+        return np.asarray(whole - load - pull * contact.outline(whole))
+
+    return crossed(lacking, least=load, most=max(load + pull * LARGEST, load * (1 + 1e-9)))
+
+
+def crossed(lacking: Callable[[Real], Real], *, least: float, most: float) -> tuple[tuple[float, bool], ...]:
+    """Return the forces at which a function changes its sign, and whether it rises there."""
+    count = max(2, int(np.ceil(np.log(most / least) / np.log(NEAR))) + 1)
+    forces = np.geomspace(least, most, count)
+    values = lacking(forces)
+    places = np.flatnonzero((values[:-1] < 0) != (values[1:] < 0))
+    found = []
+    for place in places.tolist():
+        rises = bool(values[place] < 0)
+        sign = 1.0 if rises else -1.0
+        ends = np.array([forces[place]]), np.array([forces[place + 1]])
+        root = _bracketed(lambda whole, _, sign=sign: sign * lacking(whole), *ends)  # type: ignore[misc]
+        found.append((float(root[0]), rises))
+    return tuple(found)
+
+
+def without_bound(contact: Contact, *, pull: float) -> InputError:
+    """Return the error that an attraction lets the area of a contact grow without bound."""
+    return InputError(
+        f"contact = {type(contact).__name__}: under an attraction of {format_quantity(pull, 'Pa', digits=4)} the contact area"
+        f" grows beyond {LARGEST:g} m2, that is without bound: the attraction grows with the area, and the mean contact"
+        " pressure does not balance it. Lower the voltage, or contact.exponent (at 1 the pressure does not rise with the area)"
+    )

@@ -7,6 +7,7 @@ linear equation. Where no layer conducts or relaxes the charges are constant, an
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -14,12 +15,14 @@ import numpy as np
 
 from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
+from electrovib.physics.drive.parts import Tones
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.costs import SHORTER, gap_step
-from electrovib.solve.electrics.driven_plate import DrivenPlate
-from electrovib.solve.electrics.leaks.steps import smooth_grid, with_outputs
-from electrovib.solve.electrics.methods import MOVING_GAP
-from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.electrics.solution import MOVING_GAP, Solution
+from electrovib.solve.electrics.steps import jump_heights, smooth_grid, with_outputs
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.radau import NODES, WEIGHTS
+from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
     from electrovib.physics.motion import Distance
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import StackStates
+
 
 TOLERANCE = 1e-8
 """Error of the gap's field, over its largest value, at which the steps are fine enough."""
@@ -54,7 +58,8 @@ def move_gap(
     """
     _refuse(space, drive, amplifier)
     plate = DrivenPlate(drive, amplifier)
-    if _stays(space):
+    if not (np.any(space.conductivities) or len(space.rates) or space.resistance):
+        # no charge can move within the stack, and no voltage drops outside it
         states = np.repeat(space.start()[:, None], len(time), axis=1)
         return _moved(_signals(space, plate, time, states, motion), motion, 0, 0.0)
     gaps = motion.gap(np.linspace(0.0, float(time[-1]), 4001))
@@ -65,7 +70,8 @@ def move_gap(
     grid = smooth_grid(drive, end=end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
     grid, error = _fine_enough(space, plate, grid, motion)
     grid = with_outputs(grid, time)
-    around = _around(grid, time)
+    right = np.clip(np.searchsorted(grid, time), 0, len(grid) - 1)
+    around = np.array([np.maximum(right - 1, 0), right])
     places = around[np.argmin(np.abs(grid[around] - time), axis=0), np.arange(len(time))]
     states = _march(space, plate, grid, motion)[:, places]
     return _moved(_signals(space, plate, time, states, motion), motion, len(grid) - 1, error)
@@ -114,21 +120,11 @@ def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> No
         raise InputError("motion.distance: a leak or a limit of the amplifier needs the general solver")
 
 
-def _stays(space: StackStates) -> bool:
-    """Return whether no charge can move within the stack and no voltage drops outside it."""
-    return not (np.any(space.conductivities) or len(space.rates) or space.resistance)
-
-
 def _spans(motion: Distance, end: float) -> list[tuple[float, float]]:
     """Return the intervals [s] in which the gap changes, split at the breaks of the motion."""
     marks = [0.0, *(each for each in motion.breaks() if 0 < each < end), end]
     looks = np.linspace(0.0, 1.0, 16, endpoint=False)[1:]
     return [(a, b) for a, b in pairwise(marks) if np.any(motion.rate(a + (b - a) * looks))]
-
-
-def _around(grid: Real, time: Real) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
-    right = np.clip(np.searchsorted(grid, time), 0, len(grid) - 1)
-    return np.array([np.maximum(right - 1, 0), right])
 
 
 def _system(space: StackStates, gap: Real, closing: Real) -> tuple[Real, Real, Real]:
@@ -222,3 +218,75 @@ def _signals(
         "amplifier_current": current + stray * slope,
         "gap": gap,
     } | space.named(states, moment, gap=gap)
+
+
+@dataclass(frozen=True)
+class DrivenPlate:
+    """Voltage of the plate behind an amplifier without limits."""
+
+    drive: Drive
+    amplifier: Amplifier | None
+
+    @property
+    def gain(self) -> float:
+        """Gain of the amplifier, 1 without one."""
+        return 1.0 if self.amplifier is None else self.amplifier.gain
+
+    @property
+    def corner(self) -> float | None:
+        """Rate of the amplifier's pole [1/s]; None without one."""
+        band = None if self.amplifier is None else self.amplifier.bandwidth
+        return None if band is None else 2 * np.pi * band
+
+    def within(self, grid: Real) -> tuple[Real, Real]:
+        """Return the voltage and its rate at the nodes of each step; at the end of a step, the values just before it.
+
+        `grid` (steps + 1,) [s]; returns `voltage`, `slope` (steps, 3) [V].
+        """
+        begins, steps = grid[:-1, None], np.diff(grid)[:, None]
+        times, middle = begins + steps * NODES, begins + steps / 2
+        value, slope = np.zeros((2, *times.shape))
+        for part in self.drive.parts():
+            if isinstance(part, Linear):
+                rise = part.slope(middle)
+                value, slope = value + part.value(middle) + rise * (times - middle), slope + rise
+                continue
+            on = (middle >= part.start) & (middle < part.stop)
+            always = Tones(part.frequencies, part.amplitudes) if isinstance(part, Tones) else None
+            value = value + np.where(on, always.value(times) if always else part.formula(times), 0.0)  # type: ignore[union-attr]
+            slope = slope + np.where(on, always.slope(times) if always else part.derivative(times), 0.0)  # type: ignore[union-attr]
+        if self.corner is None:
+            return self.gain * value, self.gain * slope
+        plate = self.lagging(times.ravel()).reshape(times.shape)
+        return plate, self.corner * (self.gain * value - plate)
+
+    def at(self, times: Real) -> tuple[Real, Real]:
+        """Return the voltage and its rate just after some times.
+
+        `times` (n,) [s]; returns `voltage`, `slope` (n,) [V].
+        """
+        value = self.gain * self.drive.voltage(times)
+        if self.corner is None:
+            return value, self.gain * self.drive.slope(times)
+        plate = self.lagging(times)
+        return plate, self.corner * (value - plate)
+
+    def jumps(self, grid: Real) -> Real:
+        """Return the heights of the voltage steps at the ends of time steps, that of switching on included.
+
+        `grid` (n,) [s]; returns `heights` (n,) [V].
+        """
+        if self.corner is not None:
+            return np.zeros(len(grid))
+        heights = jump_heights(self.drive, grid)
+        heights[0] = self.drive.voltage(np.zeros(1))[0]
+        return self.gain * heights
+
+    def lagging(self, times: Real) -> Real:
+        """Return the voltage behind the amplifier's pole.
+
+        `times` (n,) [s]; returns `voltage` (n,) [V].
+        """
+        assert self.corner is not None
+        pole = Transfer(rates=np.array([self.corner]), gains=np.array([self.gain]))
+        return transient({"v": pole}, self.drive, times)["v"]

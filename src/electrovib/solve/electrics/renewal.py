@@ -7,21 +7,18 @@ begins when the place comes under the finger, so each place needs only the modes
 from __future__ import annotations
 
 import functools
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.circuit import Grounded
-from electrovib.scenario import PeriodicState
 from electrovib.solve.electrics.attraction import total_pull
-from electrovib.solve.electrics.leaks.answer import leaking_slab
-from electrovib.solve.electrics.linear.answer import refuse_gaps_of_a_law
-from electrovib.solve.electrics.linear.transient import transient
-from electrovib.solve.electrics.methods import RENEWAL
-from electrovib.solve.electrics.places import Renewal, entered
-from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.electrics.leaks import leaking_slab
+from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
+from electrovib.solve.electrics.solution import RENEWAL, Solution
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.solve.stack.transfer import Transfer
@@ -41,6 +38,34 @@ PULL = "pull"
 """Attraction per area, among the means."""
 _AT_ONCE = 1 << 18
 """Largest number of places times output times in memory."""
+PANELS = 16
+"""Equal panels of the contact, each short enough for a quarter period of a sine."""
+HALVINGS = 20
+"""How often the first panel is halved: fresh film is charged through a series resistance within some nanometres."""
+_NODES = np.array(
+    [
+        0.9914553711208126,
+        0.9491079123427585,
+        0.8648644233597691,
+        0.7415311855993945,
+        0.5860872354676911,
+        0.4058451513773972,
+        0.20778495500789848,
+        0.0,
+    ]
+)
+_KRONROD = np.array(
+    [
+        0.022935322010529224,
+        0.06309209262997856,
+        0.10479001032225019,
+        0.14065325971552592,
+        0.1690047266392679,
+        0.19035057806478542,
+        0.20443294007529889,
+        0.20948214108472782,
+    ]
+)
 
 
 def renewed(
@@ -59,14 +84,14 @@ def renewed(
     whole = transient(transfers, drive, time)
     began = entered(motion, time, renewal.places)
     age = time[None, :] - began
-    memory = _Memory(drive, began)
+    at_entry = _states_at(drive, began)
     found = {}
     for name, transfer in transfers.items():
         answer = np.tile(whole[name], (len(began), 1))
         for rate, gain, free in zip(transfer.rates, transfer.gains, transfer.free, strict=True):
             fading = np.exp(-rate * age) if gain or free else 0.0
             if gain and rate > 0:
-                answer -= gain * memory.state(float(rate)) * fading
+                answer -= gain * at_entry(float(rate)) * fading
             if free:
                 answer += free * (fading - np.exp(-rate * time)[None, :])
         found[name] = answer
@@ -129,21 +154,17 @@ def answer_on_fresh_film(question: Question) -> Solution:
     return replace(mean, found=found, pull=pull)
 
 
-class _Memory:
-    """State of single modes at the moments of entry, each computed once."""
+def _states_at(drive: Drive, began: Real) -> Callable[[float], Real]:
+    """Return the state of a single mode at the moments of entry [s] by its rate [1/s], 0 at time 0; each computed once."""
+    times, places = np.unique(began, return_inverse=True)
 
-    def __init__(self, drive: Drive, began: Real) -> None:
-        self._drive = drive
-        self._times, self._places = np.unique(began, return_inverse=True)
-        self._shape = began.shape
-        self.state = functools.cache(self._state)
-
-    def _state(self, rate: float) -> Real:
-        """Return the mode of this rate at the moments of entry, 0 at time 0."""
+    @functools.cache
+    def state(rate: float) -> Real:
         mode = Transfer(rates=np.array([rate]), gains=np.array([1.0]))
-        found = transient({"mode": mode}, self._drive, self._times)["mode"]
-        found = np.where(self._times > 0, found, 0.0)
-        return np.asarray(found[self._places.ravel()].reshape(self._shape))
+        found = np.where(times > 0, transient({"mode": mode}, drive, times)["mode"], 0.0)
+        return np.asarray(found[places.ravel()].reshape(began.shape))
+
+    return state
 
 
 def refuse_renewal(scenario: Scenario) -> None:
@@ -152,9 +173,7 @@ def refuse_renewal(scenario: Scenario) -> None:
     leak = next(iter(slab), None)
     refuse_gaps_of_a_law(scenario, leak)
     reasons = {
-        "time.initial_state = PeriodicState: start AtRest and evaluate a late period": isinstance(
-            scenario.time.initial_state, PeriodicState
-        ),
+        "time.initial_state = PeriodicState: start AtRest and evaluate a late period": scenario.time.settled,
         "a drive that prescribes the current, which all places share: use a voltage drive": (
             scenario.drive.quantity == "current"
         ),
@@ -170,3 +189,59 @@ def refuse_renewal(scenario: Scenario) -> None:
     found = [text for text, applies in reasons.items() if applies]
     if found:
         raise InputError([f"motion.renews_film cannot be combined with {text}" for text in found])
+
+
+@dataclass(frozen=True)
+class Renewal:
+    """Quadrature over the contact: where the response is evaluated, and the weight of each place.
+
+    Parameters
+    ----------
+    places : ndarray, shape (places,)
+        Distance from the leading edge [m].
+    weights, coarse : ndarray, shape (places,)
+        Share of the contact's length, by Kronrod's rule of 15 points in each panel, and by Gauss's rule on 7 of
+        them; each adds up to 1.
+    """
+
+    places: Real
+    weights: Real
+    coarse: Real
+
+    @classmethod
+    def over(cls, length: float) -> Renewal:
+        """Grade places towards the leading edge of a contact [m], where the charge is youngest."""
+        points = np.concatenate([-_NODES, _NODES[-2::-1]])
+        kronrod, gauss = np.concatenate([_KRONROD, _KRONROD[-2::-1]]), np.zeros(len(points))
+        gauss[1::2] = np.polynomial.legendre.leggauss(7)[1]
+        even = np.linspace(0.0, 1.0, PANELS + 1)
+        ends = np.concatenate([[0.0], even[1] * 0.5 ** np.arange(HALVINGS, 0, -1), even[1:]])
+        half = np.diff(ends)[:, None] / 2
+        places = ends[:-1, None] + half * (1 + points)
+        return cls(length * places.ravel(), (half * kronrod).ravel(), (half * gauss).ravel())
+
+
+def entered(motion: Motion, time: Real, places: Real) -> Real:
+    """Compute when each place under the finger came under its leading edge.
+
+    `time` (n,) [s], `places` (places,) [m]; returns `entry` (places, n) [s].
+
+    The sliding distance is a quadratic function of time between corners of the speed, so the time is its root.
+    """
+    corners = np.array([t for t, _ in motion.time_profile.corners()])
+    marks = np.unique(np.concatenate([[0.0], corners[corners > 0], [max(float(np.max(time)), 1e-300)]]))
+    speeds = motion.speeds(marks)
+    paths = np.append(0.0, np.cumsum(np.diff(marks) * (speeds[1:] + speeds[:-1]) / 2))
+    gains = np.append(np.diff(speeds) / np.diff(marks), 0.0)
+
+    def path(at: Real) -> Real:
+        index = np.clip(np.searchsorted(marks, at, side="right") - 1, 0, len(marks) - 1)
+        since = at - marks[index]
+        return np.asarray(paths[index] + since * (speeds[index] + gains[index] * since / 2))
+
+    wanted = np.maximum(path(time)[None, :] - places[:, None], 0.0)
+    index = np.clip(np.searchsorted(paths, wanted, side="left") - 1, 0, len(marks) - 1)
+    left = wanted - paths[index]
+    root = np.sqrt(np.maximum(speeds[index] ** 2 + 2 * gains[index] * left, 0.0))
+    since = np.divide(2 * left, speeds[index] + root, out=np.zeros_like(left), where=left > 0)
+    return np.asarray(np.minimum(np.where(wanted > 0, marks[index] + since, 0.0), time[None, :]))

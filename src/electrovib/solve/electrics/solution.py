@@ -1,23 +1,27 @@
-"""The response of a stack over time, and the method that computed it."""
+"""What an electrical solver is asked for, the response that it finds, and the methods that there are."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.scenario import PeriodicState
+from electrovib.core.constants import eps0
+from electrovib.physics.interface import INTERFACE
+from electrovib.solve.costs import March, gap_step, leak_step, limit_look, radau_step
+from electrovib.solve.stack.expand import Surroundings
+from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, Key
+from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.costs import March
     from electrovib.solve.stack.section import ModalSection
-    from electrovib.solve.stack.transfer import Transfer
+
 
 ACROSS = (
     "drive_voltage",
@@ -57,6 +61,33 @@ class Method:
         return self.march is not None
 
 
+TRANSIENT: Final = Method(name="transient", by_modes=True)
+PERIODIC: Final = Method(name="periodic", by_modes=True)
+CURRENT_DRIVE: Final = Method(name="current drive", by_modes=True)
+ONE_SINE: Final = Method(name="one sine", by_modes=True)
+RENEWAL: Final = Method(name="renewal")
+"""A mean over places, each with a modal response; not linear where it is the mean of a square."""
+LEAK: Final = Method(
+    name="nonlinear branch",
+    march=March(name="the leaking layer", step=leak_step, at_corner=500, in_cycle=400, for_sample=7),
+)
+MOVING_GAP: Final = Method(
+    name="moving gap",
+    march=March(name="the moving gap", step=gap_step, at_corner=1000, in_cycle=400, for_sample=1),
+)
+LIMITED: Final = Method(
+    name="amplifier",
+    march=March(
+        name="the amplifier with limits", step=limit_look, at_corner=75, in_cycle=64, for_sample=0, numbers=0
+    ),
+)
+"""The cost holds as long as no limit is met; the time integration adds the cost of every change as it occurs."""
+NONLINEAR: Final = Method(
+    name="nonlinear",
+    march=March(name="the nonlinear equations", step=radau_step, at_corner=300, in_cycle=25, for_sample=0),
+)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Question:
     """The input of an electrical solver.
@@ -81,7 +112,7 @@ class Question:
     @property
     def settled(self) -> bool:
         """Whether the periodic state is asked for."""
-        return isinstance(self.scenario.time.initial_state, PeriodicState)
+        return self.scenario.time.settled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,3 +182,48 @@ class Solution:
                 rows = np.array([self.found[key(name)] for name in names])
                 signals[quantity] = (("layer", "time"), rows)
         return signals | {"electrostatic_force": (("time",), self.attraction)}
+
+
+def linear_quantities(scenario: Scenario, section: Any) -> dict[Key, Any]:
+    """Return everything in a result that is linear in the drive."""
+    found = fields(scenario, section)
+    if not scenario.force.causal:
+        return found
+    effective = scenario.force.effective_voltage(section)
+    if effective is not None:
+        found["effective_voltage"] = effective
+    return found | amplitudes(scenario, section)
+
+
+def amplitudes(scenario: Scenario, section: Any) -> dict[Key, Any]:
+    """Return the arguments of the law's pressure."""
+    return {AmplitudeOf(name): value for name, value in scenario.force.amplitudes(section).items()}
+
+
+def fields(scenario: Scenario, section: Any) -> dict[Key, Any]:
+    """Return voltage, current, fields and displacements, without quantities of the law."""
+    wanted: dict[Key, Any] = {
+        "stack_voltage": section.voltage,
+        "current": section.current_density * Surroundings.of(scenario).area,
+    }
+    for name in section.names:
+        wanted[FieldOf(name)] = section[name].field
+        wanted[DisplacementOf(name)] = section[name].displacement
+    if scenario.stack.gap_name is None:
+        displacement = section.interface_displacement
+        if not (isinstance(displacement, Transfer) and _grown_without_end(scenario, displacement)):
+            wanted[FieldOf(INTERFACE)] = displacement * (1 / eps0)
+    return wanted
+
+
+def _grown_without_end(scenario: Scenario, displacement: Transfer) -> bool:
+    """Return whether the interface charge is unbounded: a mean voltage over conducting layers in the periodic state."""
+    settled = scenario.time.settled
+    return settled and bool(integral_weight(displacement)) and bool(drive_mean(scenario.drive))
+
+
+def name_interface(scenario: Scenario, found: dict[Key, Real]) -> None:
+    """Store the field at the interface under the name of its signal, where it was computed."""
+    name = FieldOf(scenario.stack.gap_name or INTERFACE)
+    if name in found:
+        found["interface_field"] = found[name]

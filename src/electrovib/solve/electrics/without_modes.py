@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.force import MaxwellStressInGap
-from electrovib.physics.interface import INTERFACE
-from electrovib.scenario import PeriodicState
-from electrovib.solve.electrics.leaks.answer import leaking_slabs
-from electrovib.solve.electrics.pressed import pressed
+from electrovib.physics.interface import INTERFACE, Role
+from electrovib.solve.electrics.attraction import pressed
+from electrovib.solve.electrics.leaks import leaking_slabs
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf
-from electrovib.solve.stack.time_section import TimeLayer, TimeSection
+from electrovib.solve.stack.section import _APART
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from electrovib.core.arrays import Real
+    from electrovib.physics.material import Material
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Question, Solution
     from electrovib.solve.nonlinear.yielding import Yielding
@@ -87,7 +89,7 @@ def follow_all(question: Question) -> Solution:
 
 def _states(question: Question) -> StackStates:
     """Return the stack as physical states, with the layer that moves."""
-    from electrovib.solve.stack.state_space import stack_states
+    from electrovib.solve.stack.layer_states import stack_states
 
     scenario = question.scenario
     around = Surroundings.of(scenario)
@@ -158,7 +160,7 @@ def refuse_without_modes(scenario: Scenario) -> None:
             f"drive = {type(drive).__name__}: a stack with {why} needs a voltage drive; a current drive is solved with a"
             " fixed gap and at most one leak"
         )
-    if isinstance(scenario.time.initial_state, PeriodicState):
+    if scenario.time.settled:
         raise InputError(
             f"time.initial_state = PeriodicState: for a stack with {why} the periodic state is not known beforehand. Start"
             " AtRest and evaluate a late period"
@@ -225,3 +227,51 @@ def _yielding(scenario: Scenario) -> Yielding:
         pulling=scenario.stack.layers[_moving(scenario)].material.pulling_share,
         together=None if isinstance(contact, FixedArea) else together,
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeLayer:
+    """State of a layer as values over time, shape (n,)."""
+
+    thickness: Any
+    material: Material
+    field: Real
+    displacement: Real
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeSection:
+    """The stack as values over time, for solvers without modes: moving gap, several leaks."""
+
+    layers: dict[str, TimeLayer]
+    roles: Mapping[str, Role]
+    voltage: Real
+    current_density: Real
+    interface_displacement: Real
+
+    @property
+    def frequency(self) -> Real:
+        """Raise a TypeError: a law that reads the frequency has no time-domain form."""
+        raise TypeError("a record has no single frequency")
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Layers from the plate to the finger."""
+        return tuple(self.layers)
+
+    def __getitem__(self, name: str) -> TimeLayer:
+        """Return a layer by its name."""
+        return self.layers[name]
+
+    def inverse_root_thickness(self, names: Sequence[str]) -> Any:
+        """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], which must not be dispersive."""
+        total: Any = 0.0
+        for name in names:
+            low, high = (self[name].material.bound_permittivity(np.array(f)) for f in _APART)
+            if abs(low - high) > 1e-12 * abs(high):
+                raise InputError(
+                    f"stack.{name}.material: the force law filters by permittivities, and this one depends on frequency; with"
+                    " this gap, leak or amplifier use force.model = MaxwellStressInGap, or a non-dispersive material"
+                )
+            total = total + self[name].thickness / float(high.real)
+        return total**-0.5

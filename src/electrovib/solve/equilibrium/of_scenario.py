@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.contact.area import FixedArea
-from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
+from electrovib.physics.contact.attraction import Attraction
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.limits import limit_diagnostics
 from electrovib.physics.roughness import ContactSpots
@@ -20,8 +21,14 @@ from electrovib.physics.safety import breakdown_share
 from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.judge import declared_diagnostics, layer_diagnostics
-from electrovib.solve.equilibrium.growing import growing_states
-from electrovib.solve.equilibrium.states import Equilibrium, balance
+from electrovib.solve.electrics.attraction import LARGEST, crossed, without_bound
+from electrovib.solve.equilibrium.states import BEYOND, Equilibrium, attraction_at, balance
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from electrovib.core.arrays import Real
+    from electrovib.physics.contact import Attraction, Contact, Surface
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,12 +123,7 @@ def equilibrium(
 
     def attraction_on(area: float) -> Attraction:
         """Return the attraction with the electrical thickness of the return path for an area [m2]."""
-        seen = filling * sum(_blocking(known, area).values())
-        return (
-            PlateAttraction(held, seen)
-            if spots is None
-            else RoughAttraction(voltage=held, electrical_thickness=seen, surface=surface, spots=spots)
-        )
+        return attraction_at(held, filling * sum(_blocking(known, area).values()), surface, spots)
 
     attraction = attraction_on(area)
     if isinstance(known.contact, FixedArea):
@@ -246,3 +248,70 @@ def _largest(scenario: Scenario) -> float:
             "drive: it prescribes a current; give the voltage, for instance equilibrium(scenario, voltage=100.0)"
         )
     return scenario.drive.largest()
+
+
+def growing_states(
+    contact: Contact, surface: Surface, attraction_on: Callable[[float], Attraction], *, load: float
+) -> tuple[tuple[Equilibrium, ...], tuple[float, ...]]:
+    """Return the equilibria of a gap under a constant voltage, on the area under load and attraction together.
+
+    The gap follows from the pressure W/area(W) of each total force W, and the attraction across it has to be
+    W - load. States are sought in steps of a 64th of the force; two states closer than that are missed.
+    """
+
+    def gap(whole: float) -> float:
+        return float(surface.gap(np.asarray(contact.mean_pressure(np.asarray(whole)))))
+
+    if not math.isfinite(gap(load)):
+        raise InputError(
+            "contact.surface: without a load the gap of the surface topography is infinite; give load.normal_force above 0"
+        )
+
+    def drawn(whole: float, low: float) -> float:
+        area = contact.gross_area(whole)
+        attraction = attraction_on(area)
+        return attraction.pressure(max(gap(whole), low)) * area
+
+    low = float(getattr(attraction_on(contact.gross_area(load)), "smallest_gap", 0.0))
+
+    def lacking(whole: Real) -> Real:
+        return np.array([each - load - drawn(each, low) for each in whole.tolist()])
+
+    closed = drawn(load, low) / contact.gross_area(load)
+    highest = load * (1 + BEYOND) + attraction_on(contact.gross_area(load)).pressure(low) * LARGEST
+    found = [(whole, stable) for whole, stable in crossed(lacking, least=load * (1 - BEYOND), most=highest)]
+    if not found:
+        raise without_bound(contact, pull=closed)
+    states = [
+        _state_at(contact, surface, attraction_on, whole, stable, load) for whole, stable in reversed(found)
+    ]
+    kept = [(state, area) for state, area in states if state.gap >= low]
+    return tuple(state for state, _ in kept), tuple(area for _, area in kept)
+
+
+def _state_at(
+    contact: Contact,
+    surface: Surface,
+    attraction_on: Callable[[float], Attraction],
+    whole: float,
+    stable: bool,
+    load: float,
+) -> tuple[Equilibrium, float]:
+    area = contact.gross_area(whole)
+    pressing = float(contact.mean_pressure(np.asarray(whole)))
+    gap = float(surface.gap(np.asarray(pressing)))
+    repulsion, drawn = float(surface.pressure(np.asarray(gap))), attraction_on(area).pressure(gap)
+    stop = max(0.0, pressing - repulsion) if gap == 0 else 0.0
+    residual = repulsion + stop - load / area - drawn
+    state = Equilibrium(
+        gap=gap,
+        stable=stable,
+        touching=gap == 0 and stop > 0,
+        fold=False,
+        repulsion=repulsion,
+        attraction=drawn,
+        stop=stop,
+        residual=residual,
+        iterations=0,
+    )
+    return state, area

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
-from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
+from electrovib.physics.contact.attraction import Attraction
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.roughness import ContactSpots
-from electrovib.solve.equilibrium.states import Equilibrium, balance
+from electrovib.solve.equilibrium.states import Equilibrium, attraction_at, balance
 
 SAME = 1e-9
 """Relative distance below which a state counts as that of the previous step."""
@@ -89,11 +89,7 @@ def hysteresis(
         raise InputError("voltages: expected rising voltages [V], for instance np.linspace(0, 200, 101)")
 
     def at(voltage: float) -> Attraction:
-        if spots is None:
-            return PlateAttraction(voltage, electrical_thickness)
-        return RoughAttraction(
-            voltage=voltage, electrical_thickness=electrical_thickness, surface=surface, spots=spots
-        )
+        return attraction_at(voltage, electrical_thickness, surface, spots)
 
     up = follow(course, at, surface=surface, pressure=pressure)
     down = follow(course[::-1], at, surface=surface, pressure=pressure, start=float(up.gap[-1]))

@@ -1,21 +1,29 @@
-"""Equilibrium states of surface topography, load and attraction."""
+"""Equilibrium states of surface topography, load and attraction: all crossings of two curves over the gap."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from electrovib.core.errors import InputError
-from electrovib.physics.contact.attraction import Attraction, PlateAttraction
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
-from electrovib.solve.equilibrium.roots import NOISE, Crossing, crossings
+from electrovib.physics.roughness import ContactSpots
 
 BEYOND = 1e-6
 """Extension of the range beyond the gap under the load alone, as a share of it; without voltage that gap is the state."""
 PARTS = 64
 """Number of parts of the range for an attraction that is not convex."""
+NOISE = 64 * 2.0**-52
+"""Relative rounding of a value or slope of either curve; the sign of a difference below it is not known."""
+MOST_INTERVALS = 20_000
+"""Largest number of intervals; only curves that are not smooth may need more."""
+Curve = Callable[[float], tuple[float, float]]
+"""Value and slope at a place."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +60,17 @@ class Equilibrium:
     stop: float
     residual: float
     iterations: int
+
+
+def attraction_at(
+    voltage: float, electrical_thickness: float, surface: Surface, spots: ContactSpots | None
+) -> Attraction:
+    """Return the attraction of parallel plates, or with contact spots its mean over the gaps of a rough surface."""
+    if spots is None:
+        return PlateAttraction(voltage, electrical_thickness)
+    return RoughAttraction(
+        voltage=voltage, electrical_thickness=electrical_thickness, surface=surface, spots=spots
+    )
 
 
 def equilibria(
@@ -145,3 +164,194 @@ def _range(surface: Surface, attraction: Attraction, pressure: float) -> tuple[f
         )
     low = float(getattr(attraction, "smallest_gap", 0.0))
     return low, max(low, high)
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A place where two curves meet.
+
+    Parameters
+    ----------
+    place : float
+        Abscissa of the crossing.
+    fold : bool
+        Whether the curves touch within rounding, or cross twice within rounding.
+    iterations : int
+        Number of halvings of the range and of steps of the bracketing.
+    """
+
+    place: float
+    fold: bool
+    iterations: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Point:
+    """Both curves at one place."""
+
+    x: float
+    upper: float
+    upper_slope: float
+    lower: float
+    lower_slope: float
+
+    @property
+    def difference(self) -> float:
+        return self.upper - self.lower
+
+    @property
+    def noise(self) -> float:
+        return NOISE * (abs(self.upper) + abs(self.lower))
+
+
+@dataclass(frozen=True)
+class _Interval:
+    left: _Point
+    right: _Point
+    depth: int
+
+
+def crossings(
+    first: Curve, second: Curve, *, low: float, high: float, parts: int = 1
+) -> tuple[Crossing, ...]:
+    """Return all crossings of two curves.
+
+    Where its slope is monotonic a curve lies between its chord and its tangents at the ends, and its slope
+    between those at the ends. The difference is therefore bounded, and an interval is discarded where the
+    bounds exclude 0. Where the slopes exclude an extremum, a change of sign is solved by bracketing.
+    Otherwise the interval is halved, until the difference is below rounding everywhere in it: there the
+    curves touch, which is reported once. Convex curves need one part, and no crossing is missed. For other
+    curves a pair of crossings may be missed in a part that contains a point of inflection.
+    """
+    points = [_point(first, second, low + (high - low) * k / parts) for k in range(parts)]
+    points.append(_point(first, second, high))
+    found: list[_Part] = []
+    for left, right in pairwise(points):
+        found += _search(first, second, _Interval(left, right, 0))
+    found.sort(key=lambda part: part[0])
+    return tuple(_merged(found, (points[0], points[-1])))
+
+
+def _point(first: Curve, second: Curve, x: float) -> _Point:
+    (upper, upper_slope), (lower, lower_slope) = first(x), second(x)
+    return _Point(x=x, upper=upper, upper_slope=upper_slope, lower=lower, lower_slope=lower_slope)
+
+
+_Part = tuple[float, float, Crossing]
+"""Both ends of an interval, and the crossing in it."""
+
+
+def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
+    waiting, opened = [whole], 0
+    while waiting:
+        part, opened = waiting.pop(), opened + 1
+        if opened > MOST_INTERVALS:
+            raise ElectrovibError(
+                "equilibrium: the search for states does not end; repulsion and attraction have to be smooth over the whole"
+                " range of gaps"
+            )
+        left, right, noise = part.left, part.right, max(part.left.noise, part.right.noise)
+        below, above = _bounds(part)
+        if below > noise or above < -noise:
+            continue
+        if _turns_nowhere(part):
+            if left.difference * right.difference <= 0:
+                place, steps = _bracketed(first, second, part)
+                yield left.x, right.x, Crossing(place, False, part.depth + steps)
+            continue
+        middle = (left.x + right.x) / 2
+        if (below >= -noise and above <= noise) or not left.x < middle < right.x:
+            nearest = min(left, right, key=lambda point: abs(point.difference))
+            yield left.x, right.x, Crossing(nearest.x, True, part.depth)
+            continue
+        centre = _point(first, second, middle)
+        waiting += [_Interval(left, centre, part.depth + 1), _Interval(centre, right, part.depth + 1)]
+
+
+def _bounds(part: _Interval) -> tuple[float, float]:
+    """Return lower and upper bounds of the difference; both are straight between kinks."""
+    a, b = part.left, part.right
+    ends = min(a.difference, b.difference), max(a.difference, b.difference)
+    if b.x <= a.x:
+        return ends
+    upper = _Bent(a=a.x, at_a=a.upper, slope_a=a.upper_slope, b=b.x, at_b=b.upper, slope_b=b.upper_slope)
+    lower = _Bent(a=a.x, at_a=a.lower, slope_a=a.lower_slope, b=b.x, at_b=b.lower, slope_b=b.lower_slope)
+    below, above = ends
+    for x in (upper.kink, lower.kink):
+        (least, most), (least_other, most_other) = upper.between(x), lower.between(x)
+        below, above = min(below, least - most_other), max(above, most - least_other)
+    return below, above
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Bent:
+    """A curve on an interval where its slope is monotonic."""
+
+    a: float
+    at_a: float
+    slope_a: float
+    b: float
+    at_b: float
+    slope_b: float
+
+    @property
+    def kink(self) -> float:
+        """Abscissa at which the tangents at both ends intersect."""
+        bend = self.slope_b - self.slope_a
+        if bend == 0:
+            return self.a
+        x = (self.at_a - self.at_b + self.slope_b * self.b - self.slope_a * self.a) / bend
+        return min(max(x, self.a), self.b)
+
+    def between(self, x: float) -> tuple[float, float]:
+        """Return lower and upper bounds of the curve at a place."""
+        chord = self.at_a + (self.at_b - self.at_a) * ((x - self.a) / (self.b - self.a))
+        tangents = self.at_a + self.slope_a * (x - self.a), self.at_b - self.slope_b * (self.b - x)
+        if self.slope_b >= self.slope_a:
+            return min(chord, max(tangents)), chord
+        return chord, max(chord, min(tangents))
+
+
+def _turns_nowhere(part: _Interval) -> bool:
+    """Return whether the slope of the difference cannot be 0."""
+    a, b = part.left, part.right
+    upper, lower = (a.upper_slope, b.upper_slope), (a.lower_slope, b.lower_slope)
+    noise = NOISE * (max(map(abs, upper)) + max(map(abs, lower)))
+    return min(upper) - max(lower) > noise or max(upper) - min(lower) < -noise
+
+
+def _bracketed(first: Curve, second: Curve, part: _Interval) -> tuple[float, int]:
+    from scipy.optimize import brentq
+
+    for end in (part.left, part.right):
+        if end.difference == 0:
+            return end.x, 0
+    place, result = brentq(
+        lambda x: first(x)[0] - second(x)[0],
+        part.left.x,
+        part.right.x,
+        xtol=1e-300,
+        rtol=4 * 2.0**-52,
+        maxiter=500,
+        full_output=True,
+    )
+    return float(place), int(result.iterations)
+
+
+def _merged(found: list[_Part], ends: tuple[_Point, _Point]) -> Iterator[Crossing]:
+    """Yield each crossing once: neighbouring intervals may share a crossing at their common end, or parts of a fold."""
+    scale = max(abs(end.x) for end in ends)
+    groups: list[list[_Part]] = []
+    for part in found:
+        last = groups[-1][-1] if groups else None
+        touching = last is not None and part[0] <= last[1]
+        same = last is not None and abs(part[2].place - last[2].place) <= 4 * 2.0**-52 * scale
+        folded = last is not None and (part[2].fold or last[2].fold)
+        if touching and (same or folded):
+            groups[-1].append(part)
+        else:
+            groups.append([part])
+    for group in groups:
+        folds = [part[2] for part in group if part[2].fold]
+        one = (folds or [part[2] for part in group])[len(folds) // 2 if folds else 0]
+        yield Crossing(one.place, bool(folds), max(part[2].iterations for part in group))

@@ -9,8 +9,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
-from electrovib.solve.electrics.methods import TRANSIENT
-from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.electrics.solution import TRANSIENT, Solution
 from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.chain import refuse_readings
 from electrovib.solve.mechanics.friction_chain import MOST, FrictionChain

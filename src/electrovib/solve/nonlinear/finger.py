@@ -13,8 +13,7 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import Distance
-from electrovib.solve.electrics.methods import NONLINEAR
-from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.electrics.solution import NONLINEAR, Solution
 from electrovib.solve.nonlinear.electrics import Electrics
 from electrovib.solve.nonlinear.integrate import TOLERANCE, integrate
 from electrovib.solve.nonlinear.stretch import snapped

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
     from electrovib.solve.quantities import Named
-    from electrovib.solve.quantities.mesh import Mesh
+    from electrovib.solve.quantities.pieces import Mesh
 
 _CHUNK: Final = 1024
 """Fingers whose signals are in memory together, at most."""

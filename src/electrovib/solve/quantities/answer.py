@@ -1,19 +1,21 @@
-"""Quantities of a solution as numbers, with their diagnostics."""
+"""Quantities of a solution as numbers, with their diagnostics, and the validity of a scenario without a Trace."""
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError, nearest
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import ElectrovibError, InputError, nearest
 from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.solve.choice import chosen
 from electrovib.solve.diagnostics import running_currents
 from electrovib.solve.diagnostics.judge import largest_of, largest_values
-from electrovib.solve.quantities.doubts import doubts
+from electrovib.solve.expanded import Expanded
 from electrovib.solve.quantities.names import Named
 from electrovib.solve.quantities.pieces import of_extremes, taken_from
 from electrovib.solve.quantities.resolve import Resolved, resolve, values_of, window
@@ -22,9 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.peaks import PeakRecord
-    from electrovib.solve.expanded import Expanded
 
 READINGS: Final = ("normal_force_measured", "lateral_force_measured")
 """Signals that a digitiser holds between its readings."""
@@ -32,6 +33,8 @@ MEAN_SQUARED: Final = ("voltage", "current", "body_current")
 """Quantities of a `PeakRecord` whose root mean square is computed."""
 _MANY: Final = 2_000
 """Samples of a measured drive above which root-mean-square values are those of straight lines, as with time stepping."""
+UNRESOLVED: Final = 1e-6
+"""Error of the mean over the signal's largest value [1] above which a warning is returned."""
 
 
 @dataclass(frozen=True)
@@ -82,14 +85,16 @@ def numbers(
         found = resolve(expanded, [each.key for each in names if each not in held], alone=alone)
         values = _readings(expanded, held)
     except KeyError as error:
-        raise InputError(_absent(expanded, str(error.args[0]))) from None
-    values |= {each.name: _taken(found, each) for each in names if each not in held}
+        signal, have = str(error.args[0]), expanded.at(np.zeros(1)).signals
+        raise InputError(
+            f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
+        ) from None
+    values |= {
+        each.name: taken_from(each.taken, found.mesh, found.series[each.key])
+        for each in names
+        if each not in held
+    }
     return {each.name: values[each.name] for each in names}, found, held
-
-
-def _taken(found: Resolved, name: Named) -> float:
-    """Return one quantity from the polynomials of its signal."""
-    return taken_from(name.taken, found.mesh, found.series[name.key])
 
 
 def _readings(expanded: Expanded, held: Sequence[Named]) -> dict[str, float]:
@@ -154,6 +159,40 @@ def declared_mean_squares(expanded: Expanded, peaks: PeakRecord) -> dict[str, fl
     return {f"rms_{name}": value for name, value in found.items()}
 
 
-def _absent(expanded: Expanded, signal: str) -> str:
-    have = expanded.at(np.zeros(1)).signals
-    return f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
+def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Diagnostic]:
+    """Return which quantities are unknown, and which signals were not resolved."""
+    return [*_unknown(values), *_unresolved(errors)]
+
+
+def _unknown(values: dict[str, float]) -> list[Diagnostic]:
+    """Return which quantities are unknown because their signal is."""
+    lost = [name for name, value in values.items() if math.isnan(value)]
+    text = f"{', '.join(lost)}: not known, because the signal is not known during part of the time"
+    return [Diagnostic("quantities", "unknown", text)] if lost else []
+
+
+def _unresolved(errors: dict[str, float]) -> list[Diagnostic]:
+    """Return a warning where a signal varies faster than it could be resolved."""
+    missed = {name: error for name, error in errors.items() if error > UNRESOLVED}
+    if not missed:
+        return []
+    worst = max(missed, key=lambda name: missed[name])
+    text = (
+        f"{', '.join(missed)}: the signal varies too often to be resolved; the error of its mean may be about"
+        f" {missed[worst]:.1g} of its largest value. A shorter time.duration resolves it better"
+    )
+    return [Diagnostic("resolution", "warning", text, missed[worst], UNRESOLVED, "1")]
+
+
+@functools.lru_cache(maxsize=8)
+def validity(scenario: Scenario) -> tuple[Diagnostic, ...]:
+    """Judge a scenario, for every result that is no Trace of it."""
+    try:
+        expanded = Expanded(scenario)
+        record = expanded.at(expanded.times, closely=True)
+        return tuple(expanded.judge(record, declared_mean_squares)[0])
+    except ElectrovibError as error:
+        text = (
+            f"the validity of this scenario is not known, because it cannot be simulated: {error.problems[0]}"
+        )
+        return (Diagnostic("validity", "unknown", text),)

@@ -106,7 +106,11 @@ def _begin(text: str, taken: str, signal: str, others: Iterable[str]) -> str:
         known = next(
             (name for name in (signal, f"{taken}_{signal}", taken) if name in signals_over_time()), ""
         )
-        meant = f"{closest(taken, TAKEN) or 'peak'} {known}" if known else closest(text, _every())
+        meant = (
+            f"{closest(taken, TAKEN) or 'peak'} {known}"
+            if known
+            else closest(text, [f"{every} {signal}" for every in TAKEN for signal in signals_over_time()])
+        )
     if meant is not None:
         return f"it does not begin with one of {', '.join(TAKEN)}. Did you mean '{meant}'?"
     listed = ", ".join(f"{name} ({words})" for name, words in TAKEN.items())
@@ -119,7 +123,3 @@ def _ending(taken: str, word: str) -> str:
     names = sorted(signals_over_time(), key=lambda name: (name not in usual, name))
     found = [f"'{taken} {name}'" for name in names if name == word or name.endswith(f"_{word}")]
     return f" Did you mean {' or '.join(found[:_MOST])}?" if word and found else ""
-
-
-def _every() -> list[str]:
-    return [f"{taken} {signal}" for taken in TAKEN for signal in signals_over_time()]

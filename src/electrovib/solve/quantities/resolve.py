@@ -9,18 +9,16 @@ import numpy as np
 
 from electrovib.physics.drive.parts import Tones
 from electrovib.physics.motion import Distance
-from electrovib.scenario import PeriodicState
 from electrovib.scenario.grids import FORMULA_SAMPLES
 from electrovib.solve.expanded import Expanded
-from electrovib.solve.quantities.mesh import MOST_NODES, Mesh
-from electrovib.solve.quantities.pieces import tails
+from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.record import Record
+    from electrovib.solve.expanded import Record
 
 TOLERANCE: Final = 1e-10
 """Last coefficients of a piece over the signal's largest value, below which the piece counts as resolved."""
@@ -76,7 +74,7 @@ def missed(mesh: Mesh, series: Real) -> float:
 def window(scenario: Scenario) -> tuple[float, str]:
     """Return the time window of the quantities."""
     period = scenario.drive.period
-    if isinstance(scenario.time.initial_state, PeriodicState) and period is not None:
+    if scenario.time.settled and period is not None:
         return period, "one period of the periodic state"
     end = scenario.time.duration or scenario.drive.duration
     return end, "the whole time from rest" if period else "the whole time"
@@ -155,13 +153,17 @@ def first_mesh(expanded: Expanded, member: Scenario | None = None) -> Mesh:
         fastest = max(fastest, scenario.motion.distance.fastest)
     count = min(int(np.ceil(end * fastest * PIECES_PER_CYCLE)), MOST_VALUES // (2 * MOST_NODES))
     even = np.linspace(0.0, end, max(2, count + 1))
-    bends = not _only_tones(scenario)
+    # sines in their periodic state are smooth at all times
+    bends = not (scenario.time.settled and all(isinstance(part, Tones) for part in scenario.drive.parts()))
     if not bends and len(corners) == 2 and len(even) * (MOST_NODES + 1) <= MOST_VALUES // 2:
         return Mesh(even)
     edges = [corners, even]
     if len(corners) <= FEW_CORNERS and bends:
         rate = max(_fastest_rate(expanded), 1 / end)
-        edges += [start + _graded(length, rate) for start, length in _stretches(corners)]
+        edges += [
+            start + _graded(length, rate)
+            for start, length in zip(corners[:-1].tolist(), np.diff(corners).tolist(), strict=True)
+        ]
     apart = _apart(np.concatenate(edges), end)
     nodes = MOST_NODES
     while nodes > 4 and len(apart) * (nodes + 1) > MOST_VALUES // 2:
@@ -196,16 +198,6 @@ def _with_kinks(mesh: Mesh, kinks: Real, rate: float) -> Mesh:
     if len(apart) * (mesh.nodes + 1) > MOST_VALUES:
         return mesh
     return Mesh(np.append(apart[:-1], end), mesh.nodes)
-
-
-def _only_tones(scenario: Scenario) -> bool:
-    """Return whether the drive is smooth at all times: sines in their periodic state."""
-    settled = isinstance(scenario.time.initial_state, PeriodicState)
-    return settled and all(isinstance(part, Tones) for part in scenario.drive.parts())
-
-
-def _stretches(corners: Real) -> list[tuple[float, float]]:
-    return list(zip(corners[:-1].tolist(), np.diff(corners).tolist(), strict=True))
 
 
 def _graded(length: float, rate: float) -> Real:

@@ -1,10 +1,14 @@
-"""The stack of a scenario over frequency, and as relaxation modes."""
+"""The stack of a scenario over frequency, and as relaxation modes under a voltage or a prescribed current.
+
+With a given current, the field of a layer is E_k = z_k J/T_k: the poles are those of each layer and not the zeros of their
+sum, and it is independent of the other layers. A layer that does not conduct is an integrator.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,9 +18,8 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.interface import interface_place, roles_of
 from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.band import run_band
-from electrovib.solve.stack.current import current_section, per_ampere
-from electrovib.solve.stack.reduce import HIGHEST, LOWEST, Reduction, reduce_material
+from electrovib.solve.stack.modes import StackModes
+from electrovib.solve.stack.reduce import HIGHEST, LOWEST, Reduction, reduce_material, run_band
 from electrovib.solve.stack.section import (
     ChargedSection,
     ModalSection,
@@ -24,7 +27,15 @@ from electrovib.solve.stack.section import (
     PhasorSection,
     modal_section,
     phasor_section,
+    section_of,
+    slabs_of,
 )
+from electrovib.solve.stack.slab import bound_residues, slab_impedance
+from electrovib.solve.stack.transfer import INTEGRATING, Transfer
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Indices
+    from electrovib.physics.debye_sum import DebyeSum
 
 
 @dataclass(frozen=True)
@@ -58,7 +69,7 @@ def per_volt_of(
 ) -> PhasorSection:
     """Return the scenario's stack over frequency per volt, also where the drive prescribes the current.
 
-    `area` (n,) [m2].
+    With an `area` [m2] for each of some contacts, instead of that of the scenario, one frequency gives as many values.
     """
     around, layers = Surroundings.of(scenario, area), scenario.stack.layers
     return phasor_section(
@@ -155,3 +166,52 @@ def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, 
         return current_section(layers, debye, area=around.area), error
     section = modal_section(layers, debye, area=around.area, element=around.element, second=around.second)
     return section, error
+
+
+def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
+    """Return the stack at given frequencies per ampere of the drive."""
+    volts = 1 / (section.current_density * area)
+    states = {
+        name: PhasorLayer(state.thickness, state.material, state.field * volts, state.displacement * volts)
+        for name, state in section.layers.items()
+    }
+    density = np.full(np.shape(section.frequency), 1 / area, complex)
+    return PhasorSection(section.frequency, states, section.roles, section.voltage * volts, density)
+
+
+def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: float) -> ModalSection:
+    """Expand the stack in the modes of its layers, per ampere of the drive.
+
+    E_k T_k = z_k (J + Q_k), with Q_k the free charge at time 0 on the interfaces on the plate's side of layer
+    k. The plate itself carries only the charge delivered by the current.
+    """
+    slabs = slabs_of(layers, debye)
+    expanded = [slab_impedance(slab) for slab in slabs]
+    nodes = np.unique(np.concatenate([rates for rates, _ in expanded]))
+    rates = np.append(np.where(nodes == 0, INTEGRATING, nodes), 0.0)  # the last: trapped charge
+    held = np.concatenate([[0.0], np.cumsum([slab.charge for slab in slabs])[:-1]])
+    fields, displacements = [], []
+    for slab, (own, residues), charge in zip(slabs, expanded, held.tolist(), strict=True):
+        places = np.searchsorted(nodes, own)
+        field = _spread(places, residues / slab.thickness, len(nodes))
+        displacement = _spread(places, bound_residues(slab, own, residues), len(nodes))
+        fields.append(_answer(rates, field / area, field * charge))
+        displacements.append(_answer(rates, displacement / area, displacement * charge))
+    current = Transfer(rates=rates, gains=np.zeros(len(rates)), direct=1 / area)
+    before = np.append(held, held[-1])  # the last layer carries no charge towards the finger
+    modes = StackModes(rates, tuple(fields), tuple(displacements), current, len(nodes), before)
+    return section_of(layers, debye, modes)
+
+
+def _spread(places: Indices, values: Real, count: int) -> Real:
+    found = np.zeros(count)
+    found[places] = values
+    return found
+
+
+def _answer(rates: Real, residues: Real, free: Real) -> Transfer:
+    """Return sum residue/(s + rate); the free part at a rate of 0 is constant."""
+    integrates = rates[:-1] == INTEGRATING
+    gains = np.append(residues / rates[:-1], 0.0)
+    fading = np.append(np.where(integrates, 0.0, free), float(np.sum(free[integrates])))
+    return Transfer(rates=rates, gains=gains, direct=0.0, slope=0.0, free=fading)

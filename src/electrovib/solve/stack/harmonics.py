@@ -1,4 +1,4 @@
-"""Harmonics of a periodic drive."""
+"""Periodic drives: their harmonics, their means and integrals, and the steady response from harmonics."""
 
 from __future__ import annotations
 
@@ -7,12 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
 from electrovib.physics.drive.parts import Part, Tones
 from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
+
+_NO_MEAN = 1e-12
+"""Mean of a drive over its largest value, below which it is rounding."""
 
 
 def spectrum(drive: Drive, *, harmonics: int) -> tuple[Real, Complex]:
@@ -60,3 +66,94 @@ def _straight_spectrum(part: Linear, period: float, harmonics: int) -> tuple[Rea
     turns = np.exp(-1j * angular[:, None] * part.times[:-1])
     series = 2 / period * (turns @ jumps / (1j * angular) + turns @ bends / (1j * angular) ** 2)
     return np.append(0.0, angular / (2 * np.pi)), np.append(mean + 0j, series)
+
+
+def periodic(
+    transfer: Callable[[Real], Complex], drive: Drive, time: Real, *, static: float, harmonics: int = 4096
+) -> Real:
+    """Compute the steady response of one linear quantity.
+
+    `time` (n,) [s]; returns `response` (n,).
+    """
+    if drive.period is None:
+        raise InputError(f"drive: {type(drive).__name__} has no period and therefore no harmonics")
+    frequencies, amplitudes = spectrum(drive, harmonics=harmonics)
+    gain = np.full(len(frequencies), static, complex)
+    moving = frequencies > 0
+    gain[moving] = transfer(frequencies[moving])
+    total = np.zeros(len(time))
+    for frequency, amplitude in zip(frequencies, gain * amplitudes, strict=True):
+        total += (amplitude * np.exp(2j * np.pi * frequency * time)).real
+    return total
+
+
+def settled_integral(drive: Drive, time: Real) -> Real:
+    """Return the integral over time of a periodic drive, with a mean of 0 over a period.
+
+    `time` (n,) [s]; returns `integral` (n,).
+    """
+    mean = drive_mean(drive)
+    if mean:
+        what = (
+            f"the current has a mean of {format_quantity(mean, 'A')}, which charges non-conducting layers without limit"
+            if drive.quantity == "current"
+            else f"the drive has a mean of {format_quantity(mean, 'V')} and every layer up to the interface conducts, so that"
+            " the charge there grows without limit. Declare a layer with role = 'gap'"
+        )
+        raise InputError(
+            f"time.initial_state = PeriodicState: {what}. Choose a drive with a mean of 0, or start from rest: AtRest"
+        )
+    total: Real = np.sum([_integral(part, time) for part in drive.parts()], axis=0)
+    return total
+
+
+def refuse_unrepeated(drive: Drive) -> None:
+    """Refuse the periodic state of a drive that is neither periodic nor constant."""
+    steady = all(isinstance(part, Linear) and part.is_step for part in drive.parts())
+    if drive.period is None and not steady:
+        raise InputError(
+            f"time.initial_state = PeriodicState: {type(drive).__name__} does not repeat. Choose a periodic drive, or start"
+            " from rest: AtRest"
+        )
+
+
+def drive_mean(drive: Drive) -> float:
+    """Return the mean of a periodic drive over a period, 0 where it is rounding [its unit]."""
+    mean = sum(_mean(part) for part in drive.parts())
+    return mean if abs(mean) > _NO_MEAN * sum(part.bound() for part in drive.parts()) else 0.0
+
+
+def _mean(part: Part) -> float:
+    if isinstance(part, Tones):
+        return float(np.sum(part.amplitudes[part.frequencies == 0].real))
+    assert isinstance(part, Linear)
+    if part.period is None:
+        return float(part.after[0])
+    return float(np.sum((part.after[:-1] + part.before[1:]) / 2 * np.diff(part.times))) / part.period
+
+
+def _integral(part: Part, time: Real) -> Real:
+    """Return the integral of a part without its mean, with a mean of 0."""
+    if isinstance(part, Tones):
+        moving = part.frequencies > 0
+        angular = 2 * np.pi * part.frequencies[moving]
+        waves = np.exp(1j * np.outer(angular, time)) / (1j * angular[:, None])
+        integral: Real = (part.amplitudes[moving] @ waves).real
+        return integral
+    assert isinstance(part, Linear)
+    if part.period is None:
+        return np.zeros(len(time))
+    return _straight_integral(part, part.period, time)
+
+
+def _straight_integral(part: Linear, period: float, time: Real) -> Real:
+    """Return the integral of straight pieces: parabolas from break to break."""
+    first, last = part.after[:-1] - _mean(part), part.before[1:] - _mean(part)
+    steps = np.diff(part.times)
+    slopes = (last - first) / steps
+    begun = np.concatenate([[0.0], np.cumsum((first + last) / 2 * steps)[:-1]])
+    mean = float(np.sum(begun * steps + first * steps**2 / 2 + slopes * steps**3 / 6)) / period
+    index, elapsed = part.locate(time)
+    index = np.minimum(index, len(steps) - 1)
+    integral: Real = begun[index] + (first[index] + slopes[index] * elapsed / 2) * elapsed - mean
+    return integral

@@ -8,24 +8,26 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.interface import Role, interface_place, roles_of
-from electrovib.solve.stack.integrator import integrated
 from electrovib.solve.stack.inverse_root import inverse_root_thickness
 from electrovib.solve.stack.modes import StackModes, stack_modes
 from electrovib.solve.stack.slab import Slab
+from electrovib.solve.stack.transfer import Transfer, integrated
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Complex, Real
-    from electrovib.physics.circuit import SeriesElement
-    from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.material import Material
-    from electrovib.physics.stack import Layer
-    from electrovib.solve.stack.transfer import Transfer
+    from electrovib.physics.stack import Layer, Linear, Section
 
 _APART: Final = (1e-3, 1e9)
 """Frequencies at which a permittivity is compared to find whether it is dispersive [Hz]."""
+IDLE = 1e-12
+"""Gain below which a mode of the stack's voltage is rounding [V per volt of the drive]."""
 
 
 @dataclass(frozen=True)
@@ -186,3 +188,46 @@ def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: Stac
         )
     }
     return ModalSection(states, debye, roles_of(layers), modes)
+
+
+def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.0) -> Linear:
+    """Return the field in a gap in series with all layers, under the voltage of the stack.
+
+    E = V/(u + h eps_u), with the thickness u, h = sum T/eps* over the layers and eps_u = 1 + conductivity/(s
+    eps0). V is the voltage across the layers without the gap, the same at every place: the area with this gap
+    is assumed too small to change it.
+    """
+    if isinstance(section, ModalSection):
+        return _gap_transfer(section, thickness, conductivity)
+    assert isinstance(section, PhasorSection)
+    return _gap_phasor(section, thickness, conductivity)
+
+
+def _gap_phasor(section: PhasorSection, thickness: float, conductivity: float) -> Complex:
+    layers = section.layers.values()
+    parts = [layer.thickness / layer.material.complex_permittivity(section.frequency) for layer in layers]
+    leaking = 1 + conductivity / (2j * np.pi * section.frequency * eps0)
+    field: Complex = section.voltage / (thickness + np.sum(parts, axis=0) * leaking)
+    return field
+
+
+def _gap_transfer(section: ModalSection, thickness: float, conductivity: float) -> Transfer:
+    if any(np.any(layer.field.free) for layer in section.layers.values()):
+        raise InputError(
+            "stack: initial_charge is not supported with gaps that differ from place to place. Declare one layer 'gap' and a"
+            " law that reads it, for instance force.model = MaxwellStressInGap, or remove the charge"
+        )
+    slabs = [
+        Slab(layer.thickness, section.debye[name], layer.material.conductivity)
+        for name, layer in section.layers.items()
+    ]
+    slabs.append(Slab(thickness, DebyeSum(1.0, (), ()), conductivity))
+    field = stack_modes(slabs, area=1.0, element=SeriesElement()).fields[-1]
+    return _busy(section.voltage) * _busy(field)
+
+
+def _busy(transfer: Transfer) -> Transfer:
+    """Omit modes that the drive does not excite, because a product divides by the distance between rates."""
+    scale = abs(transfer.direct) + float(np.sum(np.abs(transfer.gains)))
+    kept = (np.abs(transfer.gains) > IDLE * scale) & (transfer.rates > 0)
+    return Transfer(rates=transfer.rates[kept], gains=transfer.gains[kept], direct=transfer.direct)

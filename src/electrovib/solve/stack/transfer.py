@@ -1,13 +1,22 @@
-"""Transfer function from the drive to a linear quantity, with real poles."""
+"""Transfer function from the drive to a linear quantity, with real poles, and its integral over time as a mode."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from electrovib.core.arrays import Complex, Real
+
+if TYPE_CHECKING:
+    pass
+
+INTEGRATING: Final = 1e-30
+"""Rate that represents an integrator [1/s]: its decay in 1e5 s is far below the rounding of 53 bits."""
+_NOTHING = 1e-13
+"""Response at zero frequency over the largest mode, below which it is the rounding of the sum of modes."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -131,3 +140,40 @@ def _product(filter_: Transfer, signal: Transfer) -> Transfer:
         free=np.concatenate([free_here, free_there]),
         static=filter_.at_rest() * signal.at_rest() if known else None,
     )
+
+
+def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
+    """Return the integral over time of a linear quantity, for instance the charge delivered by a current.
+
+    H = static + slope s - sum gain s/(s + rate) gives H/s = static/s + slope - sum gain/(s + rate).
+    """
+    rates, safe = rate.rates, np.where(rate.rates > 0, rate.rates, 1.0)
+    static = resting(rate)
+    gains, free = -rate.gains / safe, -rate.free / safe
+    constant = start - float(np.sum(free))
+    if static:
+        rates, gains = np.append(rates, INTEGRATING), np.append(gains, static / INTEGRATING)
+        free = np.append(free, 0.0)
+    if constant:
+        rates, gains = np.append(rates, 0.0), np.append(gains, 0.0)
+        free = np.append(free, constant)
+    return Transfer(rates=rates, gains=gains, direct=rate.slope, slope=0.0, free=free)
+
+
+def resting(transfer: Transfer) -> float:
+    """Return the response at zero frequency, 0 where it is only the rounding of the sum of modes."""
+    if transfer.static is not None:
+        return transfer.static
+    level = transfer.at_rest()
+    largest = max(abs(transfer.direct), float(np.max(np.abs(transfer.gains), initial=0.0)))
+    return level if abs(level) > _NOTHING * largest else 0.0
+
+
+def without_integrators(transfer: Transfer) -> Transfer:
+    """Return the transfer function without the modes that integrate the drive."""
+    return replace(transfer, gains=np.where(transfer.rates == INTEGRATING, 0.0, transfer.gains))
+
+
+def integral_weight(transfer: Transfer) -> float:
+    """Return the factor of the drive's integral over time in a quantity [its unit per unit of the drive and s]."""
+    return float(np.sum((transfer.gains * transfer.rates)[transfer.rates == INTEGRATING]))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import TITLES
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -20,7 +20,7 @@ from electrovib.physics.series_resistor import (
     stored_energy_behind,
 )
 from electrovib.scenario import Source, read_scenario
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.check.declared import LimitsSource
 from electrovib.study.check.function import declared_limits
 from electrovib.study.check.values import checked_values

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from electrovib.core.arrays import Real
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.scenario import Scenario
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.reproduction import Page, Panel, Table
 
 

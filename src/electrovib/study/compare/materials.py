@@ -17,8 +17,8 @@ from electrovib.physics.material import Material
 from electrovib.physics.material.library import UNVERIFIED, find_substance, materials
 from electrovib.physics.stack import in_one_piece
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.solve.diagnostics.settled import TITLE
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.diagnostics.assumptions import SETTLED_CHARGE
+from electrovib.solve.quantities.answer import validity
 from electrovib.solve.simulate import simulate
 from electrovib.study.reproduction import Table
 
@@ -193,7 +193,7 @@ def _entry(name: str, scenario: Scenario, layer: str) -> MaterialEntry:
         breakdown="unknown" if judged is None else judged.state,
         status=_status(scenario, layer),
         why="" if judged is None else judged.text,
-        caution=diagnostics[TITLE].text if TITLE in diagnostics else "",
+        caution=diagnostics[SETTLED_CHARGE].text if SETTLED_CHARGE in diagnostics else "",
     )
 
 

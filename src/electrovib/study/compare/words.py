@@ -10,7 +10,7 @@ from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.compare.entry import Entry
 from electrovib.study.explain import conducting, knows_polarity, listed
 from electrovib.study.reproduction import Page, Table

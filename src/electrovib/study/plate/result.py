@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from electrovib.core.arrays import Real
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.check.result import not_in_rows
 from electrovib.study.plate.choice import Gain, best_of, efficient, gains_of
 

@@ -6,7 +6,7 @@ import hashlib
 import json
 from typing import TYPE_CHECKING, Any
 
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.population.declared import FORMAT
 from electrovib.study.population.result import BINNED, EXACT
 from electrovib.study.population.texts import own_model_files, scenario_text

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.diagnostics import Diagnostic, warning_lines
 from electrovib.core.units import format_quantity
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.catalogue.columns import as_html, laid_out
 from electrovib.study.reproduction import Table
 

@@ -19,7 +19,7 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.units import expected, format_quantity, parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.costs import CASE, CASE_MEMORY
-from electrovib.solve.diagnostics.sampling import sampling
+from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.effort import last_time, works
 from electrovib.solve.quantities import DEFAULTS, Together
 from electrovib.solve.simulate import simulate

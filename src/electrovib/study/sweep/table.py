@@ -10,8 +10,8 @@ import numpy as np
 
 from electrovib.core.paths import quantity_at
 from electrovib.core.trace import FORMAT, stamp
-from electrovib.solve.provenance import provenance
 from electrovib.solve.quantities.resolve import window
+from electrovib.solve.simulate import provenance
 from electrovib.study.sweep.checks import over_all
 
 if TYPE_CHECKING:

@@ -19,17 +19,16 @@ from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Constant, Debye
 from electrovib.physics.stack import Layer
-from electrovib.solve.electrics.leaks.branch import leaky_response
-from electrovib.solve.electrics.leaks.leak import leak_section
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.leaks import leak_section, leaky_response
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.electrics import Electrics
 from electrovib.solve.nonlinear.finger import FingerOverPlate, follow_finger
 from electrovib.solve.nonlinear.integrate import integrate
 from electrovib.solve.nonlinear.system import System
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
+from electrovib.solve.stack.layer_states import stack_states
 from electrovib.solve.stack.reduce import reduce_material
 from electrovib.solve.stack.section import modal_section
-from electrovib.solve.stack.state_space import stack_states
 
 AREA = 1e-4
 END = 30e-3

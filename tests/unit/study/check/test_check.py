@@ -16,7 +16,7 @@ from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.slew import slew_of
 from electrovib.physics.limits import Limits
-from electrovib.solve.diagnostics.steepness import discontinuities
+from electrovib.solve.diagnostics.judge import discontinuities
 from electrovib.solve.quantities import of_record
 from electrovib.study.check import (
     CheckResult,

@@ -8,7 +8,7 @@ from electrovib.core.changes import derived_at, stored_path
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import SteadyFriction
 from electrovib.solve.choice import chosen
-from electrovib.solve.electrics import methods
+from electrovib.solve.electrics.solution import PERIODIC, TRANSIENT
 from electrovib.solve.mechanics.unknown import resting
 from electrovib.solve.population.together.refusal import NotTogetherError
 
@@ -40,7 +40,7 @@ def refuse_apart(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ..
     if foreign:
         raise NotTogetherError(f"the signal {foreign[0]} is computed for one finger at a time")
     method = chosen(scenario).method
-    if method not in {methods.PERIODIC, methods.TRANSIENT}:
+    if method not in {PERIODIC, TRANSIENT}:
         raise NotTogetherError(f"the electrical solver is '{method.name}'")
     if scenario.circuit.amplifier is not None:
         raise NotTogetherError("there is an amplifier before the plate")

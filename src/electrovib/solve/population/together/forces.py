@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.methods import TRANSIENT
-from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.electrics.solution import TRANSIENT, Solution
 from electrovib.solve.mechanics.friction_chain import FrictionChain
 from electrovib.solve.population.together.tile import write_sum
 

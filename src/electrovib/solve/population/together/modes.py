@@ -14,7 +14,7 @@ from electrovib.solve.population.together.circuits import ManyCircuits, is_there
 from electrovib.solve.population.together.layers import ManySlab, Poles
 from electrovib.solve.population.together.series import SeriesParts
 from electrovib.solve.population.together.transfers import Transfers
-from electrovib.solve.stack.integrator import INTEGRATING
+from electrovib.solve.stack.transfer import INTEGRATING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

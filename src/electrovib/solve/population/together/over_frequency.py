@@ -10,8 +10,8 @@ from electrovib.core.paths import quantity_at, value_at
 from electrovib.physics.contact import FixedArea
 from electrovib.scenario import PeriodicState
 from electrovib.solve.choice import chosen
-from electrovib.solve.electrics import methods
 from electrovib.solve.electrics.attraction import PHASES, attraction, total_pull
+from electrovib.solve.electrics.solution import ONE_SINE, PERIODIC, TRANSIENT
 from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.together.accepted import refuse_columns
 from electrovib.solve.population.together.amplitude import shared_drive
@@ -175,7 +175,7 @@ def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -
     if foreign:
         raise NotTogetherError(f"the signal {foreign[0]} is computed for one finger at a time")
     method = chosen(scenario).method
-    if method not in {methods.PERIODIC, methods.TRANSIENT, methods.ONE_SINE}:
+    if method not in {PERIODIC, TRANSIENT, ONE_SINE}:
         raise NotTogetherError(f"the electrical solver is '{method.name}'")
     if scenario.drive.quantity == "current" or any(layer.leak for layer in scenario.stack.layers.values()):
         raise NotTogetherError("the drive is a current, or a layer leaks")

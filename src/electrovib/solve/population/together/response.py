@@ -10,7 +10,7 @@ from electrovib.solve.population.kernels import first_order_hold_many
 from electrovib.solve.population.together.refusal import NotTogetherError
 from electrovib.solve.population.together.steady_sines import write_sines
 from electrovib.solve.recursion.hold import hold_weights
-from electrovib.solve.stack.integrator import INTEGRATING
+from electrovib.solve.stack.transfer import INTEGRATING
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.check.result import not_in_rows
 from electrovib.study.design.robust.words import lines_of, verdict_of
 

@@ -1,25 +1,26 @@
-"""Modes under a linear chirp, in closed form at any time, however many cycles went before.
+"""Modes under a drive that is a formula: a chirp in closed form, any other smooth one by a polynomial through each step.
 
-The response is the integral of an exponential of a quadratic, an error function of a complex argument. Written with
-Faddeeva's function no factor of it grows: it is an envelope times the sine at that time, plus a decaying part from the
-beginning. The envelope varies slowly; at many times it is evaluated from polynomials.
+The response to a linear chirp is the integral of an exponential of a quadratic, an error function of a complex argument.
+Written with Faddeeva's function no factor of it grows: it is an envelope times the sine at that time, plus a decaying part
+from the beginning. The envelope varies slowly; at many times it is evaluated from polynomials.
 """
 
 from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.solve.electrics.linear.graded import fading
+from electrovib.solve.electrics.straight import chebyshev_rule, fading
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from electrovib.core.arrays import Complex, Real
-    from electrovib.physics.drive.parts import Chirped
+    from electrovib.physics.drive.parts import Chirped, Smooth
 
 FAR = 30.0
 """Modulus of an argument from which on `TERMS` terms of the expansion of Faddeeva's function are exact to rounding."""
@@ -30,6 +31,10 @@ DEGREE = 16
 """Degree of the polynomials through the envelope."""
 FEW = 4 * DEGREE
 """Largest number of times of a piece at each of which the envelope is computed."""
+SMOOTH_DEGREE = 6
+RADIANS_PER_STEP = 0.3
+"""Phase of the fastest oscillation in one step: interpolation error below 1e-10 of the amplitude."""
+_STEPS_AT_ONCE = 4096
 
 
 def chirp_response(part: Chirped, rates: Real, gains: Real, time: Real, *, lag: bool = False) -> Real:
@@ -84,7 +89,7 @@ class _Modes:
         if last - first <= FEW:
             yield first, last, None
             return
-        nodes, to_coefficients = _rule()
+        nodes, to_coefficients = chebyshev_rule(DEGREE)
         begin, end = time[first], time[last - 1]
         states = self.answer((begin + end) / 2 + (end - begin) / 2 * nodes, lag=self.lag)
         coefficients = to_coefficients @ (self.gains @ states).T
@@ -120,9 +125,77 @@ class _Modes:
         return np.asarray(answer, complex)
 
 
+def smooth_states(part: Smooth, rates: Real, times: Real) -> Real:
+    """Compute the states of the modes x' = rate (v - x) under a smooth drive, from rest.
+
+    `rates` (modes,), `times` (n,) [s]; returns `states` (modes, n) [V].
+    """
+    grid = _grid(part, times)
+    wanted = np.searchsorted(grid, times)
+    found, state = np.zeros((len(rates), len(times))), np.zeros(len(rates))
+    for first in range(0, len(grid) - 1, _STEPS_AT_ONCE):
+        piece = grid[first : first + _STEPS_AT_ONCE + 1]
+        states = _march_steps(part, rates, piece, state)
+        here = slice(*np.searchsorted(wanted, [first, first + len(piece)]))
+        found[:, here] = states[:, wanted[here] - first]
+        state = states[:, -1]
+    return found
+
+
+def _march_steps(part: Smooth, rates: Real, grid: Real, state: Real) -> Real:
+    """Return the states at the points of a grid, from that at its first point."""
+    inside = (grid[:-1] >= part.start) & (grid[1:] <= part.stop)
+    states, steps = np.empty((len(rates), len(grid))), np.diff(grid)
+    states[:, 0] = state
+    cached: dict[float, tuple[Real, Real]] = {}
+    nodes = np.arange(SMOOTH_DEGREE + 1) / SMOOTH_DEGREE
+    values = part.formula(grid[:-1, None] + steps[:, None] * nodes)
+    for index, step in enumerate(steps):
+        key = float(step)
+        if key not in cached:
+            cached[key] = _weights(rates * step)
+        decay, weights = cached[key]
+        state = decay * state
+        if inside[index]:
+            state = state + weights @ values[index]
+        states[:, index + 1] = state
+    return states
+
+
+def _grid(part: Smooth, times: Real) -> Real:
+    """Return output times, switching times, and enough points between them."""
+    ends = np.unique(np.concatenate([[0.0], times, [part.start, part.stop]]))
+    ends = ends[(ends >= 0) & (ends <= times[-1])]
+    longest = RADIANS_PER_STEP / (2 * np.pi * part.highest_frequency)
+    pieces = [ends[:1]]
+    for first, last in pairwise(ends):
+        count = max(1, int(np.ceil((last - first) / longest)))
+        pieces.append(np.append(first + (last - first) * np.arange(1, count) / count, last))
+    return np.concatenate(pieces)
+
+
+def _weights(z: Real) -> tuple[Real, Real]:
+    """Return decay and quadrature weights of one step, z = rate times step.
+
+    Moments m_k = z integral of exp(-z (1 - s)) s^k over 0..1: m_k = 1 - k m_(k-1)/z is stable for large z;
+    Gauss quadrature is exact to rounding for small z.
+    """
+    moments = np.empty((len(z), SMOOTH_DEGREE + 1))
+    small = z < 16
+    s, gauss, powers, to_values = _rules()
+    moments[small] = (np.exp(-z[small, None] * (1 - s)) * z[small, None] * gauss) @ powers
+    fast = z[~small]
+    moment = -np.expm1(-fast)
+    for k in range(SMOOTH_DEGREE + 1):
+        moment = moment if k == 0 else 1 - k * moment / fast
+        moments[~small, k] = moment
+    return np.exp(-z), moments @ to_values
+
+
 @functools.cache
-def _rule() -> tuple[Real, Real]:
-    """Nodes between -1 and 1, and Chebyshev's coefficients from the values there."""
-    nodes = np.polynomial.chebyshev.chebpts1(DEGREE + 1)
-    values = np.polynomial.chebyshev.chebvander(nodes, DEGREE)
-    return nodes, np.asarray(np.linalg.inv(values))
+def _rules() -> tuple[Real, Real, Real, Real]:
+    """Return Gauss points and weights on 0 to 1, powers of the points, and the matrix from nodal values to coefficients."""
+    points, gauss = np.polynomial.legendre.leggauss(32)
+    s, orders = (points + 1) / 2, np.arange(SMOOTH_DEGREE + 1)
+    to_values = np.asarray(np.linalg.inv((orders / SMOOTH_DEGREE)[:, None] ** orders), float)
+    return s, gauss / 2, s[:, None] ** orders, to_values

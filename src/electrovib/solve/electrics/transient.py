@@ -9,19 +9,11 @@ import numpy as np
 
 from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones, circling
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.electrics.linear.break_states import periodic_state
-from electrovib.solve.electrics.linear.chirp import chirp_response
-from electrovib.solve.electrics.linear.graded import fading
-from electrovib.solve.electrics.linear.smooth import smooth_states
-from electrovib.solve.electrics.linear.straight import straight_rows
+from electrovib.solve.electrics.formulas import chirp_response, smooth_states
+from electrovib.solve.electrics.straight import fading, periodic_state, straight_rows
 from electrovib.solve.recursion.blocks import PRODUCT
-from electrovib.solve.stack.harmonics import count_harmonics
-from electrovib.solve.stack.integrator import (
-    integral_weight,
-    refuse_unrepeated,
-    settled_integral,
-    without_integrators,
-)
+from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated, settled_integral
+from electrovib.solve.stack.transfer import integral_weight, without_integrators
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -32,9 +24,8 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.stack.transfer import Transfer
 
+
 K = TypeVar("K")
-
-
 _MANY: Final = 10_000
 """Number of times from which it saves work to find outputs that are multiples of others."""
 _SAME: Final = 4 * float(np.finfo(float).eps)
@@ -191,10 +182,7 @@ class _Output:
 
 
 def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
-    """Compute the response of modes to a part of a drive, less that part.
-
-    Returns `response` (outputs, n) [V].
-    """
+    """Compute the response of modes to a part of a drive, less that part, shape (outputs, n) [V]."""
     lag = np.ones(len(gains), bool)
     return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled))
 

@@ -1,4 +1,4 @@
-"""Steps of the integration of a nonlinear branch: fine after a discontinuity of the drive, growing from there."""
+"""Steps of an integration over time: fine after a discontinuity of the drive, growing from there."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from electrovib.physics.drive.parts import Smooth, Tones
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.electrics.linear.transient import transient
+from electrovib.solve.electrics.transient import transient
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from electrovib.physics.conduction import Conduction
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.stack.transfer import Transfer
+
 
 STEPS = 400
 """Least number of steps over the whole time."""

@@ -4,26 +4,30 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.solve.electrics.linear.current import drive_voltage
-from electrovib.solve.electrics.linear.transient import how_it_begins, transient
-from electrovib.solve.electrics.methods import CURRENT_DRIVE, PERIODIC, TRANSIENT
-from electrovib.solve.electrics.solution import Solution
+from electrovib.solve.electrics.solution import CURRENT_DRIVE, PERIODIC, TRANSIENT, Solution
+from electrovib.solve.electrics.transient import how_it_begins, transient
 from electrovib.solve.stack.expand import Surroundings
+from electrovib.solve.stack.transfer import INTEGRATING, Transfer
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
+    from electrovib.physics.circuit import SeriesElement
+    from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Question
     from electrovib.solve.stack.keys import Key
 
 
 def answer_to_voltage(question: Question) -> Solution:
-    """Compute the response of linear layers to a voltage, behind an amplifier without limits if there is one."""
+    """Compute the response of linear layers to a voltage, behind an amplifier if there is one."""
     amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
     transfers = question.wanted(question.section)
     if amplifier is not None:
-        from electrovib.solve.electrics.amplifier.amplifier import amplified_response
+        from electrovib.solve.electrics.amplifier import amplified_response
 
         return amplified_response(
             transfers, drive, question.times, amplifier=amplifier, settled=question.settled
@@ -83,3 +87,35 @@ def refuse_current(scenario: Scenario) -> None:
         raise InputError(
             f"circuit.amplifier: {type(scenario.drive).__name__} prescribes the current itself; omit the amplifier"
         )
+
+
+def drive_voltage(
+    stack_voltage: Real,
+    drive: Drive,
+    time: Real,
+    *,
+    element: SeriesElement,
+    second: float,
+    settled: bool,
+    charge: float = 0.0,
+) -> Real:
+    """Compute the voltage that the amplifier has to supply for its current.
+
+    `stack_voltage` (n,) [V], `time` (n,) [s]; returns `voltage` (n,) [V].
+    """
+    rates, gains, free = np.zeros(0), np.zeros(0), np.zeros(0)
+    if element.elastance > 0:
+        rates = np.array([element.rate or INTEGRATING, element.rate])
+        gains = np.array([element.elastance / rates[0], 0.0])
+        free = np.array([0.0, element.elastance * charge])
+    around = {"voltage": Transfer(rates=rates, gains=gains, direct=element.resistance, slope=0.0, free=free)}
+    return stack_voltage * (1 + second) + transient(around, drive, time, settled=settled)["voltage"]
+
+
+def caveat() -> Diagnostic:
+    """Return the diagnostic that the contact area and stray currents of a prescribed current are not known."""
+    text = (
+        "the whole current of the drive is assumed to cross this contact area, so the force is proportional to 1/area; a"
+        " current through stray capacitance or beside the gap does not attract, and its share is not known here"
+    )
+    return Diagnostic("current drive", "unknown", text)

@@ -1,1 +1,0 @@
-"""The amplifier before the stack: gain, bandwidth, and limits of voltage, slope and current."""

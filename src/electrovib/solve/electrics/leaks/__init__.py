@@ -1,1 +1,0 @@
-"""One layer with non-ohmic conduction."""

@@ -1,0 +1,351 @@
+"""Modes under a piecewise linear drive, exact at any output times, from a given state.
+
+The states at the breaks follow from one recursion, for a repeated drive in closed form in any period. At very many times
+after a corner a few polynomials replace the exponentials: a sum of relaxations changes, at a time t after a corner, within
+about the time t, so that between t and 2 t they represent it to rounding, however far apart the rates lie.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.solve.recursion import hold_weights, march, states_at
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Indices, Real
+    from electrovib.physics.drive.pieces import Linear
+
+CHUNK = 1 << 16
+"""Largest number of states in memory, so that a million samples need no gigabyte."""
+MANY_SAMPLES = 20_000
+"""Number of samples from which the block scan is faster than the closed form of each segment."""
+_LONG = 8000
+"""Mean number of times in each piece from which polynomials are faster than each time by itself."""
+ROUNDING = 8 * float(np.finfo(float).eps)
+"""Largest deviation of an evenly spaced grid, over its last time."""
+_MODES_AT_ONCE: Final = 64
+"""Modes computed together, so that thousands of them need no matrix of thousands squared."""
+_FEW_BREAKS: Final = 1000
+"""Largest number of breaks at which the states at all of them are computed, whichever are asked for."""
+GRADED_DEGREE: Final = 10
+"""Degree of the polynomials: on these intervals the Chebyshev coefficients of exp(-z) beyond it are below 1e-16."""
+STRETCHES: Final = 8
+"""Number of equal intervals from each time to twice that time."""
+FEW_TIMES: Final = 4 * GRADED_DEGREE
+"""Largest number of times of an interval at each of which the sum is computed."""
+_AT_ONCE: Final = 4096
+_HELD: Final = 1 << 16
+"""Largest number of modes times output times in memory."""
+_FORGOTTEN: Final = 745.0
+"""Time constants after which an exponential underflows to 0."""
+
+
+def straight_response(
+    part: Linear,
+    rates: Real,
+    gains: Real,
+    time: Real,
+    state: Real,
+    *,
+    direct: Real | None = None,
+    lag: NDArray[np.bool_] | None = None,
+) -> Real:
+    """Compute the response of modes to straight pieces at any times.
+
+    `rates` (modes,), `gains` (outputs, modes), `time` (n,) [s], `state` (modes,) [V], `direct` (outputs,),
+    `lag` (outputs,); returns `response` (outputs, n) [V].
+
+    At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
+    """
+    direct = np.zeros(len(gains)) if direct is None else direct
+    lag = np.zeros(len(gains), bool) if lag is None else lag
+    return np.array(straight_rows(part, rates, gains, time, state, direct=direct, lag=lag))
+
+
+def straight_rows(
+    part: Linear,
+    rates: Real,
+    gains: Real,
+    time: Real,
+    state: Real,
+    *,
+    direct: Real,
+    lag: NDArray[np.bool_],
+) -> list[Real]:
+    """Compute the same as `straight_response`, each output in an array of its own [V]."""
+    marched = _marched(part, time)
+    if marched is not None:
+        output, _ = march(-rates, gains, direct, *marched, state, lag=lag)
+        jump = float(part.value(time[-1:])[0] - marched[1][-1])
+        if jump:  # at a discontinuity the value after it, at the last time as well
+            for row, more in zip(
+                output, (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump, strict=True
+            ):
+                row[-1] += more
+        return list(output)
+    index, elapsed = part.locate(time)
+    periods = part.count_periods(time)
+    states = BreakStates(part, rates, state, np.unique(np.concatenate([index, np.maximum(index - 1, 0)])))
+    asked = _Asked(states, gains, direct, lag)
+    begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
+    if len(time) < _LONG * len(begins):
+        return list(asked.at(time, index, elapsed, periods))
+    result = [np.empty(len(time)) for _ in gains]
+    for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
+        where, period = index[first], periods[first]
+        start = float(part.times[where] + period * (part.period or 0.0))
+
+        def evaluate(
+            since: Real, where: Indices = where, period: Indices = period, start: float = start
+        ) -> Real:
+            same = np.zeros(len(since), np.intp)
+            return asked.at(start + since, same + where, since, same + period)
+
+        for row, each in zip(
+            result, graded(evaluate, elapsed[first:last], float(np.max(rates))), strict=True
+        ):
+            row[first:last] = each
+    return result
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Outputs of modes under straight pieces, from their states at the breaks."""
+
+    states: BreakStates
+    gains: Real
+    direct: Real
+    lag: NDArray[np.bool_]
+
+    def at(self, time: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
+        """Return the outputs at times [s] in known pieces [V], shape (outputs, n)."""
+        part, rates = self.states.part, self.states.rates
+        now = part.after[index] + elapsed * part.slope_of(index)
+        result = np.outer(self.direct, now)
+        if np.any(self.lag):
+            result[self.lag] += lag_since_breaks(self.states, self.gains[self.lag], time)
+        if not np.all(self.lag):
+            own = self.gains[~self.lag]
+            for piece in chunks(len(time), len(rates)):
+                decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
+                began = part.after[index[piece]]
+                known = self.states.at(index[piece], periods[piece])
+                result[~self.lag, piece] += own @ (decay * known + begin * began + end * now[piece])
+        return result
+
+
+def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
+    """Compute the response of modes to straight pieces less the drive itself, shape (outputs, n) [V]."""
+    part, rates = states.part, states.rates
+    result = np.zeros((len(gains), len(time)))
+    index, elapsed = part.locate(time)
+    periods = part.count_periods(time)
+    first = (index == 0) & (periods == 0)
+    back = (elapsed == 0) & ~first
+    last = max(len(part.times) - 2, 0) if part.period is not None else 0
+    before = np.where(back, np.where(index > 0, index - 1, last), index)
+    periods = periods - (back & (index == 0))
+    elapsed = np.where(back, part.length_of(before), elapsed)
+    reached = part.before[np.where(index > 0, index, -1)]
+    jump, slopes = np.where(back, part.after[index] - reached, 0.0), part.slope_of(before)
+    for piece in chunks(len(time), len(rates)):
+        fallen = np.expm1(-rates[:, None] * elapsed[piece])
+        since = states.at(before[piece], periods[piece]) - part.after[before[piece]]
+        lag = (1 + fallen) * since + slopes[piece] * fallen / rates[:, None] - jump[piece]
+        result[:, piece] = gains @ lag
+    return result
+
+
+def chunks(samples: int, modes: int) -> list[slice]:
+    """Split many times into intervals whose states fit in memory together."""
+    length = max(1, CHUNK // modes)
+    return [slice(first, first + length) for first in range(0, samples, length)]
+
+
+def _marched(part: Linear, time: Real) -> tuple[Real, Real, Real | float] | None:
+    """Return starts, ends and durations of the pieces between output times that include every break; otherwise None."""
+    if part.begins_with(time):
+        last = len(time) - 1
+        steps = part.lengths[:last] if part.step is None else part.step
+        return part.after[:last], part.before[1 : last + 1], steps
+    even = _even_step(part, time)
+    if even is None:
+        return None
+    before, after = _sides(part.until(float(time[-1])), time)
+    return after[:-1], before[1:], even
+
+
+def _even_step(part: Linear, time: Real) -> float | None:
+    """Return the step of an even grid that begins at 0 and includes every break, if there are many samples."""
+    if len(time) < MANY_SAMPLES or time[0] != 0:
+        return None
+    end = float(time[-1])
+    if part.count_breaks(end) > len(time):
+        return None
+    step, rounding = end / (len(time) - 1), ROUNDING * end
+    times = part.until(end).times
+    breaks = times[times <= end + rounding]
+    off = np.max(np.abs(breaks - step * np.round(breaks / step)))
+    uneven = np.max(np.abs(time - step * np.arange(len(time))))
+    return step if max(off, uneven) <= rounding else None
+
+
+def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
+    """Return the drive just before and just after each time of a grid that includes every break."""
+    step = float(time[-1]) / (len(time) - 1)
+    after = part.value(time)
+    before = after.copy()
+    inside = part.times <= time[-1] * (1 + ROUNDING)
+    places = np.round(part.times[inside] / step).astype(int)
+    before[places], after[places] = part.before[inside], part.after[inside]
+    return before, after
+
+
+def periodic_state(part: Linear, rates: Real) -> Real:
+    """Compute the state of each mode at the beginning of a period, in the periodic state of a repeated drive.
+
+    `rates` (modes,); returns `state` (modes,) [V].
+
+    x0 = (state after one period from rest)/(1 - exp(-rate period)).
+    """
+    assert part.period is not None
+    one = part.until(part.period)
+    end = _break_states(one, rates, np.zeros(len(rates)))[:, -1]
+    state: Real = end / -np.expm1(-rates * part.period)
+    return state
+
+
+def _break_states(part: Linear, rates: Real, state: Real) -> Real:
+    """Return the states at the breaks, shape (modes, breaks)."""
+    return _states_at(part, rates, state, np.arange(len(part.times)))
+
+
+def _states_at(part: Linear, rates: Real, state: Real, places: Indices) -> Real:
+    """Return the states at some breaks, shape (modes, places)."""
+    if part.is_step or not len(rates):
+        return np.repeat(state[:, None], len(places), axis=1)
+    steps = part.lengths if part.step is None else part.step
+    states = np.empty((len(rates), len(places)))
+    for first in range(0, len(rates), _MODES_AT_ONCE):
+        some = slice(first, first + _MODES_AT_ONCE)
+        states[some] = states_at(-rates[some], part.after[:-1], part.before[1:], steps, state[some], places)
+    return states
+
+
+class BreakStates:
+    """States of modes at the breaks of straight pieces; for repeated pieces in any period, without the periods between.
+
+    Parameters
+    ----------
+    part : Linear
+        The pieces.
+    rates : ndarray, shape (modes,)
+        Rates of the modes [1/s], > 0.
+    state : ndarray, shape (modes,)
+        States at time 0 [V].
+    wanted : ndarray of int, optional
+        Breaks at which the states will be asked for; by default all.
+    """
+
+    def __init__(self, part: Linear, rates: Real, state: Real, wanted: Indices | None = None) -> None:
+        self.part, self.rates, self.state = part, rates, state
+        self.settled: Real | None = None
+        self.places: Indices | None = None
+        if part.period is not None:
+            self.states = _break_states(part, rates, np.zeros(len(rates)))
+            self.settled = self.states[:, -1] / -np.expm1(-rates * part.period)
+        elif wanted is None or len(part.times) <= _FEW_BREAKS:
+            self.states = _break_states(part, rates, state)
+        else:
+            self.places = np.unique(wanted)
+            self.states = _states_at(part, rates, state, self.places)
+
+    def at(self, index: Indices, periods: Indices) -> Real:
+        """Return the states at breaks of a period, some periods after the first.
+
+        `index`, `periods` (n,); returns `states` (modes, n) [V].
+
+        After k periods T a mode is at x_0 + (x_settled - x_0)(1 - exp(-rate k T)); this state decays until the break.
+        """
+        if self.places is not None:
+            index = np.searchsorted(self.places, index)
+        states: Real = self.states[:, index]
+        if self.settled is None or self.part.period is None:
+            return states
+        came = -np.expm1(-np.outer(self.rates * self.part.period, periods))
+        begins = self.state[:, None] + (self.settled - self.state)[:, None] * came
+        decayed: Real = states + begins * np.exp(-np.outer(self.rates, self.part.times[index]))
+        return decayed
+
+
+def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:
+    """Compute sums of relaxations at many times by interpolation between a few.
+
+    `evaluate` returns them at any times [s], shape (outputs, times); `since` (n,) [s] are increasing times after a corner, and
+    `fastest` is the largest rate [1/s].
+    """
+    if len(since) <= STRETCHES * FEW_TIMES:
+        return list(evaluate(since))
+    doublings = int(np.ceil(np.log2(max(float(since[-1]) * fastest, 1.0)))) + 1
+    growing = 2.0 ** np.arange(doublings)[:, None] * (1 + np.arange(STRETCHES) / STRETCHES)
+    marks = np.concatenate([np.arange(1, STRETCHES) / STRETCHES, growing.ravel()]) / fastest
+    edges = np.unique(np.concatenate([[0], np.searchsorted(since, marks), [len(since)]]))
+    longer = np.diff(edges) > FEW_TIMES
+    nodes, to_coefficients = chebyshev_rule(GRADED_DEGREE)
+    first, last = since[edges[:-1]][longer], since[edges[1:] - 1][longer]
+    middle, half = (first + last) / 2, (last - first) / 2
+    scale = np.where(half > 0, half, 1.0)  # times that differ by less than their rounding
+    alone = np.repeat(~longer, np.diff(edges))
+    at_nodes = evaluate((middle[:, None] + half[:, None] * nodes).ravel())
+    found = [np.empty(len(since)) for _ in at_nodes]
+    if np.any(alone):
+        for row, each in zip(found, evaluate(since[alone]), strict=True):
+            row[alone] = each
+    coefficients = at_nodes.reshape(len(at_nodes), -1, GRADED_DEGREE + 1) @ to_coefficients.T
+    for place, (begin, end) in enumerate(
+        zip(edges[:-1][longer].tolist(), edges[1:][longer].tolist(), strict=True)
+    ):
+        for at in range(begin, end, _AT_ONCE):
+            some = slice(at, min(at + _AT_ONCE, end))
+            powers = np.polynomial.chebyshev.chebvander(
+                (since[some] - middle[place]) / scale[place], GRADED_DEGREE
+            )
+            for row, each in zip(found, coefficients[:, place] @ powers.T, strict=True):
+                row[some] = each
+    return found
+
+
+@functools.cache
+def chebyshev_rule(degree: int) -> tuple[Real, Real]:
+    """Return nodes between -1 and 1, and the matrix from values there to Chebyshev coefficients."""
+    nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
+    return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, degree)))
+
+
+def fading(weights: Real, rates: Real, since: Real) -> list[Real]:
+    """Compute the sum of weight exp(-rate t) over modes.
+
+    `weights` (outputs, modes), `rates` (modes,) [1/s], `since` (n,) [s]; returns one array (n,) for each output.
+    """
+
+    def evaluate(moments: Real) -> Real:
+        found = np.empty((len(weights), len(moments)))
+        length = max(1, _HELD // len(rates))
+        for first in range(0, len(moments), length):
+            some = moments[first : first + length]
+            left = rates * some[0] < _FORGOTTEN
+            found[:, first : first + length] = weights[:, left] @ np.exp(-np.outer(rates[left], some))
+        return found
+
+    fastest = float(np.max(rates, initial=0.0))
+    if not len(since) or not fastest:
+        return [np.full(len(since), total) for total in weights.sum(axis=1)]
+    return graded(evaluate, since, fastest)
