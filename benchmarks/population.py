@@ -25,10 +25,10 @@ from electrovib.solve.population.kernels import (
     mean_square_over_frequency,
     merged,
     quantiles,
-    secular_roots_many,
     square_moments_many,
 )
 from electrovib.solve.recursion import long_records, march
+from electrovib.solve.stack.secular import secular_offsets
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
 DRAWS, FREQUENCIES = 100_000, np.geomspace(1, 1e6, 200)
@@ -189,9 +189,9 @@ def poles() -> list[object]:
     random = np.random.default_rng(2)
     nodes = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.1, (FINGERS, MODES)))
     given = np.sort(nodes, axis=1), nodes * random.lognormal(size=nodes.shape), random.lognormal(size=FINGERS)
+    turned = [np.ascontiguousarray(each.T) for each in given]
     found = [
-        measure("electrovib, numba", lambda: secular_roots_many(*given), 15),
-        measure("electrovib, numpy", numpy_kernel(lambda: secular_roots_many(*given)), 1),
+        measure("electrovib, numba", lambda: secular_offsets(*turned), 15),
         measure("numpy.linalg.eigvalsh, batched", batched_eigenvalues(*given), 3),
     ]
     notes = [

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.solve.population import population
-from electrovib.solve.population.kernels import merged, moments, secular_many, square_moments_many, stepping
+from electrovib.solve.population.kernels import merged, moments, square_moments_many, stepping
 from electrovib.solve.population.kernels.choice import compiled
 from electrovib.solve.population.together import pairs, steady_sines
 
@@ -393,14 +393,14 @@ def test_means_without_storing_are_those_of_the_signals(scenario):
 
 @pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kang_2017/offset", "vardar_2017/square"])
 def test_numpy_and_compiled_kernels_agree(scenario, monkeypatch):
-    if secular_many.compiled() is None:
+    if stepping.compiled() is None:
         pytest.skip("no compiled kernel in this process")
     member = ev.load(scenario)
     free, time = (CASES | SKIN)[scenario][:2], times_of(member, 20)
     given = draw(member, free, 40)
     many = population(member, free, time=time)
     compiled = many.signals(given)["electrostatic_force"]
-    for module in (secular_many, stepping, pairs, steady_sines):
+    for module in (stepping, pairs, steady_sines):
         monkeypatch.setattr(module, "compiled", lambda: None)
     plain = many.signals(given)["electrostatic_force"]
     peaks = np.max(np.abs(plain), axis=1, keepdims=True)

@@ -60,7 +60,7 @@ except Exception as error:
 @pytest.mark.parametrize("width", [1, 4])
 def test_kernels_of_other_widths_pass_the_same_tests(width, tmp_path):
     """With vectors of four numbers, and as plain loops; the compiled code is kept elsewhere."""
-    folder, names = Path(__file__).parent, ("stepping", "secular_many", "over_frequency")
+    folder, names = Path(__file__).parent, ("stepping", "over_frequency")
     files = [str(folder / f"test_{name}.py") for name in names]
     environment = os.environ | {"ELECTROVIB_WIDTH": str(width), "NUMBA_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", "numba", *files]

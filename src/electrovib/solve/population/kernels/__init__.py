@@ -15,14 +15,12 @@ from electrovib.solve.population.kernels.over_frequency import (
     transfer_over_frequency,
 )
 from electrovib.solve.population.kernels.quantiles import quantiles, square_quantiles
-from electrovib.solve.population.kernels.secular_many import ManyRoots, secular_roots_many
 from electrovib.solve.population.kernels.stepping import first_order_hold_many
 from electrovib.solve.population.kernels.time_steps import BLOCK
 
 __all__ = [
     "BLOCK",
     "Histogram",
-    "ManyRoots",
     "Moments",
     "block_moments",
     "cole_cole_over_frequency",
@@ -32,7 +30,6 @@ __all__ = [
     "merged",
     "moments",
     "quantiles",
-    "secular_roots_many",
     "square_moments_many",
     "square_quantiles",
     "transfer_over_frequency",

@@ -3,7 +3,6 @@
 from electrovib.solve.population.kernels.compiled.calls import (
     moments,
     name,
-    secular,
     square_moments,
     step,
 )
@@ -31,7 +30,6 @@ __all__ = [
     "name",
     "octaves",
     "order_statistics",
-    "secular",
     "square_moments",
     "square_order_statistics",
     "step",

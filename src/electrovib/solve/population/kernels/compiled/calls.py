@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.solve.population.kernels.compiled import roots, tiles
+from electrovib.solve.population.kernels.compiled import tiles
 from electrovib.solve.population.kernels.compiled.stepping import TIMES
 from electrovib.solve.population.kernels.threads import in_threads, ranges
 from electrovib.solve.population.kernels.time_steps import BLOCK
@@ -125,20 +125,3 @@ def moments(values: Any, threads: int | None) -> Sequence[tuple[int, Real, Real]
 def _blocks(count: int, times: int) -> list[tuple[int, Real, Real]]:
     """Return the number of fingers of each block, and memory for its moments."""
     return [(end - begin, np.empty(times), np.empty(times)) for begin, end in ranges(count, BLOCK)]
-
-
-def secular(
-    nodes: Real, weights: Real, constant: Real, offsets: Real, origins: Indices, threads: int | None
-) -> Indices:
-    """Write offsets and origins of the roots of fingers, and return the fingers that need more digits.
-
-    `nodes`, `weights`, `constant` (fingers, nodes), `offsets`, `origins` (fingers, nodes).
-    """
-    lost = np.zeros(len(nodes), bool)
-
-    def work(part: tuple[int, int]) -> None:
-        memory = aligned((2 * nodes.shape[1] + 4) * WIDTH)
-        roots.roots_of(nodes, weights, constant, *part, memory, offsets, origins, lost)
-
-    in_threads(work, ranges(len(nodes), _TOGETHER), threads)
-    return np.flatnonzero(lost)
