@@ -7,19 +7,16 @@ import gc
 import os
 import tracemalloc
 from collections.abc import Callable
-from contextlib import contextmanager
 from statistics import median
 from time import perf_counter, process_time, sleep
 from typing import NamedTuple
 
 import numpy as np
 from benchmarks import one_finger
-from benchmarks.population_peers import batched_eigenvalues, by_jax, mean_square_of_powers, plain_numpy
+from benchmarks.population_peers import batched_eigenvalues, by_jax, mean_square_in_numpy, plain_numpy
 from benchmarks.table import surroundings, write_page
 
 from electrovib.solve.population.kernels import (
-    choice,
-    cole_cole_over_frequency,
     first_order_hold_many,
     kernel_name,
     mean_square_over_frequency,
@@ -27,7 +24,7 @@ from electrovib.solve.population.kernels import (
     quantiles,
     square_moments_many,
 )
-from electrovib.solve.recursion import long_records, march
+from electrovib.solve.recursion import march
 from electrovib.solve.stack.secular import secular_offsets
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
@@ -59,31 +56,6 @@ def measure(name: str, work: Callable[[], object], repeats: int, pause: float = 
         processor.append(process_time() - used)
     gc.enable()
     return Measured(name, median(wall), median(processor), repeats, result)
-
-
-@contextmanager
-def kernel(name: str):
-    """Compute with a kernel of a given name."""
-    before = os.environ.get(choice.CHOICE)
-    os.environ[choice.CHOICE] = name
-    choice.compiled.cache_clear()
-    try:
-        yield
-    finally:
-        os.environ.pop(choice.CHOICE)
-        if before is not None:
-            os.environ[choice.CHOICE] = before
-        choice.compiled.cache_clear()
-
-
-def numpy_kernel(work: Callable[[], object]) -> Callable[[], object]:
-    """Return the same work with the kernel of numpy."""
-
-    def chosen() -> object:
-        with kernel("numpy"):
-            return work()
-
-    return chosen
 
 
 class Population(NamedTuple):
@@ -154,7 +126,6 @@ def stepping() -> list[list[object]]:
     memory = np.empty((FINGERS, SAMPLES), np.float32)
     ours = measure("electrovib, numba", streamed, 15)
     peers = [
-        measure("electrovib, numpy", numpy_kernel(streamed), 3),
         measure("numpy, all fingers at once", plain_numpy(fingers, factor), 3),
         *[measure(name, work, 5) for name, work in by_jax(fingers, factor)],
     ]
@@ -201,37 +172,15 @@ def poles() -> list[object]:
 
 
 def sweeps() -> list[object]:
-    """Return the table of transfer functions over frequency."""
+    """Return the table of mean squares over frequency."""
     random = np.random.default_rng(3)
     rates = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.2, (DRAWS, MODES)))
     given = rates, rates * random.dirichlet(np.ones(MODES), DRAWS), np.full(DRAWS, 0.1), FREQUENCIES
-    terms = np.array([[1e4, 1e2]]) * random.lognormal(size=(DRAWS, 2))
-    times, alpha = (
-        np.array([[1e-3, 1e-6]]) * random.lognormal(size=(DRAWS, 2)),
-        random.uniform(0, 0.4, (DRAWS, 2)),
-    )
-    layer = np.full(DRAWS, 4.0), terms, times, alpha, np.full(DRAWS, 1e5), FREQUENCIES
     memory = np.empty((DRAWS, FREQUENCIES.size))
-    wide = np.empty(memory.shape, complex)
     found = [
-        measure("mean force, numba", lambda: mean_square_over_frequency(*given, out=memory), 7),
+        measure("electrovib, numba", lambda: mean_square_over_frequency(*given, out=memory), 7),
         measure(
-            "mean force, numpy in blocks",
-            numpy_kernel(lambda: mean_square_over_frequency(*given, out=memory)),
-            1,
-        ),
-        measure(
-            "permittivity of two Cole-Cole terms, numba",
-            lambda: cole_cole_over_frequency(*layer, out=wide),
-            5,
-        ),
-        measure(
-            "permittivity of two Cole-Cole terms, numpy in blocks",
-            numpy_kernel(lambda: cole_cole_over_frequency(*layer, out=wide)),
-            1,
-        ),
-        measure(
-            "the same, complex powers, a tenth of the draws", mean_square_of_powers(layer, DRAWS // 10), 1
+            "complex numbers in numpy, a tenth of the draws", mean_square_in_numpy(given, DRAWS // 10), 1
         ),
     ]
     found[-1] = found[-1]._replace(wall=10 * found[-1].wall, processor=10 * found[-1].processor)
@@ -239,7 +188,7 @@ def sweeps() -> list[object]:
         f"{DRAWS} draws of {MODES} modes at {FREQUENCIES.size} frequencies. The last row is ten times a tenth of the work."
     ]
     return [
-        "Transfer functions over frequency",
+        "Mean squares over frequency",
         notes,
         head("ns/point"),
         ratio_rows(found, 1e-9, DRAWS * 200, {}),
@@ -251,29 +200,22 @@ def long_record() -> list[list[object]]:
     drive = one_finger.trapezoidal_pulse()
     places = np.unique(np.concatenate([np.arange(0, drive.size, 24_770), [1, 100, 200, drive.size - 1]]))
     exact = one_finger.reference(places)
-    worth, rest = long_records._WORTH, np.zeros(one_finger.POLES.size)  # noqa: SLF001
+    rest = np.zeros(one_finger.POLES.size)
 
-    def work(samples: np.ndarray, least: int) -> Callable[[], np.ndarray]:
-        def run() -> np.ndarray:
-            long_records._WORTH = least  # noqa: SLF001
-            gains = [one_finger.GAINS], [one_finger.DIRECT]
-            found = march(one_finger.POLES, *gains, samples[:-1], samples[1:], one_finger.STEP, rest)[0][0]
-            long_records._WORTH = worth  # noqa: SLF001
-            return found
-
-        return run
+    def work(samples: np.ndarray) -> Callable[[], np.ndarray]:
+        gains = [one_finger.GAINS], [one_finger.DIRECT]
+        return lambda: march(one_finger.POLES, *gains, samples[:-1], samples[1:], one_finger.STEP, rest)[0][0]
 
     found = [
-        measure("electrovib, numba", work(drive, 0), 101),
-        measure("the same, each time after a pause of 30 ms", work(drive, 0), 25, 0.03),
-        measure("electrovib, numpy", work(drive, 10**12), 9),
+        measure("electrovib", work(drive), 101),
+        measure("the same, each time after a pause of 30 ms", work(drive), 25, 0.03),
         measure("sosfilt, 6 biquads", one_finger._biquads(drive), 9),  # noqa: SLF001
         measure("scipy.signal.lsim", one_finger._lsim(drive), 2),  # noqa: SLF001
     ]
     scale = np.abs(exact).max()
     remarks = {each.name: f"error {np.abs(each.result[places] - exact).max() / scale:.1e}" for each in found}
     long = np.tile(drive, 10)
-    copied = [measure("copy of the record", long.copy, 5), measure("electrovib, numba", work(long, 0), 5)]
+    copied = [measure("copy of the record", long.copy, 5), measure("electrovib", work(long), 5)]
     notes = [f"{drive.size} samples, {MODES} modes; errors against a closed form of 40 digits."]
     times = "Weights and memory for the result included; the compiled code is loaded before."
     longer = [f"{long.size} samples, {MODES} modes."]
