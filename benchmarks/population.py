@@ -7,26 +7,23 @@ import gc
 import os
 import tracemalloc
 from collections.abc import Callable
-from contextlib import contextmanager
 from statistics import median
 from time import perf_counter, process_time
 from typing import NamedTuple
 
 import numpy as np
-from benchmarks.population_peers import batched_eigenvalues, by_jax, mean_square_of_powers, plain_numpy
+from benchmarks.population_peers import batched_eigenvalues, by_jax, mean_square_in_numpy, plain_numpy
 from benchmarks.table import surroundings, write_page
 
 from electrovib.solve.population.kernels import (
-    choice,
-    cole_cole_over_frequency,
     first_order_hold_many,
     kernel_name,
     mean_square_over_frequency,
     merged,
     quantiles,
-    secular_roots_many,
     square_moments_many,
 )
+from electrovib.solve.stack.secular import secular_offsets
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
 DRAWS, FREQUENCIES = 100_000, np.geomspace(1, 1e6, 200)
@@ -56,31 +53,6 @@ def measure(name: str, work: Callable[[], object], repeats: int) -> Measured:
         processor.append(process_time() - used)
     gc.enable()
     return Measured(name, median(wall), median(processor), repeats, result)
-
-
-@contextmanager
-def kernel(name: str):
-    """Compute with a kernel of a given name."""
-    before = os.environ.get(choice.CHOICE)
-    os.environ[choice.CHOICE] = name
-    choice.compiled.cache_clear()
-    try:
-        yield
-    finally:
-        os.environ.pop(choice.CHOICE)
-        if before is not None:
-            os.environ[choice.CHOICE] = before
-        choice.compiled.cache_clear()
-
-
-def numpy_kernel(work: Callable[[], object]) -> Callable[[], object]:
-    """Return the same work with the kernel of numpy."""
-
-    def chosen() -> object:
-        with kernel("numpy"):
-            return work()
-
-    return chosen
 
 
 class Population(NamedTuple):
@@ -151,7 +123,6 @@ def stepping() -> list[list[object]]:
     memory = np.empty((FINGERS, SAMPLES), np.float32)
     ours = measure("electrovib, numba", streamed, 15)
     peers = [
-        measure("electrovib, numpy", numpy_kernel(streamed), 3),
         measure("numpy, all fingers at once", plain_numpy(fingers, factor), 3),
         *[measure(name, work, 5) for name, work in by_jax(fingers, factor)],
     ]
@@ -186,9 +157,9 @@ def poles() -> list[object]:
     random = np.random.default_rng(2)
     nodes = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.1, (FINGERS, MODES)))
     given = np.sort(nodes, axis=1), nodes * random.lognormal(size=nodes.shape), random.lognormal(size=FINGERS)
+    turned = [np.ascontiguousarray(each.T) for each in given]
     found = [
-        measure("electrovib, numba", lambda: secular_roots_many(*given), 15),
-        measure("electrovib, numpy", numpy_kernel(lambda: secular_roots_many(*given)), 1),
+        measure("electrovib, numba", lambda: secular_offsets(*turned), 15),
         measure("numpy.linalg.eigvalsh, batched", batched_eigenvalues(*given), 3),
     ]
     notes = [
@@ -198,37 +169,15 @@ def poles() -> list[object]:
 
 
 def sweeps() -> list[object]:
-    """Return the table of transfer functions over frequency."""
+    """Return the table of mean squares over frequency."""
     random = np.random.default_rng(3)
     rates = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.2, (DRAWS, MODES)))
     given = rates, rates * random.dirichlet(np.ones(MODES), DRAWS), np.full(DRAWS, 0.1), FREQUENCIES
-    terms = np.array([[1e4, 1e2]]) * random.lognormal(size=(DRAWS, 2))
-    times, alpha = (
-        np.array([[1e-3, 1e-6]]) * random.lognormal(size=(DRAWS, 2)),
-        random.uniform(0, 0.4, (DRAWS, 2)),
-    )
-    layer = np.full(DRAWS, 4.0), terms, times, alpha, np.full(DRAWS, 1e5), FREQUENCIES
     memory = np.empty((DRAWS, FREQUENCIES.size))
-    wide = np.empty(memory.shape, complex)
     found = [
-        measure("mean force, numba", lambda: mean_square_over_frequency(*given, out=memory), 7),
+        measure("electrovib, numba", lambda: mean_square_over_frequency(*given, out=memory), 7),
         measure(
-            "mean force, numpy in blocks",
-            numpy_kernel(lambda: mean_square_over_frequency(*given, out=memory)),
-            1,
-        ),
-        measure(
-            "permittivity of two Cole-Cole terms, numba",
-            lambda: cole_cole_over_frequency(*layer, out=wide),
-            5,
-        ),
-        measure(
-            "permittivity of two Cole-Cole terms, numpy in blocks",
-            numpy_kernel(lambda: cole_cole_over_frequency(*layer, out=wide)),
-            1,
-        ),
-        measure(
-            "the same, complex powers, a tenth of the draws", mean_square_of_powers(layer, DRAWS // 10), 1
+            "complex numbers in numpy, a tenth of the draws", mean_square_in_numpy(given, DRAWS // 10), 1
         ),
     ]
     found[-1] = found[-1]._replace(wall=10 * found[-1].wall, processor=10 * found[-1].processor)
@@ -236,7 +185,7 @@ def sweeps() -> list[object]:
         f"{DRAWS} draws of {MODES} modes at {FREQUENCIES.size} frequencies. The last row is ten times a tenth of the work."
     ]
     return [
-        "Transfer functions over frequency",
+        "Mean squares over frequency",
         notes,
         head("ns/point"),
         ratio_rows(found, 1e-9, DRAWS * 200, {}),

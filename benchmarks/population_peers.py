@@ -4,12 +4,14 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from electrovib.solve.population.kernels.time_steps import step_weights
+from electrovib.solve.population.kernels import time_steps
+from electrovib.solve.recursion import hold_weights
 
 
 def _weights(fingers, factor) -> tuple:
     """Return decay, scale and direct share of each finger, with the factor of the square in them, (modes, fingers)."""
-    decay, earlier, later = step_weights(fingers.rates, float(fingers.time[1]))
+    decay, earlier, later = hold_weights(-fingers.rates * float(fingers.time[1]))
+    earlier, later = earlier / fingers.rates, later / fingers.rates
     scale = fingers.residues * (decay * later + earlier)
     direct = fingers.direct + (fingers.residues * later).sum(axis=1)
     share = np.sqrt(factor)
@@ -76,15 +78,37 @@ def batched_eigenvalues(nodes, weights, constant) -> Callable[[], np.ndarray]:
     return lambda: np.linalg.eigvalsh(matrices)
 
 
-def mean_square_of_powers(layer: tuple, draws: int) -> Callable[[], np.ndarray]:
-    """Return the work with complex powers in numpy, for some of the draws."""
-    high, strengths, times, alpha, loss = (each[:draws] for each in layer[:5])
-    s = 2j * np.pi * layer[5]
+def mean_square_in_numpy(given: tuple, draws: int) -> Callable[[], np.ndarray]:
+    """Return the work with complex numbers in numpy, for some of the draws."""
+    rates, residues, direct = (each[:draws] for each in given[:3])
+    s = 2j * np.pi * given[3]
 
     def work() -> np.ndarray:
-        relaxing = strengths[..., np.newaxis] / (
-            1 + (s * times[..., np.newaxis]) ** (1 - alpha[..., np.newaxis])
-        )
-        return high[:, np.newaxis] + relaxing.sum(axis=1) + loss[:, np.newaxis] / s
+        total = np.broadcast_to(direct[:, np.newaxis], (draws, s.size)).astype(complex)
+        for rate, residue in zip(rates.T, residues.T, strict=True):
+            total += residue[:, np.newaxis] / (s + rate[:, np.newaxis])
+        return (total.real**2 + total.imag**2) / 2
 
     return work
+
+
+def squares_in_numpy(squares) -> np.ndarray:
+    """Return factor times the squared responses of fingers, (times, fingers), by a loop over the times."""
+    rates, residues, direct, state, voltage, time, factor, places = squares
+    steps = time_steps(time)
+    weights = [_of_duration(rates, residues, duration) for duration in steps.duration.tolist()]
+    rows, state = np.empty((voltage.size, len(rates))), state.T
+    rows[0] = direct * voltage[0] + state.sum(axis=0)
+    for place, kind in enumerate(steps.kind.tolist()):
+        decay, earlier, later = weights[kind]
+        state = decay * state + earlier * voltage[place] + later * voltage[place + 1]
+        rows[place + 1] = direct * voltage[place + 1] + state.sum(axis=0)
+    return factor * rows[places] ** 2
+
+
+def _of_duration(rates, residues, duration) -> tuple:
+    """Return the weights of the states and of both ends of a step, (modes, fingers)."""
+    decay, earlier, later = hold_weights(-np.ascontiguousarray(rates.T) * duration)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gain = np.where(rates > 0, residues / rates, 0.0).T
+    return decay, earlier * gain, later * gain

@@ -15,6 +15,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from benchmarks.population_peers import squares_in_numpy
 from benchmarks.table import surroundings, write
 
 SCENARIO, SPACE, SEED = "vezzoli_2014/fig6_gap", "fingers", 1
@@ -51,7 +52,7 @@ def study(fingers, samples, folder):
 
 
 def numpy_job(fingers, samples, folder):
-    """Time the same job in vectorised numpy: numpy kernels over blocks of fingers, numpy's percentiles, one file [s]."""
+    """Time the same job in vectorised numpy: steps of blocks of fingers, numpy's percentiles, one file [s]."""
     from electrovib.scenario.space import read_space
     from electrovib.solve.population import population
 
@@ -63,10 +64,10 @@ def numpy_job(fingers, samples, folder):
     values = np.empty((fingers, many.time.size), np.float32)
     for start in range(0, fingers, 1024):
         stop = min(start + 1024, fingers)
-        values[start:stop] = many.signals(space.draw(SEED, start, stop))["electrostatic_force"]
+        values[start:stop] = squares_in_numpy(many.squares(space.draw(SEED, start, stop))).T
     bands = np.percentile(values, SHARES, axis=0)
     np.savez(Path(folder) / "bands.npz", bands=bands, mean=values.mean(axis=0), variance=values.var(axis=0))
-    return {"time": perf_counter() - begin, "kernel": many.kernel, "median": float(bands[1].max())}
+    return {"time": perf_counter() - begin, "kernel": "numpy", "median": float(bands[1].max())}
 
 
 def workers(count, fingers, folder):
@@ -87,17 +88,14 @@ def workers(count, fingers, folder):
     return {"time": perf_counter() - begin, "method": found.attrs["method"]}
 
 
-def in_process(what, *arguments, kernel=""):
+def in_process(what, *arguments):
     """Run one measurement in a process of its own; return its figures, with its peak memory [MB] and whole time [s]."""
-    import os
-
     folder = tempfile.mkdtemp()
-    environment = os.environ | ({"ELECTROVIB_KERNEL": kernel} if kernel else {})
     begin = perf_counter()
     try:
         done = subprocess.run(
             [sys.executable, "-m", "benchmarks.study", "--measure", what, *map(str, arguments), folder],
-            capture_output=True, text=True, check=False, env=environment,
+            capture_output=True, text=True, check=False,
         )  # fmt: skip
         if done.returncode:
             raise RuntimeError(done.stderr)
@@ -139,7 +137,7 @@ def main(sizes=SIZES):
                 found[fingers],
             )
         )
-    peer = in_process("numpy", min(PEER, sizes[0]), SAMPLES, kernel="numpy")
+    peer = in_process("numpy", min(PEER, sizes[0]), SAMPLES)
     same = in_process("study", min(PEER, sizes[0]), SAMPLES)
     rows += [row("ev.study", min(PEER, sizes[0]), same), row("vectorised numpy", min(PEER, sizes[0]), peer)]
     for count in (1, 2):

@@ -11,7 +11,6 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
-from electrovib.solve.population.kernels.choice import compiled
 from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
 from electrovib.solve.population.together.compare import compare
 from electrovib.solve.population.together.over_frequency import OverFrequency
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.population.kernels.time_steps import TimeSteps
+    from electrovib.solve.population.kernels import TimeSteps
     from electrovib.solve.population.together.forces import Squares
 
 TOGETHER: Final = (
@@ -149,12 +148,7 @@ class Population:
     def is_streamed(self) -> bool:
         """Whether means and variances take less time from `squares` than from stored signals."""
         found = self._together
-        return (
-            compiled() is not None
-            and isinstance(found, OverTime)
-            and found.has_squares
-            and found.has_few_poles
-        )
+        return isinstance(found, OverTime) and found.has_squares and found.has_few_poles
 
     @property
     def grid(self) -> tuple[Real, TimeSteps, Indices]:

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.arrays import Indices, Numbers, Real
+from electrovib.core.errors import InputError
 from electrovib.solve.stack.few_poles import Roots, _between_two_poles, _of_one_pole, _of_two_poles, _roots_at
-from electrovib.solve.stack.secular_input import _checked
+from electrovib.solve.stack.secular_input import _checked, refuse_beyond_reach
+from electrovib.solve.stack.secular_step import step_with
 
 _ROUNDING = float(np.finfo(float).eps)
 
@@ -19,27 +21,28 @@ _ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than ab
 _SLACK = 8 * _ROUNDING
 _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
 _TINY = decimal.Decimal("1e-25")
+_step = step_with(np.where)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Rows:
-    """Equations of the roots, one row for each, mirrored where the root lies below its origin.
+class _Equations:
+    """Equations of the roots of one or many problems, one column for each, mirrored where the root lies below its origin.
 
     With t > 0 the distance from the origin, the root is where
     ``weight/t + sum(rest/(t - position)) + level = 0``; the left side falls with t.
     """
 
-    position: Numbers  # (rows, nodes), of the nodes relative to the origin, positive towards the root
-    weight: Numbers  # (rows,), of the origin
-    rest: Numbers  # (rows, nodes), the weights with 0 at the origin
-    level: Numbers  # (rows,)
-    neighbour: Numbers  # (rows,), position of the other end of the bracket, 0 where there is none
+    position: Numbers  # (nodes, roots), of the nodes relative to the origin, positive towards the root
+    weight: Numbers  # (roots,), of the origin
+    rest: Numbers  # (nodes, roots), the weights with 0 at the origin
+    level: Numbers  # (roots,)
+    neighbour: Numbers  # (roots,), position of the other end of the bracket, 0 where there is none
 
-    def take(self, chosen: NDArray[Any]) -> _Rows:
-        return _Rows(
-            position=self.position[chosen],
+    def take(self, chosen: NDArray[Any]) -> _Equations:
+        return _Equations(
+            position=self.position[:, chosen],
             weight=self.weight[chosen],
-            rest=self.rest[chosen],
+            rest=self.rest[:, chosen],
             level=self.level[chosen],
             neighbour=self.neighbour[chosen],
         )
@@ -78,87 +81,119 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
         return _between_two_poles(node, weight)
     if node.size == 2 and (found := _of_two_poles(node, weight, float(constant))) is not None:
         return found
-    origin, side, reach = _nearer_ends(node, weight, float(constant))
-    rows = _rows(node, weight, float(constant), origin, side)
-    distance = _solve(rows, reach, tolerance=1e-10, noise=2 * _ROUNDING)
-    sums = _sums(rows, distance)
-    doubtful = sums.size > _ILL_CONDITIONED * (rows.weight + distance * distance * sums.steepness)
+    offset, origin = _roots(node[:, None], weight[:, None], np.array([float(constant)]))
+    count = node.size - (constant == 0)
+    return _roots_at(node, weight, origin[:count, 0], offset[:count, 0])
+
+
+def secular_offsets(nodes: Real, weights: Real, constants: Real) -> tuple[Real, Indices]:
+    """Find the roots of many problems of `secular_roots` with equal numbers of nodes.
+
+    `nodes`, `weights` (nodes, problems), `constants` (problems,); returns `offsets`, `origins` (nodes, problems): the
+    distance of each root from the nearer end of its bracket, infinite for the last root where the constant is 0, and the
+    index of that end.
+    """
+    if (
+        nodes.ndim != 2
+        or not len(nodes)
+        or weights.shape != nodes.shape
+        or constants.shape != nodes.shape[1:]
+    ):
+        raise InputError(
+            f"nodes, weights and constants have the shapes {nodes.shape}, {weights.shape} and {constants.shape}: expected "
+            "(nodes, problems) twice, and (problems,)."
+        )
+    refuse_beyond_reach(nodes, weights, constants)
+    from electrovib.solve.stack.secular_many import write_roots
+
+    node, weight, constant = (np.ascontiguousarray(each, float) for each in (nodes, weights, constants))
+    offsets, origins = np.full(node.shape, np.inf), np.empty(node.shape, np.intp)
+    lost = np.zeros(len(constant), bool)
+    write_roots(node, weight, constant, offsets, origins, lost)
+    if lost.any():  # by rounding: with as many digits as they need
+        found = _roots(node[:, lost], weight[:, lost], constant[lost])
+        offsets[:, lost], origins[:, lost] = found
+    return offsets, origins
+
+
+def _roots(node: Real, weight: Real, constant: Real) -> tuple[Real, Indices]:
+    """Return offsets and origins as `secular_offsets` does."""
+    root, problem, origin, side, reach = _nearer_ends(node, weight, constant)
+    equations = _equations(node, weight, constant, problem, origin, side)
+    distance = _solve(equations, reach, tolerance=1e-10, noise=2 * _ROUNDING)
+    sums = _sums(equations, distance)
+    doubtful = sums.size > _ILL_CONDITIONED * (equations.weight + distance * distance * sums.steepness)
     if doubtful.any():
+        chosen = problem[doubtful], origin[doubtful], side[doubtful]
         with decimal.localcontext(_LONG):
-            rows = _long_rows(node, weight, float(constant), origin[doubtful], side[doubtful])
-            long = _solve(rows, _long(reach[doubtful]), tolerance=_TINY, noise=_TINY**5)
+            equations = _long_equations(node, weight, constant, *chosen)
+            long = _solve(equations, _long(reach[doubtful]), tolerance=_TINY, noise=_TINY**5)
             distance[doubtful] = long.astype(float)
-    return _roots_at(node, weight, origin, np.where(side > 0, distance, -distance))
+    offsets, origins = np.full(node.shape, np.inf), np.full(node.shape, len(node) - 1, np.intp)
+    offsets[root, problem], origins[root, problem] = np.where(side > 0, distance, -distance), origin
+    return offsets, origins
 
 
-def _nearer_ends(node: Real, weight: Real, constant: float) -> tuple[Indices, Indices, Real]:
-    """Return origin, side of the origin the root is on, and an upper bound of its distance."""
-    left = np.arange(node.size - 1)
-    upwards = np.ones_like(left)
-    reach: Real = np.diff(node) / 2
+def _nearer_ends(node: Real, weight: Real, constant: Real) -> tuple[Indices, Indices, Indices, Indices, Real]:
+    """Return for each root its index, its problem, its origin, the side of the origin it is on, and a bound of its distance."""
+    count, problems = node.shape
+    left, problem = np.divmod(np.arange((count - 1) * problems), problems)
+    upwards, origin = np.ones_like(left), left
+    reach: Real = np.diff(node, axis=0).reshape(-1) / 2
     if left.size:
-        rows = _rows(node, weight, constant, left, upwards)
-        sums = _sums(rows, reach)
+        sums = _sums(_equations(node, weight, constant, problem, left, upwards), reach)
         product = sums.product
         doubtful = np.abs(product) <= 64 * _ROUNDING * sums.size
         if doubtful.any():  # the nearer end follows from the sign alone, so the sign must be right
+            chosen = problem[doubtful], left[doubtful], upwards[doubtful]
             with decimal.localcontext(_LONG):
-                rows = _long_rows(node, weight, constant, left[doubtful], upwards[doubtful])
-                product[doubtful] = np.where(_sums(rows, _long(reach[doubtful])).product > 0, 1, -1)
+                equations = _long_equations(node, weight, constant, *chosen)
+                product[doubtful] = np.where(_sums(equations, _long(reach[doubtful])).product > 0, 1, -1)
         above = product > 0
-        left, upwards = left + above, np.where(above, -1, 1)
-    if constant > 0:
-        left = np.append(left, node.size - 1)
-        upwards = np.append(upwards, 1)
-        reach = np.append(reach, weight.sum() / constant)
-    return left, upwards, reach * (1 + _SLACK)
-
-
-def _rows(node: Numbers, weight: Numbers, constant: Any, origin: Indices, side: Indices) -> _Rows:
-    row = np.arange(origin.size)
-    position = side[:, None] * (node - node[origin][:, None])
-    rest = np.repeat(weight[None, :], origin.size, axis=0)
-    rest[row, origin] = 0 * weight[origin]
-    # the bracket of the root above the last node has no other end: the index is that of the origin, position 0
-    neighbour = position[row, np.minimum(origin + side, node.size - 1)]
-    return _Rows(
-        position=position, weight=weight[origin], rest=rest, level=-side * constant, neighbour=neighbour
+        origin, upwards = left + above, np.where(above, -1, 1)
+    last = np.flatnonzero(constant > 0)
+    top = np.full(last.size, count - 1)
+    reach = np.concatenate([reach, weight[:, last].sum(axis=0) / constant[last]]) * (1 + _SLACK)
+    return (
+        np.concatenate([left, top]),
+        np.concatenate([problem, last]),
+        np.concatenate([origin, top]),
+        np.concatenate([upwards, np.ones_like(last)]),
+        reach,
     )
 
 
-def _sums(rows: _Rows, distance: Numbers) -> _Sums:
-    apart = distance[:, None] - rows.position
-    terms = rows.rest / apart
-    others = terms.sum(axis=1)
-    rest = others + rows.level
-    size = rows.weight + distance * (np.abs(terms).sum(axis=1) + np.abs(rows.level))
+def _equations(
+    node: Numbers, weight: Numbers, constant: Numbers, problem: Indices, origin: Indices, side: Indices
+) -> _Equations:
+    column = np.arange(origin.size)
+    position = side * (node[:, problem] - node[origin, problem])
+    rest = weight[:, problem]
+    own = rest[origin, column]
+    rest[origin, column] = 0 * own
+    # the bracket of the root above the last node has no other end: the index is that of the origin, position 0
+    neighbour = position[np.minimum(origin + side, len(node) - 1), column]
+    return _Equations(
+        position=position, weight=own, rest=rest, level=-side * constant[problem], neighbour=neighbour
+    )
+
+
+def _sums(equations: _Equations, distance: Numbers) -> _Sums:
+    apart = distance - equations.position
+    terms = equations.rest / apart
+    others = terms.sum(axis=0)
+    rest = others + equations.level
+    size = equations.weight + distance * (np.abs(terms).sum(axis=0) + np.abs(equations.level))
     return _Sums(
-        product=rows.weight + distance * rest,
+        product=equations.weight + distance * rest,
         size=size,
         others=others,
         rest=rest,
-        steepness=(terms / apart).sum(axis=1),
+        steepness=(terms / apart).sum(axis=0),
     )
 
 
-def _step(rows: _Rows, distance: Numbers, sums: _Sums) -> tuple[Numbers, NDArray[np.bool_]]:
-    """Return the step to the zero of weight/t + level + strength/(t - pole), and whether it exists.
-
-    The pole is the other end of the bracket; level and strength are fitted to value and slope of the rest.
-    Without another end, all poles are on one side: then the level is kept, and the pole is fitted.
-    """
-    flat = sums.steepness == 0
-    fitted = np.where(flat, distance, sums.others / np.where(flat, 1 + 0 * distance, sums.steepness))
-    apart = np.where(rows.neighbour == 0, fitted, distance - rows.neighbour)
-    # in terms of the sums at the present distance, so that no terms cancel at the root
-    linear = sums.steepness * distance - sums.rest - sums.product / apart
-    square = linear * linear + 4 * sums.product * (sums.steepness - sums.rest / apart)
-    usable = (linear > 0) & (square >= 0)
-    divisor = np.where(usable, linear + np.sqrt(np.maximum(square, 0 * square)), 1 + 0 * linear)
-    return 2 * sums.product / divisor, usable
-
-
-def _solve(rows: _Rows, reach: Numbers, *, tolerance: Any, noise: Any) -> Numbers:
+def _solve(equations: _Equations, reach: Numbers, *, tolerance: Any, noise: Any) -> Numbers:
     """Return the distance of each root from its origin, at most ``reach``.
 
     Convergence is quadratic, so a last step below ``tolerance`` leaves an error of about its square.
@@ -166,34 +201,41 @@ def _solve(rows: _Rows, reach: Numbers, *, tolerance: Any, noise: Any) -> Number
     found = reach.copy()
     active = np.arange(reach.size)
     distance, high = reach, reach
-    sums = _sums(rows, distance)
-    low = reach * (rows.weight / sums.size) / 2
+    sums = _sums(equations, distance)
+    low = reach * (equations.weight / sums.size) / 2
     turn = 0
     while active.size:
-        step, usable = _step(rows, distance, sums)
-        low, high = np.where(sums.product > 0, distance, low), np.where(sums.product < 0, distance, high)
-        small = np.abs(step) <= tolerance * distance
-        done = (usable & small) | (np.abs(sums.product) <= noise * sums.size) | (high - low <= noise * low)
-        target = distance + step
-        near = usable & (8 * np.abs(step) <= distance)
-        found[active] = np.where(near, target, distance)
-        # bisection replaces a large step in every third turn, and later any step in every other, to shrink the bracket
-        bisect = ~(usable & (target > low) & (target < high)) | (~near & (turn % 3 == 2))
-        bisect |= (turn > 24) & (turn % 2 == 0)
-        distance = np.where(bisect, np.sqrt(low) * np.sqrt(high), target)
+        found[active], done, distance, low, high = _step(
+            distance,
+            low,
+            high,
+            equations.weight,
+            equations.level,
+            equations.neighbour,
+            sums.others,
+            sums.steepness,
+            sums.size,
+            turn,
+            tolerance,
+            noise,
+        )
         if done.any():
             keep = ~done
-            rows, active = rows.take(keep), active[keep]
+            equations, active = equations.take(keep), active[keep]
             distance, low, high = distance[keep], low[keep], high[keep]
-        sums = _sums(rows, distance)
+        sums = _sums(equations, distance)
         turn += 1
     return found
 
 
-def _long_rows(node: Real, weight: Real, constant: float, origin: Indices, side: Indices) -> _Rows:
-    """Return the rows in exact decimals, so that the same steps use as many digits as the context has."""
-    return _rows(_long(node), _long(weight), decimal.Decimal(constant), origin, side)
+def _long_equations(
+    node: Real, weight: Real, constant: Real, problem: Indices, origin: Indices, side: Indices
+) -> _Equations:
+    """Return the equations in exact decimals, so that the same steps use as many digits as the context has."""
+    nodes, weights, constants = (_long(each[..., problem]) for each in (node, weight, constant))
+    return _equations(nodes, weights, constants, np.arange(len(problem)), origin, side)
 
 
 def _long(numbers: Real) -> Numbers:
-    return np.array([decimal.Decimal(number) for number in numbers.tolist()], dtype=object)
+    flat = [decimal.Decimal(number) for number in numbers.reshape(-1).tolist()]
+    return np.array(flat, dtype=object).reshape(numbers.shape)

@@ -54,3 +54,14 @@ def _checked(nodes: ArrayLike, weights: ArrayLike, constant: float) -> tuple[Rea
             f"constant = {constant!r}: expected 0, or {1 / _LARGEST_WEIGHT:g} to {_LARGEST_WEIGHT:g}"
         )
     return node, weight
+
+
+def refuse_beyond_reach(nodes: Real, weights: Real, constants: Real) -> None:
+    """Refuse the first of many problems that `_checked` refuses; `nodes`, `weights` (nodes, problems)."""
+    inside = (nodes[0] >= 0) & (nodes[-1] <= _LARGEST_NODE)
+    inside &= (np.diff(nodes, axis=0) >= _SMALLEST_GAP).all(axis=0)
+    inside &= ((weights >= 1 / _LARGEST_WEIGHT) & (weights <= _LARGEST_WEIGHT)).all(axis=0)
+    inside &= (constants == 0) | ((constants >= 1 / _LARGEST_WEIGHT) & (constants <= _LARGEST_WEIGHT))
+    if not inside.all():
+        first = int(np.argmin(inside))
+        _checked(nodes[:, first], weights[:, first], float(constants[first]))

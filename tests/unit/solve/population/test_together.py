@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.solve.population import population
-from electrovib.solve.population.kernels import merged, moments, secular_many, square_moments_many, stepping
-from electrovib.solve.population.kernels.choice import compiled
+from electrovib.solve.population.kernels import block_moments, merged, square_moments_many
 from electrovib.solve.population.together import pairs, steady_sines
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
@@ -376,12 +375,12 @@ def test_means_without_storing_are_those_of_the_signals(scenario):
     many = population(member, free, time=times_of(member))
     given = draw(member, free, 1100)
     squares = many.squares(given)
-    assert many.is_streamed == (squares is not None and compiled() is not None)
+    assert many.is_streamed == (squares is not None)
     if scenario == "strong_1970/display_gap":  # a sine, not straight pieces
         assert squares is None
         return
     *numbers, factor, places = squares
-    expected = moments(many.signals(given)["electrostatic_force"])
+    expected = merged(block_moments(many.signals(given)["electrostatic_force"]))
     found = merged(square_moments_many(*numbers, factor=factor))
     assert found.fingers == expected.fingers == 1100
     np.testing.assert_allclose(
@@ -391,23 +390,7 @@ def test_means_without_storing_are_those_of_the_signals(scenario):
     np.testing.assert_allclose(found.squares[places], expected.squares, rtol=1e-11, atol=1e-12 * largest)
 
 
-@pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kang_2017/offset", "vardar_2017/square"])
-def test_numpy_and_compiled_kernels_agree(scenario, monkeypatch):
-    if secular_many.compiled() is None:
-        pytest.skip("no compiled kernel in this process")
-    member = ev.load(scenario)
-    free, time = (CASES | SKIN)[scenario][:2], times_of(member, 20)
-    given = draw(member, free, 40)
-    many = population(member, free, time=time)
-    compiled = many.signals(given)["electrostatic_force"]
-    for module in (secular_many, stepping, pairs, steady_sines):
-        monkeypatch.setattr(module, "compiled", lambda: None)
-    plain = many.signals(given)["electrostatic_force"]
-    peaks = np.max(np.abs(plain), axis=1, keepdims=True)
-    assert np.max(np.abs(plain - compiled) / peaks) < EQUAL
-
-
-def test_the_compiled_sums_of_pairs_and_sines_have_the_bits_of_numpy(monkeypatch):
+def test_sums_of_pairs_and_sines_are_their_formulas():
     rng = np.random.default_rng(4)
     nodes, begins = rng.uniform(0, 10, (5, 13)), rng.uniform(0, 10, (4, 13))
     given = nodes, rng.uniform(0.1, 1, (5, 13)), begins, rng.uniform(0.1, 1, (4, 13))
@@ -420,19 +403,21 @@ def test_the_compiled_sums_of_pairs_and_sines_have_the_bits_of_numpy(monkeypatch
         for factor in (None, rng.normal(size=13))
     ]
 
-    def both():
-        written = []
-        for kind in kinds:
-            for dtype in (np.float64, np.float32):
-                written.append(np.empty((13, 37), dtype))
-                steady_sines.write_sines(written[-1], **options, **kind)
-        return [*pairs.slopes_and_inverses(*given), *written]
-
-    compiled = both()
-    for module in (pairs, steady_sines):
-        monkeypatch.setattr(module, "compiled", lambda: None)
-    for one, other in zip(compiled, both(), strict=True):
-        np.testing.assert_array_equal(one, other)
+    nodes, weights, begins, offsets = given
+    slope, inverses = pairs.slopes_and_inverses(*given)
+    apart = (begins[:, None] - nodes) + offsets[:, None]
+    np.testing.assert_allclose(inverses, 1 / apart, rtol=1e-15)
+    np.testing.assert_allclose(slope, (weights / apart**2).sum(axis=1), rtol=1e-13)
+    sines = np.einsum("tf,tn->fn", options["in_phase"], waves["cosines"])
+    sines += np.einsum("tf,tn->fn", options["behind"], waves["sines"])
+    for kind in kinds:
+        start, level, factor = kind.values()
+        expected = sines + (0 if start is None else start) + (0 if level is None else level[:, None])
+        expected = expected if factor is None else factor[:, None] * expected**2
+        for dtype, off in ((np.float64, 1e-13), (np.float32, 1e-6)):
+            for out in (np.empty((13, 37), dtype), np.empty((37, 13), dtype).T):
+                steady_sines.write_sines(out, **options, **kind)
+                np.testing.assert_allclose(out, expected, atol=off * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kaczmarek_2006/biphasic", "kim_2015/current"])

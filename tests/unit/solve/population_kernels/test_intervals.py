@@ -31,7 +31,7 @@ def some_drive(times=1300):
 
 @pytest.mark.parametrize(("fingers", "modes"), [(1, 2), (77, 3), (4100, 1)])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_quantiles_are_those_of_stored_responses(kernel, fingers, modes, threads):
+def test_quantiles_are_those_of_stored_responses(fingers, modes, threads):
     given, (time, voltage) = some_fingers(fingers, modes), some_drive()
     outputs = np.flatnonzero(np.random.default_rng(3).random(time.size) < 0.7)
     outputs = outputs[(outputs < 256) | (outputs >= 512)]  # without any in some intervals
@@ -45,7 +45,7 @@ def test_quantiles_are_those_of_stored_responses(kernel, fingers, modes, threads
     assert found.tobytes() == quantiles(stored, SHARES).tobytes()
 
 
-def test_a_value_that_is_no_number_has_no_quantiles_at_its_times(kernel):
+def test_a_value_that_is_no_number_has_no_quantiles_at_its_times():
     given, (time, voltage) = some_fingers(30, 2), some_drive(300)
     known = {3: np.zeros((1, time.size), np.float32)}
     known[3][0, 200] = np.nan
@@ -60,7 +60,7 @@ def test_a_value_that_is_no_number_has_no_quantiles_at_its_times(kernel):
 @pytest.mark.slow
 @pytest.mark.parametrize("fingers", [1, 2500])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_counts_are_those_of_stored_responses(kernel, fingers, threads):
+def test_counts_are_those_of_stored_responses(fingers, threads):
     given, (time, voltage) = some_fingers(fingers, 2), some_drive()
     given["factor"][::3] *= -1.0
     outputs = np.flatnonzero(np.random.default_rng(3).random(time.size) < 0.7)
@@ -85,7 +85,7 @@ def assert_same_counts(found, expected):
     assert found.count == expected.count
 
 
-def test_merging_adds_the_counts(kernel):
+def test_merging_adds_the_counts():
     random = np.random.default_rng(1)
     one, other, both = Histogram(5), Histogram(5), Histogram(5)
     values = random.normal(size=(300, 5)) * 10.0 ** random.integers(-4, 4, (300, 5))

@@ -30,14 +30,14 @@ def columns(fingers, seed=1):
 
 @pytest.mark.parametrize("fingers", [1, 2, 3, 17, 1000, 5003])
 @pytest.mark.parametrize("threads", [1, 2])
-def test_quantiles_are_exact(kernel, fingers, threads):
+def test_quantiles_are_exact(fingers, threads):
     values = columns(fingers)
     found = quantiles(values, PROBABILITIES, threads=threads)
     expected = np.quantile(values.astype(float), PROBABILITIES, axis=0)
     assert np.allclose(found, expected, rtol=1e-15, atol=0)
 
 
-def test_infinities_have_an_order_and_nan_has_none(kernel):
+def test_infinities_have_an_order_and_nan_has_none():
     values = columns(99)
     values[3, 0], values[4, 1], values[5, 11] = np.inf, np.nan, -np.inf
     found = quantiles(values, [0.0, 1.0])
@@ -55,7 +55,7 @@ def test_quantiles_of_nothing_are_refused():
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_histogram_is_within_its_stated_error(kernel, threads):
+def test_a_histogram_is_within_its_stated_error(threads):
     values = columns(5003)
     counted = Histogram(values.shape[1])
     counted.add(values, threads=threads)
@@ -67,7 +67,7 @@ def test_a_histogram_is_within_its_stated_error(kernel, threads):
     assert counted.count == 5003
 
 
-def test_histograms_add_up_whatever_the_division(kernel):
+def test_histograms_add_up_whatever_the_division():
     values = columns(3000)
     whole = Histogram(values.shape[1])
     whole.add(values)
@@ -84,16 +84,7 @@ def test_histograms_add_up_whatever_the_division(kernel):
     assert np.array_equal(total.quantiles(PROBABILITIES), whole.quantiles(PROBABILITIES))
 
 
-def test_share_above_a_level(kernel):
-    values = np.repeat(np.arange(1, 101, dtype=np.float32)[:, np.newaxis], 3, axis=1)
-    values[:, 1] *= -1
-    counted = Histogram(3)
-    counted.add(values)
-    assert np.allclose(counted.exceedance(90.0), [0.105, 0.0, 0.105])
-    assert np.allclose(counted.exceedance(-90.0), [1.0, 0.895, 1.0])
-
-
-def test_a_histogram_counts_numbers_only(kernel):
+def test_a_histogram_counts_numbers_only():
     counted = Histogram(2)
     with pytest.raises(InputError, match="not a number"):
         counted.add([[1.0, np.nan]])
@@ -105,22 +96,10 @@ def test_a_histogram_counts_numbers_only(kernel):
     assert counted.quantiles([0.5]).tolist() == [[np.inf, -np.inf]]
 
 
-def test_each_place_in_the_order_is_found(kernel):
+def test_each_place_in_the_order_is_found():
     """Consecutive numbers of float32: every limit of every bucket is one of them."""
     ordered = (np.int32(0x3F7FF000) + np.arange(9001, dtype=np.int32)).view(np.float32)
     values = np.random.default_rng(3).permutation(ordered)[:, np.newaxis]
     places = np.concatenate([np.arange(0, 200), np.arange(4000, 4300), np.arange(8801, 9001)])
     found = quantiles(values, places / 9000.0)[:, 0]
     assert np.allclose(found, ordered[places], rtol=1e-12, atol=0)
-
-
-@pytest.mark.parametrize("few", [0, 1000])
-def test_groups_of_columns_do_not_change_the_order_statistics(monkeypatch, few):
-    from electrovib.solve.population.kernels.choice import compiled
-
-    if (kernel := compiled()) is None:
-        pytest.skip("of the compiled kernel")
-    monkeypatch.setattr("electrovib.solve.population.kernels.compiled.selection.FEW_ROWS", few)
-    values = np.random.default_rng(3).normal(size=(301, 150)).astype(np.float32)
-    places = np.array([0, 17, 150, 300])
-    np.testing.assert_array_equal(kernel.order_statistics(values, places, 2), np.sort(values, axis=0)[places])

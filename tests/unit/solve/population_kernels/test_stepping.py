@@ -7,11 +7,11 @@ from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels import (
     block_moments,
     first_order_hold_many,
+    loops,
     merged,
-    moments,
     square_moments_many,
+    time_steps,
 )
-from electrovib.solve.population.kernels.time_steps import step_weights, time_steps
 from electrovib.solve.recursion import hold_weights, march_loop
 
 SAME = 1e-12
@@ -51,7 +51,7 @@ def drive(times, seed=2):
 
 @pytest.mark.parametrize("modes", [1, 3, 12])
 @pytest.mark.parametrize("kind", ["even", "corners", "discontinuous", "uneven"])
-def test_responses_are_those_of_the_plain_loop(kernel, kind, modes):
+def test_responses_are_those_of_the_plain_loop(kind, modes):
     given, times = some_fingers(3, 11, modes), some_times(kind)
     voltage = drive(times)
     found = first_order_hold_many(**given, voltage=voltage, time=times)
@@ -70,22 +70,29 @@ def test_responses_are_those_of_the_plain_loop(kernel, kind, modes):
         assert np.max(np.abs(response - expected[0])) <= SAME * np.max(np.abs(expected))
 
 
-def test_numba_is_numpy(with_kernel):
-    given, times = some_fingers(4, 1050, 7), some_times("corners")
-    given["residues"][::3, 2] = 0.0  # a mode that fills up the row, and one that charge alone excites
-    given["rates"][::5, 1], given["state"][::5, 1] = 0.0, 0.3
-    given |= {"voltage": drive(times), "time": times}
-    names = "numpy", "numba"
-    one, other = (with_kernel(name, first_order_hold_many, **given) for name in names)
-    assert np.max(np.abs(one - other)) <= SAME * np.max(np.abs(one))
-    factor = np.linspace(1, 2, 1050)
-    one, other = (merged(with_kernel(name, square_moments_many, **given, factor=factor)) for name in names)
-    assert one.fingers == other.fingers == 1050
-    assert np.allclose(one.mean, other.mean, rtol=SAME, atol=0)
-    assert np.allclose(one.squares, other.squares, rtol=SAME, atol=0)
+def test_moments_are_those_of_the_plain_loop():
+    """With modes that fill up the row and modes that charge alone excites, in more than one tile."""
+    given, times = some_fingers(4, 70, 7), some_times("corners")
+    given["residues"][::3, 2] = 0.0
+    voltage, factor, expected = drive(times), np.linspace(1, 2, 70), np.empty((70, times.size))
+    for finger in range(70):
+        rates, state = given["rates"][finger], given["state"][finger]
+        gains = given["residues"][finger] / rates
+        idle = gains == 0
+        start = np.where(idle, 0.0, state / np.where(idle, 1.0, gains))
+        pieces = voltage[:-1], voltage[1:], np.diff(times)
+        expected[finger] = march_loop(-rates, [gains], [given["direct"][finger]], *pieces, start)[0][0]
+        expected[finger] += (state * np.exp(-np.multiply.outer(times, rates)))[:, idle].sum(axis=1)
+    stored = first_order_hold_many(**given, voltage=voltage, time=times)
+    assert np.max(np.abs(stored - expected)) <= SAME * np.max(np.abs(expected))
+    found = merged(square_moments_many(**given, voltage=voltage, time=times, factor=factor))
+    forces = factor[:, np.newaxis] * expected**2
+    assert found.fingers == 70
+    assert np.allclose(found.mean, forces.mean(axis=0), rtol=SAME, atol=0)
+    assert np.allclose(found.variance(), forces.var(axis=0, ddof=1), rtol=SAME, atol=0)
 
 
-def test_a_ramp_and_a_rest_in_closed_form(kernel):
+def test_a_ramp_and_a_rest_in_closed_form():
     """v = t to 1 s, then 1: s = residue (t - mean)/rate on the ramp, and an exponential after it."""
     rate, residue = 3.0, 2.0
     times = np.linspace(0, 2, 401)
@@ -100,7 +107,7 @@ def test_a_ramp_and_a_rest_in_closed_form(kernel):
     assert np.max(np.abs(found - expected)) < 1e-14
 
 
-def test_a_rate_of_zero_integrates_and_trapped_charge_stays(kernel):
+def test_a_rate_of_zero_integrates_and_trapped_charge_stays():
     times = np.linspace(0, 1, 101)
     given = {"rates": [[0.0, 0.0]], "residues": [[2.0, 0.0]], "direct": [0.0], "state": [[0.0, 5.0]]}
     found = first_order_hold_many(**given, voltage=times, time=times)[0]
@@ -109,7 +116,7 @@ def test_a_rate_of_zero_integrates_and_trapped_charge_stays(kernel):
 
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("kind", ["even", "corners"])
-def test_a_finger_does_not_depend_on_the_company(kernel, kind, threads):
+def test_a_finger_does_not_depend_on_the_company(kind, threads):
     given, times = some_fingers(5, 1100, 5), some_times(kind)
     shared = {"voltage": drive(times), "time": times}
     found = first_order_hold_many(**given, **shared, threads=threads)
@@ -119,7 +126,7 @@ def test_a_finger_does_not_depend_on_the_company(kernel, kind, threads):
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])
-def test_moments_do_not_depend_on_tiles_or_threads(kernel, threads):
+def test_moments_do_not_depend_on_tiles_or_threads(threads):
     given, times = some_fingers(6, 2500, 4), some_times("corners")
     shared = {"voltage": drive(times), "time": times}
     whole = merged(square_moments_many(**given, **shared, factor=2.0, threads=2))
@@ -131,7 +138,7 @@ def test_moments_do_not_depend_on_tiles_or_threads(kernel, threads):
     assert np.array_equal(again.mean, whole.mean)
     assert np.array_equal(again.squares, whole.squares)
     values = 2.0 * first_order_hold_many(**given, **shared) ** 2
-    stored = moments(values)
+    stored = merged(block_moments(values))
     assert np.allclose(stored.mean, whole.mean, rtol=SAME, atol=0)
     assert np.allclose(stored.squares, whole.squares, rtol=SAME, atol=0)
     blocks = [*block_moments(values[:1024]), *block_moments(values[1024:], threads=threads)]
@@ -140,16 +147,16 @@ def test_moments_do_not_depend_on_tiles_or_threads(kernel, threads):
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_moments_are_mean_and_variance(kernel, dtype):
+def test_moments_are_mean_and_variance(dtype):
     """With a mean far above the spread the digits of the variance stay."""
     values = (1000 + np.random.default_rng(7).normal(size=(3001, 17))).astype(dtype)
-    found = moments(values)
+    found = merged(block_moments(values))
     assert found.fingers == 3001
     assert np.allclose(found.mean, values.mean(axis=0, dtype=float), rtol=1e-14, atol=0)
     assert np.allclose(found.variance(), values.astype(float).var(axis=0, ddof=1), rtol=1e-11, atol=0)
 
 
-def test_factor_and_single_precision(kernel):
+def test_factor_and_single_precision():
     given, times = some_fingers(8, 20, 3), some_times("even")
     given |= {"voltage": drive(times), "time": times}
     response, factor = first_order_hold_many(**given), np.linspace(1, 3, 20)
@@ -160,7 +167,7 @@ def test_factor_and_single_precision(kernel):
     assert np.array_equal(first_order_hold_many(**given, dtype=np.float32), response.astype(np.float32))
 
 
-def test_slow_modes_keep_their_digits_over_long_records(kernel):
+def test_slow_modes_keep_their_digits_over_long_records():
     """The response of a slow mode to 1 V from rest after very many steps is one exponential."""
     times = np.arange(60_001) * 1e-6
     rates = np.array([[1.0, 7.0], [30.0, 0.1]])
@@ -172,10 +179,10 @@ def test_slow_modes_keep_their_digits_over_long_records(kernel):
 def test_weights_of_a_step_are_those_of_the_hold():
     z = np.geomspace(1e-12, 1e4, 500)
     decay, first, last = hold_weights(-z)
-    found = step_weights(z, 1.0)
-    assert np.allclose(found.decay, decay, rtol=2e-14, atol=0)
-    assert np.allclose(found.earlier * z, first, rtol=4e-15, atol=0)
-    assert np.allclose(found.later * z, last, rtol=4e-15, atol=0)
+    found = np.array([loops.step_weights.py_func(each, 1.0, np.exp(-each)) for each in z.tolist()]).T
+    assert np.allclose(found[0], decay, rtol=2e-14, atol=0)
+    assert np.allclose(found[1] * z, first, rtol=4e-15, atol=0)
+    assert np.allclose(found[2] * z, last, rtol=4e-15, atol=0)
 
 
 def test_equal_steps_count_once():
@@ -186,7 +193,7 @@ def test_equal_steps_count_once():
     assert time_steps([1.0]).kind.size == 0
 
 
-def test_one_time_is_the_state_itself(kernel):
+def test_one_time_is_the_state_itself():
     found = first_order_hold_many([[1.0, 2.0]], [[1.0, 1.0]], [2.0], [[3.0, 4.0]], [10.0], [0.0])
     assert found.tolist() == [[27.0]]
 
@@ -208,7 +215,7 @@ def test_what_disagrees_is_refused(changed, message):
         first_order_hold_many(**given | changed)
 
 
-def test_memory_for_the_result_is_used_and_checked(kernel):
+def test_memory_for_the_result_is_used_and_checked():
     given, times = some_fingers(8, 20, 3), some_times("even")
     given |= {"voltage": drive(times), "time": times}
     memory = np.full((20, times.size), np.nan)

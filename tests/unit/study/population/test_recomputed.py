@@ -7,7 +7,6 @@ import pytest
 
 from electrovib.scenario import load
 from electrovib.solve.population.fingers import Population
-from electrovib.solve.population.kernels.choice import compiled
 from electrovib.study.population import open_study, study, tile
 from electrovib.study.population.declared import read_study
 from electrovib.study.population.run import StudyCancelledError
@@ -17,7 +16,6 @@ from electrovib.study.population.worker import tile_on_worker
 NAME = "electrostatic_force"
 SCENARIO = load("vezzoli_2014/fig6_gap").replace({"time.samples": 150})
 ASKED = {"n": 5000, "seed": 4}
-pytestmark = pytest.mark.skipif(compiled() is None, reason="the numpy kernels store the signals")
 
 
 def evaluator(**changed):

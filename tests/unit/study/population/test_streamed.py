@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from electrovib.scenario import load
-from electrovib.solve.population.kernels.choice import compiled
 from electrovib.study.population import study
 from electrovib.study.population.declared import read_study
 from electrovib.study.population.tile import Evaluator
 
 NAME = "electrostatic_force"
 FINGERS = 2500
-pytestmark = pytest.mark.skipif(compiled() is None, reason="the numpy kernels store the signals")
 
 
 def evaluator(scenario="vezzoli_2014/fig6_gap", **asked):

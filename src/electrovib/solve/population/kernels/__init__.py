@@ -1,39 +1,30 @@
-"""Arrays in, arrays out: what is computed for many fingers at once, in numpy or compiled by numba."""
+"""Arrays in, arrays out: what is computed for many fingers at once, in loops compiled by numba."""
 
-from electrovib.solve.population.kernels.choice import kernel_name
 from electrovib.solve.population.kernels.histogram import Histogram
-from electrovib.solve.population.kernels.moments import (
+from electrovib.solve.population.kernels.over_frequency import mean_square_over_frequency
+from electrovib.solve.population.kernels.statistics import (
     Moments,
     block_moments,
     merged,
-    moments,
+    quantiles,
     square_moments_many,
+    square_quantiles,
 )
-from electrovib.solve.population.kernels.over_frequency import (
-    cole_cole_over_frequency,
-    mean_square_over_frequency,
-    transfer_over_frequency,
-)
-from electrovib.solve.population.kernels.quantiles import quantiles, square_quantiles
-from electrovib.solve.population.kernels.secular_many import ManyRoots, secular_roots_many
-from electrovib.solve.population.kernels.stepping import first_order_hold_many
-from electrovib.solve.population.kernels.time_steps import BLOCK
+from electrovib.solve.population.kernels.stepping import TimeSteps, first_order_hold_many, time_steps
+from electrovib.solve.population.kernels.threads import kernel_name, thread_count
 
 __all__ = [
-    "BLOCK",
     "Histogram",
-    "ManyRoots",
     "Moments",
+    "TimeSteps",
     "block_moments",
-    "cole_cole_over_frequency",
     "first_order_hold_many",
     "kernel_name",
     "mean_square_over_frequency",
     "merged",
-    "moments",
     "quantiles",
-    "secular_roots_many",
     "square_moments_many",
     "square_quantiles",
-    "transfer_over_frequency",
+    "thread_count",
+    "time_steps",
 ]

@@ -1,32 +1,122 @@
-"""Response of many fingers to one piecewise linear drive."""
+"""Responses of many fingers to one piecewise linear drive: as a table, some times after the other, or only their moments."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels.choice import compiled
-from electrovib.solve.population.kernels.time_steps import (
-    BLOCK,
-    COMPENSATED,
-    SMALLEST,
-    TimeSteps,
-    decay_correction,
-    step_weights,
-    time_steps,
-)
+from electrovib.solve.population.kernels.threads import in_threads, ranges
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
 
-_TIMES: Final = 64  # times whose responses are in memory together
-_KNOWN: Final = 64  # durations of steps whose weights are in memory together
+BLOCK: Final = 1024
+"""Fingers whose sums are formed together; blocks are merged in the order of their index."""
+_TOGETHER: Final = 128  # fingers of one call that writes a table
+_KEPT: Final = 2048  # fingers of one call, whose states stay in memory
+_ROUNDING: Final = 4 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class TimeSteps:
+    """Steps of a time grid, equal ones counted once.
+
+    Parameters
+    ----------
+    kind : ndarray of int, shape (n - 1,)
+        Index of the duration of each step.
+    duration : ndarray, shape (kinds,)
+        Distinct durations, increasing [s].
+    """
+
+    kind: Indices
+    duration: Real
+
+    @cached_property
+    def pieces(self) -> _EqualSteps:
+        """The pieces of equal steps that the loops follow."""
+        return _pieces(self)
+
+
+class _EqualSteps(NamedTuple):
+    """Pieces of equal steps: each ends with its chunk of times, or where the rounding of the decay is compensated.
+
+    Parameters
+    ----------
+    chunks : ndarray of int, shape (chunks + 1,)
+        Index of the first piece of each chunk.
+    rows : ndarray of int, shape (pieces, 5)
+        First and last step, place of the weights, whether these are new, and whether the piece ends with a compensation.
+    duration : ndarray, shape (pieces,)
+        Duration of each step [s].
+    slots : int
+        Number of places of weights.
+    """
+
+    chunks: Indices
+    rows: Indices
+    duration: Real
+    slots: int
+
+
+def _pieces(steps: TimeSteps) -> _EqualSteps:
+    """Divide a time grid; the last time is a piece of one step without duration."""
+    from electrovib.solve.population.kernels.loops import COMPENSATED, TIMES
+
+    kind = np.append(steps.kind, steps.duration.size)
+    duration = np.append(steps.duration, 0.0)
+    order = np.argsort(kind, kind="stable")
+    among = np.empty(kind.size, np.intp)  # index of each step among those of its duration
+    among[order] = np.arange(kind.size) - np.searchsorted(kind[order], kind[order])
+    compensated = (among + 1) % COMPENSATED == 0
+    begins = (np.arange(kind.size) % TIMES == 0) | (np.diff(kind, prepend=-1) != 0)
+    begins[1:] |= compensated[:-1]
+    begin = np.flatnonzero(begins)
+    end = np.append(begin[1:], kind.size)
+    chunks = np.searchsorted(begin, np.arange(0, kind.size + TIMES, TIMES))
+    # a place for the weights of each duration of a chunk; they are new where it occurs first
+    earlier = begin // TIMES * duration.size
+    pairs, first, inverse = np.unique(earlier + kind[begin], return_index=True, return_inverse=True)
+    slot, is_new = inverse.reshape(-1) - np.searchsorted(pairs, earlier), np.zeros(begin.size, bool)
+    is_new[first] = True
+    rows = np.stack([begin, end, slot, is_new, compensated[end - 1]], axis=1).astype(np.intp)
+    return _EqualSteps(chunks, rows, duration[kind[begin]], int(slot.max()) + 1)
+
+
+def time_steps(time: ArrayLike) -> TimeSteps:
+    """Return the distinct steps of a time grid; differences that are equal up to the rounding of the times count as one.
+
+    `time` (n,) [s].
+
+    The duration of a group of steps is their mean, so that rounding does not accumulate over the grid.
+    """
+    times = np.ascontiguousarray(time, np.float64)
+    if times.ndim != 1 or not times.size:
+        raise InputError(f"time has shape {times.shape}: expected one row of times, at least one.")
+    steps = np.diff(times)
+    if not (np.isfinite(times).all() and (steps >= 0.0).all()):
+        raise InputError(
+            "time has a value that is not finite or lies before the one preceding it: sort the times."
+        )
+    if not steps.size:
+        return TimeSteps(np.zeros(0, np.intp), np.zeros(0))
+    distinct, kind, counts = np.unique(steps, return_inverse=True, return_counts=True)
+    slack = _ROUNDING * float(np.max(np.abs(times)))
+    group, first = np.zeros(distinct.size, np.intp), distinct[0]
+    for place in np.flatnonzero(np.diff(distinct, prepend=distinct[0]) > 0).tolist():
+        new = distinct[place] - first > slack or (first == 0.0)
+        group[place] = group[place - 1] + new
+        first = distinct[place] if new else first
+    total = np.bincount(group, distinct * counts) / np.bincount(group, counts)
+    return TimeSteps(group[kind.reshape(-1)].astype(np.intp), total)
 
 
 class Fingers(NamedTuple):
@@ -42,6 +132,8 @@ class Fingers(NamedTuple):
         Drive at the times.
     steps : TimeSteps
         Steps between the times.
+    factor : ndarray, shape (fingers,)
+        Factor of the squared response.
     """
 
     rates: Real
@@ -50,57 +142,12 @@ class Fingers(NamedTuple):
     state: Real
     voltage: Real
     steps: TimeSteps
+    factor: Real
 
-    def some(self, part: slice) -> Fingers:
-        """Return the fingers of a range."""
-        return self._replace(
-            rates=self.rates[part],
-            residues=self.residues[part],
-            direct=self.direct[part],
-            state=self.state[part],
-        )
-
-
-def first_order_hold_many(
-    rates: ArrayLike,
-    residues: ArrayLike,
-    direct: ArrayLike,
-    state: ArrayLike,
-    voltage: ArrayLike,
-    time: ArrayLike | TimeSteps,
-    *,
-    factor: ArrayLike | None = None,
-    dtype: DTypeLike = np.float64,
-    out: NDArray[Any] | None = None,
-    threads: int | None = None,
-) -> NDArray[Any]:
-    """Compute the responses of many fingers to one piecewise linear drive, exact at every time.
-
-    `rates` (fingers, modes), `residues` (fingers, modes), `direct` (fingers,), `state` (fingers, modes),
-    `voltage` (n,) [V], `time` (n,) [s], `factor` (fingers,), `out` (fingers, n); returns `response` (fingers,
-    n).
-
-    Each mode is advanced by its exact weights for a straight drive. With the weights ``a`` of the state and ``A``,
-    ``C`` of the drive at both ends of a step, ``w = (s - C v)/(a C + A)`` needs one multiplication and addition for each
-    step of equal duration, ``w' = a w + v``. Every step of another duration begins with new weights. The result of a
-    finger does not depend on the other fingers, to the last bit.
-    """
-    fingers = gather(rates, residues, direct, state, voltage, time)
-    squared = None if factor is None else factors(factor, fingers)
-    shape = len(fingers.direct), fingers.voltage.size
-    result = np.empty(shape, dtype) if out is None else out
-    if result.shape != shape or result.dtype != np.dtype(dtype) or not result.flags.c_contiguous:
-        raise InputError(
-            f"out has shape {result.shape} and type {result.dtype}: expected {shape} and {np.dtype(dtype)}."
-        )
-    if (kernel := compiled()) is not None:
-        kernel.step(fingers, squared, result, threads)
-        return result
-    for begin in range(0, len(result), BLOCK):
-        part = slice(begin, begin + BLOCK)
-        for place, rows in blocks_of_times(fingers.some(part), None if squared is None else squared[part]):
-            result[part, place : place + len(rows)] = rows.T
-    return result
+    @property
+    def arrays(self) -> tuple[Real, Real, Real, Real]:
+        """The arrays of the fingers as the loops expect them."""
+        return self.rates, self.residues, self.direct, self.state
 
 
 def gather(
@@ -110,6 +157,7 @@ def gather(
     state: ArrayLike,
     voltage: ArrayLike,
     time: ArrayLike | TimeSteps,
+    factor: ArrayLike = 1.0,
 ) -> Fingers:
     """Convert the arguments of `first_order_hold_many` into contiguous arrays, and refuse arguments that disagree."""
     rate, residue, level, begin, drive = (
@@ -132,83 +180,126 @@ def gather(
         )
     if not (np.isfinite(rate).all() and (rate >= 0.0).all()):
         raise InputError("rates has a value that is negative or not finite: expected minus the poles [1/s].")
-    return Fingers(rate, residue, level, begin, drive, steps)
+    factors = np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64), level.shape))
+    return Fingers(rate, residue, level, begin, drive, steps, factors)
 
 
-def factors(factor: ArrayLike, fingers: Fingers) -> Real:
-    """Return the factor of each finger.
+class _CommonDrive:
+    """The drive as the loops expect it, and memory for one tile of fingers."""
 
-    `factor` (fingers,); returns `factor` (fingers,).
+    def __init__(self, fingers: Fingers) -> None:
+        from electrovib.solve.population.kernels import loops
+
+        chunks, rows, duration, self.slots = fingers.steps.pieces
+        self.loops, self.modes, self.chunks = loops, fingers.rates.shape[1], len(chunks) - 1
+        self.grid = fingers.voltage, chunks, rows, duration
+
+    def memory(self) -> tuple[Real, Real, Real]:
+        """Return memory for the parameters of a tile, the weights of its steps, and its responses."""
+        lanes, modes = self.loops.LANES, self.modes
+        return (
+            np.empty((2 * modes + 2) * lanes),
+            np.empty(self.slots * (4 * modes + 1) * lanes),
+            np.empty(self.loops.TIMES * lanes),
+        )
+
+    def states(self, fingers: int) -> Real:
+        """Return memory for the states of some fingers."""
+        return np.empty((fingers + self.loops.LANES) * self.modes)
+
+
+def first_order_hold_many(
+    rates: ArrayLike,
+    residues: ArrayLike,
+    direct: ArrayLike,
+    state: ArrayLike,
+    voltage: ArrayLike,
+    time: ArrayLike | TimeSteps,
+    *,
+    factor: ArrayLike | None = None,
+    dtype: DTypeLike = np.float64,
+    out: NDArray[Any] | None = None,
+    threads: int | None = None,
+) -> NDArray[Any]:
+    """Compute the responses of many fingers to one piecewise linear drive, exact at every time.
+
+    `rates` (fingers, modes), `residues` (fingers, modes), `direct` (fingers,), `state` (fingers, modes),
+    `voltage` (n,) [V], `time` (n,) [s], `factor` (fingers,), `out` (fingers, n); returns `response` (fingers, n), or
+    factor times its square.
+
+    Each mode is advanced by its exact weights for a straight drive.
     """
-    return np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64), fingers.direct.shape))
+    fingers = gather(rates, residues, direct, state, voltage, time, 1.0 if factor is None else factor)
+    shape = len(fingers.direct), fingers.voltage.size
+    result = np.empty(shape, dtype) if out is None else out
+    if result.shape != shape or result.dtype != np.dtype(dtype) or not result.flags.c_contiguous:
+        raise InputError(
+            f"out has shape {result.shape} and type {result.dtype}: expected {shape} and {np.dtype(dtype)}."
+        )
+    common = _CommonDrive(fingers)
+
+    def work(part: tuple[int, int]) -> None:
+        common.loops.responses(
+            fingers.arrays, fingers.factor, factor is not None, common.grid, *part, common.memory(), result
+        )
+
+    in_threads(work, ranges(len(result), _TOGETHER), threads)
+    return result
 
 
-class _Weights(NamedTuple):
-    """Weights for steps of one duration, (modes, fingers), and the direct share with that of the states, (fingers,)."""
+def square_rows(
+    fingers: Fingers, outputs: Indices, known: Mapping[int, NDArray[np.float32]], threads: int | None
+) -> Iterator[tuple[slice, NDArray[np.float32], Indices]]:
+    """Yield factor times the squared responses for some times after the other, without those of all times in memory.
 
-    decay: Real
-    scale: Real
-    later: Real
-    direct: Real
-    correction: Real
-
-
-def _weights(fingers: Fingers, duration: float) -> _Weights:
-    rates, residues = fingers.rates.T, fingers.residues.T
-    decay, earlier, later = step_weights(np.ascontiguousarray(rates), duration)
-    scale = residues * (decay * later + earlier)
-    scale = np.where(np.abs(scale) < SMALLEST, SMALLEST, scale)
-    later = residues * later
-    return _Weights(
-        decay, scale, later, fingers.direct + _summed(later), decay_correction(rates, duration, decay)
-    )
-
-
-def _summed(rows: Real) -> Real:
-    """Return the sum over modes, row after row, so that a column does not depend on the number of columns."""
-    total = np.zeros(rows.shape[1])
-    for row in rows:
-        total += row
-    return total
-
-
-def blocks_of_times(fingers: Fingers, factor: Real | None) -> Iterator[tuple[int, Real]]:
-    """Yield the responses of some fingers for some times after the other.
-
-    `factor` (fingers,); returns `rows` (times, fingers).
+    `outputs` are the indices of the wanted times, and `known` rows of fingers that are known at these; yields the range of
+    the outputs, a table (times, fingers), and the rows of the outputs in it.
     """
-    rows, filled = np.empty((_TIMES, len(fingers.direct))), 0
-    for place, values in enumerate(_responses(fingers)):
-        rows[filled] = values if factor is None else factor * values * values
-        filled += 1
-        if filled == _TIMES or place + 1 == fingers.voltage.size:
-            yield place + 1 - filled, rows[:filled]
-            filled = 0
+    common, count = _CommonDrive(fingers), len(fingers.factor)
+    parts = ranges(count, _KEPT)
+    states = [common.states(_KEPT) for _ in parts]
+    size = common.loops.TIMES
+    # rows begin at different lines of a page, or they would displace each other from the cache
+    table = np.empty((size, count + -count % 1024 + 16), np.float32)[:, :count]
+    for chunk in range(common.chunks):
+
+        def work(place: int, chunk: int = chunk) -> None:
+            common.loops.squares_of_chunk(
+                fingers.arrays,
+                fingers.factor,
+                common.grid,
+                chunk,
+                parts[place],
+                common.memory(),
+                states[place],
+                table,
+            )
+
+        in_threads(work, range(len(parts)), threads)
+        some = slice(*np.searchsorted(outputs, [chunk * size, (chunk + 1) * size]).tolist())
+        rows = outputs[some] - chunk * size
+        for first, values in known.items():
+            table[rows, first : first + len(values)] = values[:, some].T
+        yield some, table, rows
 
 
-def _responses(fingers: Fingers) -> Iterator[Real]:
-    """Yield the responses of some fingers at each time."""
-    steps, voltage = fingers.steps, fingers.voltage.tolist()
-    state = np.ascontiguousarray(fingers.state.T)
-    known: dict[int, _Weights] = {}
-    scaled, product = np.empty_like(state), np.empty_like(state)
-    since, previous = [0] * steps.duration.size, -1
-    weights = _weights(fingers, 0.0)
-    for place, level in enumerate(voltage[:-1]):
-        kind = int(steps.kind[place])
-        if kind != previous:
-            if previous >= 0:
-                state = scaled * weights.scale + weights.later * level
-            weights = known[kind] if kind in known else _weights(fingers, float(steps.duration[kind]))
-            if len(known) < _KNOWN:
-                known[kind] = weights
-            scaled[:] = (state - weights.later * level) / weights.scale
-            previous = kind
-        np.multiply(scaled, weights.scale, out=product)
-        yield _summed(product) + weights.direct * level
-        scaled *= weights.decay
-        scaled += level
-        since[kind] += 1
-        if since[kind] % COMPENSATED == 0:
-            scaled *= weights.correction
-    yield weights.direct * voltage[-1] + _summed(scaled * weights.scale if previous >= 0 else state)
+def mean_and_squares(fingers: Fingers, threads: int | None) -> list[tuple[int, Real, Real]]:
+    """Return for each block of fingers how many there are, and mean and sum of squared deviations over them."""
+    common, parts = _CommonDrive(fingers), ranges(len(fingers.factor), BLOCK)
+    found = [np.empty((2, fingers.voltage.size)) for _ in parts]
+
+    def work(place: int) -> None:
+        sums = np.empty((3, common.loops.TIMES * common.loops.LANES))
+        common.loops.square_moments(
+            fingers.arrays,
+            fingers.factor,
+            common.grid,
+            parts[place],
+            common.memory(),
+            common.states(BLOCK),
+            sums,
+            found[place],
+        )
+
+    in_threads(work, range(len(parts)), threads)
+    return [(end - begin, *each) for (begin, end), each in zip(parts, found, strict=True)]

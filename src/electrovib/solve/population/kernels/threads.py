@@ -1,13 +1,19 @@
-"""Parts of a computation on several threads."""
+"""Parts of a computation on several threads, and the name of what computes them."""
 
 from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+
+def kernel_name() -> str:
+    """Return what computes populations, with the version on which the last bits of results depend."""
+    return f"numba {version('numba')}"
 
 
 def thread_count(threads: int | None) -> int:

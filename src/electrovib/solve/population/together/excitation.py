@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.physics.drive.parts import Smooth, Tones, circling
 from electrovib.physics.drive.pieces import SLACK, Linear
-from electrovib.solve.population.kernels.time_steps import TimeSteps, time_steps
+from electrovib.solve.population.kernels import TimeSteps, time_steps
 from electrovib.solve.population.together.refusal import NotTogetherError
 
 if TYPE_CHECKING:

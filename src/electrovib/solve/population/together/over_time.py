@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.population.kernels.time_steps import TimeSteps
+    from electrovib.solve.population.kernels import TimeSteps
     from electrovib.solve.population.one_by_one import OneByOne
     from electrovib.solve.population.together.forces import Squares
     from electrovib.solve.population.together.transfers import Transfers

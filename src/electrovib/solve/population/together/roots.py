@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.solve.population.kernels import secular_roots_many
+from electrovib.solve.population.kernels.threads import in_threads, ranges
 from electrovib.solve.population.together.pairs import slopes_and_inverses
+from electrovib.solve.stack.secular import secular_offsets
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
 
+_TOGETHER = 512  # fingers of one call
 NEAREST = 1e-30
 """Smallest distance of two nodes [1/s]."""
 
@@ -57,14 +59,15 @@ def roots_of(
     if not np.all(usable):
         ordered = np.where(usable, ordered, np.arange(count, dtype=float)[:, None])
         heavy, level = np.where(usable, heavy, 1.0), np.where(usable, level, 1.0 if above else 0.0)
-    found = secular_roots_many(
-        np.ascontiguousarray(ordered.T),
-        np.ascontiguousarray(heavy.T),
-        np.ascontiguousarray(level),
-        threads=threads,
-    )
+    offsets, origins = np.empty(nodes.shape), np.empty(nodes.shape, np.intp)
+
+    def solve(part: tuple[int, int]) -> None:
+        some = slice(*part)
+        offsets[:, some], origins[:, some] = secular_offsets(ordered[:, some], heavy[:, some], level[some])
+
+    in_threads(solve, ranges(fingers, _TOGETHER), threads)
     roots = count if above else count - 1
-    offsets = np.ascontiguousarray(found.offsets.T[:roots])
-    begins = np.take_along_axis(ordered, np.ascontiguousarray(found.origins.T[:roots]), axis=0)
+    offsets = offsets[:roots]
+    begins = np.take_along_axis(ordered, origins[:roots], axis=0)
     slope, inverses = slopes_and_inverses(nodes, weights, begins, offsets)
     return ManyRootsOf(begins + offsets, slope, inverses), apart

@@ -1,0 +1,276 @@
+"""Loops over fingers that numba compiles: their responses to a drive, step by step, and the moments of these.
+
+Fingers are taken in tiles of `LANES`; the numbers of a tile lie side by side, so that the compiler uses vectors.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import numpy as np
+
+from electrovib.solve.stack.compilation import inner, outer
+
+LANES: Final = 64
+"""Fingers of a tile."""
+TIMES: Final = 512
+"""Times whose responses are in memory together."""
+COMPENSATED: Final = 512
+"""Steps of equal duration after which the rounding of the decay per step is compensated."""
+_SMALLEST: Final = (
+    2.0**-664
+)  # replaces the scale 0 of a mode that the drive does not excite; a power of 2 is exact
+_TERMS: Final = 19  # order of the last term of the series of exp(u) for u up to 1
+
+
+@inner
+def step_weights(rate: Any, duration: Any, far: Any) -> Any:
+    """Return the weights that advance ``s' = -rate s + v`` exactly by one step of a straight drive.
+
+    They are the decay of s, and the weights [s] of the drive at the beginning and at the end of the step. With u = rate h
+    and q = 1/2! + u/3! + u^2/4! + ...::      decay = exp(-u),  mean = (1 - exp(-u))/u, earlier = h (mean - exp(-u))/u =
+    h exp(-u) q  and later = h mean - earlier. For u < 1 they follow from the series q, whose terms are all positive, since
+    exp(u) = 1 + u + u^2 q and mean = (1 + u q) exp(-u); no difference cancels. `far` is exp(-u) where u >= 1. A rate of 0
+    integrates the drive by the trapezoidal rule.
+    """
+    u = rate * duration
+    small, large, series = min(u, 1.0), max(u, 1.0), 1.0
+    for order in range(_TERMS, 2, -1):
+        series = 1.0 + small * series * (1.0 / order)
+    series /= 2.0
+    risen = 1.0 + small * series
+    near = 1.0 / (1.0 + small * risen)
+    decay = near if u < 1.0 else far
+    mean = risen * near if u < 1.0 else (1.0 - far) / large
+    earlier = near * series if u < 1.0 else (mean - far) / large
+    return decay, duration * earlier, duration * (mean - earlier)
+
+
+# Arrays of a tile are flat, row after row of `LANES` numbers: rates, residues, and one row for direct share and factor;
+# the weights of a step: decay, scale, later and correction of all modes, and one row for the direct share with that of
+# the states; states; and responses. Indices are unsigned where a loop is to use vectors.
+
+
+@inner
+def _write_weights(tile: Any, modes: Any, duration: Any, weights: Any, at: Any) -> Any:
+    """Write the weights of a tile for steps of one duration.
+
+    With the weights a of the state, and A and C of the drive at both ends, w = (s - C v)/scale with scale = a C + A
+    needs one multiplication and addition for each step of equal duration, w' = a w + v. The correction is the exact
+    decay over `COMPENSATED` steps over that of as many rounded factors; 1 for fast modes, which forget it.
+    """
+    size = np.uint64(modes * LANES)
+    decays, scales = np.uint64(at), np.uint64(at) + size
+    laters, corrections, levels = scales + size, scales + size + size, scales + size + size + size
+    for place in range(np.uint64(0), size):  # by itself: the exponential is no vector
+        u = tile[place] * duration
+        weights[decays + place] = math.exp(-u) if u >= 1.0 else 1.0
+    for place in range(np.uint64(0), size):
+        rate, residue = tile[place], tile[size + place]
+        decay, earlier, later = step_weights(rate, duration, weights[decays + place])
+        scale = residue * (decay * later + earlier)
+        error = (1.0 - decay) - rate * (earlier + later)
+        weights[decays + place] = decay
+        weights[scales + place] = scale if abs(scale) >= _SMALLEST else _SMALLEST
+        weights[laters + place] = residue * later
+        weights[corrections + place] = 1.0 + (COMPENSATED * error / decay if rate * duration < 0.1 else 0.0)
+    for lane in range(np.uint64(0), np.uint64(LANES)):
+        weights[levels + lane] = tile[size + size + lane]
+    for mode in range(modes):
+        for lane in range(np.uint64(0), np.uint64(LANES)):
+            weights[levels + lane] += weights[laters + np.uint64(mode * LANES) + lane]
+
+
+@inner
+def _gather(fingers: Any, factor: Any, first: Any, end: Any, tile: Any) -> Any:
+    """Write the parameters of a tile of fingers; beyond the last finger it is repeated."""
+    rates, residues, direct, _ = fingers
+    size = rates.shape[1] * LANES
+    for lane in range(LANES):
+        finger = min(first + lane, end - 1)
+        for mode in range(rates.shape[1]):
+            tile[mode * LANES + lane] = rates[finger, mode]
+            tile[size + mode * LANES + lane] = residues[finger, mode]
+        tile[2 * size + lane] = direct[finger]
+        tile[2 * size + LANES + lane] = factor[finger]
+
+
+@inner
+def _begin(state: Any, first: Any, end: Any, states: Any, held: Any) -> Any:
+    """Write the states of a tile of fingers at time 0."""
+    for lane in range(LANES):
+        finger = min(first + lane, end - 1)
+        for mode in range(state.shape[1]):
+            states[held + mode * LANES + lane] = state[finger, mode]
+
+
+@inner
+def _advance(memory: Any, modes: Any, states: Any, held: Any, grid: Any, chunk: Any) -> Any:
+    """Advance a tile by the pieces of a chunk of times, and write the responses at these times."""
+    tile, weights, found = memory
+    voltage, chunks, pieces, durations = grid
+    size, start = modes * LANES, chunk * TIMES
+    for piece in range(chunks[chunk], chunks[chunk + 1]):
+        begin, end, slot, is_new, is_compensated = pieces[piece]
+        at = slot * (4 * size + LANES)
+        if is_new:
+            _write_weights(tile, modes, durations[piece], weights, at)
+        for place in range(np.uint64(0), np.uint64(size)):
+            later = weights[np.uint64(at + 2 * size) + place] * voltage[begin]
+            scale = weights[np.uint64(at + size) + place]
+            states[np.uint64(held) + place] = (states[np.uint64(held) + place] - later) / scale
+        _follow(states, held, weights, at, modes, voltage, begin, end, found, (begin - start) * LANES)
+        level = voltage[min(end, len(voltage) - 1)]
+        for place in range(np.uint64(0), np.uint64(size)):
+            scaled = states[np.uint64(held) + place] * weights[np.uint64(at + size) + place]
+            if is_compensated:
+                scaled *= weights[np.uint64(at + 3 * size) + place]
+            later = weights[np.uint64(at + 2 * size) + place] * level
+            states[np.uint64(held) + place] = scaled + later
+
+
+@inner
+def _follow(
+    states: Any,
+    held: Any,
+    weights: Any,
+    at: Any,
+    modes: Any,
+    voltage: Any,
+    begin: Any,
+    end: Any,
+    found: Any,
+    to: Any,
+) -> Any:
+    """Advance by equal steps: response = direct v + sum of scale w, w' = decay w + v; four at a time while possible."""
+    size = modes * LANES
+    level, one = np.uint64(at + 4 * size), np.uint64(LANES)
+    for step in range(end - begin):
+        v, y = voltage[begin + step], np.uint64(to + step * LANES)
+        for lane in range(np.uint64(0), one):
+            found[y + lane] = weights[level + lane] * v
+    whole = begin + (end - begin) // 4 * 4
+    for mode in range(modes):
+        state, decays = np.uint64(held + mode * LANES), np.uint64(at + mode * LANES)
+        scales, y = np.uint64(at + size + mode * LANES), np.uint64(to)
+        for step in range(begin, whole, 4):
+            v0, v1, v2, v3 = voltage[step], voltage[step + 1], voltage[step + 2], voltage[step + 3]
+            for lane in range(np.uint64(0), one):
+                w, decay, scale = states[state + lane], weights[decays + lane], weights[scales + lane]
+                found[y + lane] += scale * w
+                w = decay * w + v0
+                found[y + one + lane] += scale * w
+                w = decay * w + v1
+                found[y + np.uint64(2 * LANES) + lane] += scale * w
+                w = decay * w + v2
+                found[y + np.uint64(3 * LANES) + lane] += scale * w
+                states[state + lane] = decay * w + v3
+            y += np.uint64(4 * LANES)
+        for step in range(whole, end):
+            v = voltage[step]
+            for lane in range(np.uint64(0), one):
+                w = states[state + lane]
+                found[y + lane] += weights[scales + lane] * w
+                states[state + lane] = weights[decays + lane] * w + v
+            y += one
+
+
+@inner
+def _square(memory: Any, modes: Any, times: Any) -> Any:
+    """Replace responses by factor times their square."""
+    tile, _, found = memory
+    factor = np.uint64((2 * modes + 1) * LANES)
+    for time in range(times):
+        at = np.uint64(time * LANES)
+        for lane in range(np.uint64(0), np.uint64(LANES)):
+            found[at + lane] = tile[factor + lane] * found[at + lane] * found[at + lane]
+
+
+@outer
+def responses(
+    fingers: Any, factor: Any, squared: Any, grid: Any, begin: Any, end: Any, memory: Any, out: Any
+) -> Any:
+    """Write the responses of some fingers, or factor times their squares, into the table (fingers, times)."""
+    found, modes, last = memory[2], fingers[0].shape[1], out.shape[1]
+    states = np.empty((end - begin + LANES) * modes)
+    for first in range(begin, end, LANES):
+        held = (first - begin) * modes
+        _gather(fingers, factor, first, end, memory[0])
+        _begin(fingers[3], first, end, states, held)
+        for time in range(0, last, TIMES):
+            times = min(TIMES, last - time)
+            _advance(memory, modes, states, held, grid, time // TIMES)
+            if squared:
+                _square(memory, modes, times)
+            for lane in range(min(LANES, end - first)):
+                for row in range(times):
+                    out[first + lane, time + row] = found[row * LANES + lane]
+
+
+@outer
+def squares_of_chunk(
+    fingers: Any, factor: Any, grid: Any, chunk: Any, part: Any, memory: Any, states: Any, out: Any
+) -> Any:
+    """Write factor times the squared responses of some fingers at the times of one chunk into the table (times, fingers).
+
+    `states` keeps the states of these fingers from one chunk to the next.
+    """
+    found, modes, (begin, end) = memory[2], fingers[0].shape[1], part
+    times = min(TIMES, len(grid[0]) - chunk * TIMES)
+    for first in range(begin, end, LANES):
+        held = (first - begin) * modes
+        _gather(fingers, factor, first, end, memory[0])
+        if chunk == 0:
+            _begin(fingers[3], first, end, states, held)
+        _advance(memory, modes, states, held, grid, chunk)
+        _square(memory, modes, times)
+        lanes = np.uint64(min(LANES, end - first))
+        for row in range(times):
+            for lane in range(np.uint64(0), lanes):
+                out[row, np.uint64(first) + lane] = found[np.uint64(row * LANES) + lane]
+
+
+@outer
+def square_moments(
+    fingers: Any, factor: Any, grid: Any, part: Any, memory: Any, states: Any, sums: Any, found: Any
+) -> Any:
+    """Write mean and sum of squared deviations of factor times the squared responses of one block of fingers.
+
+    Sums are formed of the differences from the first finger, `sums`, (3, times * fingers of a tile), so that the digits
+    of a small variance stay.
+    """
+    modes, (begin, end), last = fingers[0].shape[1], part, len(grid[0])
+    for time in range(0, last, TIMES):
+        times = min(TIMES, last - time)
+        sums[:] = 0.0
+        for first in range(begin, end, LANES):
+            held, lanes = (first - begin) * modes, min(LANES, end - first)
+            _gather(fingers, factor, first, end, memory[0])
+            if time == 0:
+                _begin(fingers[3], first, end, states, held)
+            _advance(memory, modes, states, held, grid, time // TIMES)
+            _square(memory, modes, times)
+            if first == begin:
+                for row in range(times):
+                    sums[2, row] = memory[2][row * LANES]
+            _add(memory[2], times, lanes, sums[0], sums[1], sums[2])
+        for row in range(times):
+            total, square = 0.0, 0.0
+            for place in range(row * LANES, (row + 1) * LANES):
+                total += sums[0, place]
+                square += sums[1, place]
+            found[0, time + row] = sums[2, row] + total / (end - begin)
+            spread = square - total * (total / (end - begin))
+            found[1, time + row] = np.maximum(spread, 0.0)
+
+
+@inner
+def _add(values: Any, times: Any, lanes: Any, totals: Any, squares: Any, shift: Any) -> Any:
+    """Add the differences of a tile from one number for each time, and their squares."""
+    for row in range(times):
+        less, at = shift[row], np.uint64(row * LANES)
+        for lane in range(np.uint64(0), np.uint64(lanes)):
+            apart = values[at + lane] - less
+            totals[at + lane] += apart
+            squares[at + lane] += apart * apart

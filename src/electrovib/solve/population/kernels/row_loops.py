@@ -1,0 +1,111 @@
+"""Loops over rows of numbers that numba compiles: order statistics, counts, and sums of modes or sines."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from electrovib.solve.stack.compilation import inner, outer
+
+BUCKETS: Final = 2048
+"""Buckets between the smallest and the largest number of a row."""
+_MINUS_ZERO: Final = -(2**31)  # bit pattern of a float32
+
+
+@inner
+def _ordered(bits: Any) -> Any:
+    """Return the bit pattern of a float32 as an integer in the order of the numbers."""
+    return bits ^ ((bits >> np.int32(31)) & np.int32(0x7FFFFFFF))
+
+
+@outer
+def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
+    """Keep the patterns of a row, as integers in the order of the numbers, among which those at some places are.
+
+    They are those in the same of `BUCKETS` equal intervals. `ranks` are the places among the kept ones; returns how many
+    are kept, and the largest and the smallest of all.
+    """
+    low, high = _ordered(row[0]), _ordered(row[0])
+    for bits in row:
+        low, high = min(low, _ordered(bits)), max(high, _ordered(bits))
+    shift, least = np.int64(0), np.int64(low)
+    while (np.int64(high) - least) >> shift >= BUCKETS:
+        shift += 1
+    counts[:] = 0
+    for bits in row:
+        counts[(np.int64(_ordered(bits)) - least) >> shift] += 1
+    wanted = np.zeros(BUCKETS, np.bool_)
+    bucket, before, others = 0, 0, 0  # others: numbers in buckets below that are not kept
+    for place in range(len(places)):
+        while before + counts[bucket] <= places[place]:
+            before += counts[bucket]
+            others += 0 if wanted[bucket] else counts[bucket]
+            bucket += 1
+        wanted[bucket] = True
+        ranks[place] = places[place] - others
+    size = 0
+    for bits in row:
+        kept[size] = _ordered(bits)
+        size += wanted[(np.int64(_ordered(bits)) - least) >> shift]
+    return size, low, high
+
+
+@outer
+def count_rows(table: Any, rows: Any, first: Any, pages: Any, counts: Any, missing: Any, again: Any) -> Any:
+    """Count the numbers of some rows in a histogram, and return how many lie in octaves that have no memory.
+
+    Row ``rows[k]`` of the patterns is that of time first + k. The octaves without memory are written into `missing`,
+    (times, octaves). Where `again` holds, only the numbers of these octaves are counted. No number may be nan.
+    """
+    missed = 0
+    for place in range(len(rows)):
+        time = first + place
+        for bits in table[rows[place]]:
+            key = (_ordered(bits if bits != _MINUS_ZERO else np.int32(0)) >> np.int32(15)) + np.int32(65536)
+            octave = key >> np.int32(8)
+            page = pages[time, octave]
+            if page < 0:
+                missing[time, octave] = True
+                missed += 1
+            elif not again or missing[time, octave]:
+                counts[page, key & np.int32(255)] += 1
+    return missed
+
+
+@outer
+def mean_squares(
+    rates: Any, residues: Any, direct: Any, half: Any, angular: Any, begin: Any, end: Any, out: Any
+) -> Any:
+    """Write a factor times the squared magnitude of sums of modes for some fingers, (fingers, frequencies)."""
+    real, imaginary = np.empty((2, len(angular)))
+    for finger in range(begin, end):
+        real[:] = direct[finger]
+        imaginary[:] = 0.0
+        for mode in range(rates.shape[1]):
+            rate, residue = rates[finger, mode], residues[finger, mode]
+            for place in range(len(angular)):
+                share = residue / (rate * rate + angular[place] * angular[place])
+                real[place] += rate * share
+                imaginary[place] += share
+        for place in range(len(angular)):
+            across = angular[place] * imaginary[place]
+            out[finger, place] = half[finger] * (real[place] * real[place] + across * across)
+
+
+@outer
+def sines(
+    out: Any, start: Any, in_phase: Any, behind: Any, cosines: Any, sines_: Any, level: Any, factor: Any
+) -> Any:
+    """Write sums of sines of each finger, or a factor times their squares; empty arrays stand for None."""
+    fingers, samples = out.shape
+    row = np.zeros(samples)
+    for finger in range(fingers):
+        row[:] = level[finger] if level.size else 0.0
+        for tone in range(len(in_phase)):
+            along, across = in_phase[tone, finger], behind[tone, finger]
+            for sample in range(samples):
+                row[sample] += along * cosines[tone, sample] + across * sines_[tone, sample]
+        for sample in range(samples):
+            total = row[sample] + start[finger, sample] if start.size else row[sample]
+            out[finger, sample] = total * total * factor[finger] if factor.size else total

@@ -1,1 +1,0 @@
-"""Vectors of numbers in compiled code: their type, their operations, and how kernels are compiled."""
