@@ -80,6 +80,6 @@ def test_a_lock_is_released_whatever_happens_within(tmp_path, monkeypatch, locks
 def test_a_link_is_not_followed(tmp_path):
     (tmp_path / "mine").write_text("mine")
     (tmp_path / ".lock").symlink_to(tmp_path / "mine")
-    with pytest.raises(OSError, match="symbolic links|Too many levels"), held(tmp_path / ".lock"):
+    with pytest.raises(OSError, match="symbolic links"), held(tmp_path / ".lock"):
         pass
     assert (tmp_path / "mine").read_text() == "mine"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mmap
 import time
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,13 +17,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.solve.population.kernels import Histogram
     from electrovib.study.population.declared import DeclaredStudy
 
     Rows = NDArray[np.float32]
-
-_COUNTED: Final = 8192
-"""Fingers that are counted in a histogram together: a page of its counts is then used often while it is in the cache."""
 
 
 class Statistics:
@@ -40,105 +36,88 @@ class Statistics:
 
     Attributes
     ----------
-    moments : Moments
-        Mean and squares.
+    fingers : int
+        Number of fingers.
+    mean, squares : ndarray, shape (n,)
+        Mean, and sum of the squared deviations from it.
     above, anywhere, unknown : ndarray of int, shapes (thresholds, n), (thresholds,), (n,)
         Fingers that exceed a threshold at a sample, or at some sample; fingers whose signal is nan at a sample.
     histogram : Histogram or None
-        Without the last fingers, which `counted` adds.
+        Of the values.
     """
 
     def __init__(self, thresholds: Sequence[float], samples: int, *, binned: bool = False) -> None:
-        from electrovib.solve.population.kernels import Histogram, Moments
+        from electrovib.solve.population.kernels import Histogram
 
-        self.thresholds = tuple(thresholds)
-        self.moments = Moments(0, np.zeros(samples), np.zeros(samples))
+        self.thresholds, self.fingers = tuple(thresholds), 0
+        self.mean, self.squares = np.zeros(samples), np.zeros(samples)
         self.above = np.zeros((len(self.thresholds), samples), np.int64)
         self.anywhere = np.zeros(len(self.thresholds), np.int64)
         self.unknown = np.zeros(samples, np.int64)
         self.histogram = Histogram(samples) if binned else None
-        self._waiting: Rows | None = None
-        self._count = 0
 
-    def add(self, values: Real, threads: int | None) -> None:
-        """Add the moments and counts of fingers.
+    def add(self, values: Real) -> None:
+        """Add the moments and counts of fingers, and overwrite their signals.
 
         `values` (fingers, n).
         """
-        from electrovib.solve.population.kernels import block_moments, merged
-
-        found = block_moments(values, threads=threads)
-        self.moments = merged([self.moments, *found])
         for place, threshold in enumerate(self.thresholds):
             exceeded = values > threshold
             self.above[place] += np.count_nonzero(exceeded, axis=0)
             self.anywhere[place] += np.count_nonzero(exceeded.any(axis=1))
-        if any(np.isnan(each.mean).any() for each in found):
+        mean = values.sum(axis=0) / len(values)
+        if np.isnan(mean).any():
             self.unknown += np.count_nonzero(np.isnan(values), axis=0)
+        with np.errstate(invalid="ignore"):  # infinities
+            values -= mean
+        self._join(len(values), mean, np.einsum("ij,ij->j", values, values))
+
+    def _join(self, fingers: int, mean: Real, squares: Real) -> None:
+        """Join the moments of other fingers to those of these."""
+        count, apart = self.fingers + fingers, mean - self.mean
+        self.mean = self.mean + apart * (fingers / count)
+        self.squares = self.squares + squares + apart**2 * (self.fingers * fingers / count)
+        self.fingers = count
+
+    def variance(self) -> Real:
+        """Return the variance of the population, estimated over n - 1; nan for one finger."""
+        return self.squares / (self.fingers - 1) if self.fingers > 1 else np.full(self.mean.shape, np.nan)
 
     def merge(self, other: Statistics) -> None:
         """Add the statistics of other fingers."""
-        from electrovib.solve.population.kernels import merged
-
-        self.moments = merged([self.moments, other.moments])
+        self._join(other.fingers, other.mean, other.squares)
         self.above += other.above
         self.anywhere += other.anywhere
         self.unknown += other.unknown
         if self.histogram is not None and other.histogram is not None:
-            self.histogram.merge(other.counted(None))
+            self.histogram.merge(other.histogram)
 
     def count(self, rows: Rows, threads: int | None) -> None:
-        """Count fingers in the histogram, many together.
+        """Count fingers in the histogram; a value that is not known counts as 0, where no quantile is given.
 
         `rows` (fingers, n).
         """
-        if self._waiting is None:
-            self._waiting = np.empty((_COUNTED, rows.shape[1]), np.float32)
-        while len(rows):
-            room = len(self._waiting) - self._count
-            part, rows = rows[:room], rows[room:]
-            self._waiting[self._count : self._count + len(part)] = part
-            self._count += len(part)
-            if self._count == len(self._waiting):
-                self.counted(threads)
-
-    def counted(self, threads: int | None) -> Histogram:
-        """Return the histogram of all fingers; a value that is not known is counted as 0, where no quantile is given."""
-        assert self.histogram is not None
-        if self._waiting is not None and self._count:
-            rows = self._waiting[: self._count]
-            rows[np.isnan(rows)] = 0.0
-            self.histogram.add(rows, threads=threads)
-            self._count = 0
-        return self.histogram
-
-    def sendable(self, threads: int | None) -> Statistics:
-        """Return itself without the memory for fingers that are to be counted."""
         if self.histogram is not None:
-            self.counted(threads)
-        self._waiting = None
-        return self
+            known = np.where(np.isnan(rows), np.float32(0.0), rows) if self.unknown.any() else rows
+            self.histogram.add(known, threads=threads)
 
-    def arrays(self, threads: int | None) -> dict[str, NDArray[Any]]:
+    def arrays(self) -> dict[str, NDArray[Any]]:
         """Return everything as named arrays."""
-        count, mean, squares = self.moments
-        found = {"count": np.asarray([count]), "mean": mean, "squares": squares}
+        found = {"fingers": np.asarray([self.fingers]), "mean": self.mean, "squares": self.squares}
         found |= {"above": self.above, "anywhere": self.anywhere, "unknown": self.unknown}
         if self.histogram is not None:
-            histogram = self.counted(threads)
-            found |= {"pages": histogram.pages, "bins": histogram.counts[: histogram.used]}
+            found["pages"] = self.histogram.pages
+            found["bins"] = self.histogram.counts[: self.histogram.used]
         return found
 
     def restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Continue from what `arrays` returned."""
-        from electrovib.solve.population.kernels import Moments
-
-        count = int(arrays["count"][0])
-        self.moments = Moments(count, arrays["mean"], arrays["squares"])
+        self.fingers = int(arrays["fingers"][0])
+        self.mean, self.squares = arrays["mean"], arrays["squares"]
         self.above, self.anywhere, self.unknown = (arrays[name] for name in ("above", "anywhere", "unknown"))
         if self.histogram is not None:
             self.histogram.pages, self.histogram.counts = arrays["pages"], arrays["bins"]
-            self.histogram.used, self.histogram.count = len(arrays["bins"]), count
+            self.histogram.used, self.histogram.count = len(arrays["bins"]), self.fingers
 
 
 @dataclass
@@ -173,7 +152,7 @@ class Evaluator:
     declared : DeclaredStudy
         The study.
     threads : int, optional
-        Threads of the kernels; by default one for each available processor.
+        Threads of histograms and percentiles; by default one for each available processor. Signals are computed by one.
 
     Attributes
     ----------
@@ -210,23 +189,26 @@ class Evaluator:
             for name in self.declared.signals
         }
 
-    def tile(self, start: int, stop: int, into: Mapping[str, Rows] | None = None) -> Tile:
-        """Evaluate consecutive fingers, and write their signals into those of all fingers where these are held."""
+    def memory(self, fingers: int) -> dict[str, Rows]:
+        """Return new memory for signals, if these are needed."""
+        needed = self.held or self.binned or self.declared.draws
+        names = self.declared.signals if needed else ()
+        return {name: np.empty((fingers, self.samples), np.float32) for name in names}
+
+    def tile(self, start: int, stop: int, rows: Mapping[str, Rows] | None = None) -> Tile:
+        """Evaluate consecutive fingers, and write their signals into `rows`, (fingers, n), or into new memory."""
         begun = time.perf_counter()
-        found = Tile(start, stop, self.statistics(binned=False))
-        if into:
-            found.rows = {name: rows[start:stop] for name, rows in into.items()}
-        elif self.held or self.binned or self.declared.draws:
-            shape = (stop - start, self.samples)
-            found.rows = {name: np.empty(shape, np.float32) for name in self.declared.signals}
+        found = Tile(start, stop, self.statistics(binned=False), dict(rows or {}))
+        if rows is None:
+            found.rows = self.memory(stop - start)
         draws = self.declared.space.draw(self.declared.seed, start, stop)
         for begin in range(0, stop - start, BLOCK):
             part = slice(begin, min(begin + BLOCK, stop - start))
             some = {path: values[part] for path, values in draws.items()}
             for name, values in self._signals(some, part.stop - begin).items():
-                found.statistics[name].add(values, self.threads)
                 if name in found.rows:
                     found.rows[name][part] = values
+                found.statistics[name].add(values)
         found.seconds = time.perf_counter() - begun
         return found
 
@@ -235,7 +217,7 @@ class Evaluator:
         if len(next(iter(self._scratch.values()), ())) < fingers:
             self._scratch = {name: np.empty((fingers, self.samples)) for name in self.declared.signals}
         out = {name: each[:fingers] for name, each in self._scratch.items()}
-        signals = self.population.signals(draws, out=out, threads=self.threads)
+        signals = self.population.signals(draws, out=out, threads=1)
         return {name: np.asarray(signals[name], dtype=float) for name in self.declared.signals}
 
 
@@ -263,10 +245,12 @@ class Collected:
         assert tile.start == self.fingers
         for name, each in self.statistics.items():
             each.merge(tile.statistics[name])
-            if each.histogram is not None and tile.statistics[name].histogram is None:
-                each.count(tile.rows[name], self.evaluator.threads)
-            if name in self.rows and not np.may_share_memory(tile.rows[name], self.rows[name]):
-                self.rows[name][tile.start : tile.stop] = tile.rows[name]
+            rows, held = tile.rows.get(name), self.rows.get(name)
+            if rows is None:  # it has a histogram, or nothing is asked for
+                continue
+            each.count(rows, self.evaluator.threads)
+            if held is not None and not np.may_share_memory(rows, held):
+                held[tile.start : tile.stop] = rows
         self.fingers = tile.stop
 
 

@@ -61,8 +61,8 @@ def _of_signal(name: str, collected: Collected) -> dict[str, StoredArray]:
         found[f"{name}_{suffix}"] = StoredArray(dims, values, {"units": unit, "long_name": meaning})
 
     squared = f"{unit}^2" if unit.isalpha() else f"({unit})^2"
-    put("mean", (axis,), each.moments.mean, unit, f"mean of the {words} over the fingers")
-    put("variance", (axis,), each.moments.variance(), squared, f"variance of the {words} over the fingers")
+    put("mean", (axis,), each.mean, unit, f"mean of the {words} over the fingers")
+    put("variance", (axis,), each.variance(), squared, f"variance of the {words} over the fingers")
     if declared.percentiles:
         bands = _quantiles(name, collected)
         put("percentile", ("percentile", axis), bands, unit, f"percentiles of the {words} over the fingers")
@@ -84,8 +84,8 @@ def _quantiles(name: str, collected: Collected) -> Real:
 
     each, evaluator = collected.statistics[name], collected.evaluator
     shares = tuple(percentile / 100 for percentile in evaluator.declared.percentiles)
-    if evaluator.binned:
-        found = each.counted(evaluator.threads).quantiles(shares)
+    if each.histogram is not None:
+        found = each.histogram.quantiles(shares)
     else:
         found = quantiles(collected.rows[name], shares, threads=evaluator.threads)
     return np.where(each.unknown > 0, np.nan, found)

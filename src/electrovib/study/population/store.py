@@ -153,7 +153,7 @@ class StudyStore:
             self.appended = collected.fingers
         sums = {f"{name}/tail": rows for name, rows in self.tails.items()}
         for name, each in collected.statistics.items():
-            found = each.arrays(collected.evaluator.threads)
+            found = each.arrays()
             sums |= {f"{name}/{key}": values for key, values in found.items()}
         with written(self.path):
             files = stated(self.path, [METADATA], [f"{self.place}{name}" for name in self.rows])

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _FIRST: Final = 16
 """Fingers of the first tile where they are solved one by one."""
 _BYTES: Final = 64e6
-"""Memory of the signals of a tile in float64, about [bytes]."""
+"""Memory of the signals of a tile, about [bytes]: many are counted in a histogram in less time than few."""
 _HERE: Final = 0.25
 """Computing time of a tile in this process, about [s]."""
 _TASK: Final = 1.0
@@ -42,7 +42,7 @@ _CONNECT: Final = 10.0
 
 def largest_tile(numbers: int) -> int:
     """Return the largest number of fingers of a tile whose signals, of so many numbers each, are in memory."""
-    most = int(max(1.0, _BYTES / (8 * numbers)))
+    most = int(max(1.0, _BYTES / (4 * numbers)))
     return min(64 * BLOCK, most - most % BLOCK if most > BLOCK else most)
 
 
@@ -87,28 +87,40 @@ def _in_order(
         yield tile
 
 
-def tiles_of_process(evaluator: Evaluator, start: int, into: Mapping[str, Rows]) -> Iterator[Tile]:
-    """Yield the tiles from a finger on, evaluated in this process.
+def tiles_of_process(evaluator: Evaluator, start: int, held: Mapping[str, Rows]) -> Iterator[Tile]:
+    """Yield the tiles from a finger on, evaluated in this process; the next one overwrites signals that are not held.
 
-    Each thread has an evaluator of its own, whose kernels use one thread. Fingers that are solved one by one
-    are evaluated by one thread, because Python runs one at a time.
+    Where signals are held, each thread has an evaluator of its own. Otherwise one tile at a time is in memory. Fingers that
+    are solved one by one are evaluated by one thread, because Python runs one at a time.
     """
     declared, most = evaluator.declared, largest_tile(evaluator.numbers)
     sizes = TileSizes(declared.fingers, most, seconds=_HERE, in_arrays=evaluator.in_arrays)
-    threads = thread_count(evaluator.threads) if evaluator.in_arrays else 1
-    if threads == 1 or declared.fingers - start <= most:
-        yield from _in_order(
-            sizes, start, lambda begin, stop: lambda: evaluator.tile(begin, stop, into), lambda: 1
-        )
+    threads = thread_count(evaluator.threads) if evaluator.in_arrays and held else 1
+    if threads > 1 and declared.fingers - start > most:
+        yield from _on_threads(threads, declared, sizes, start, held)
         return
+    memory = {} if held else evaluator.memory(min(most, declared.fingers))
+
+    def submit(begin: int, stop: int) -> Callable[[], Tile]:
+        rows = {name: each[begin:stop] for name, each in held.items()}
+        rows |= {name: each[: stop - begin] for name, each in memory.items()}
+        return lambda: evaluator.tile(begin, stop, rows)
+
+    yield from _in_order(sizes, start, submit, lambda: 1)
+
+
+def _on_threads(
+    threads: int, declared: DeclaredStudy, sizes: TileSizes, start: int, held: Mapping[str, Rows]
+) -> Iterator[Tile]:
+    """Yield the tiles from a finger on, evaluated by several threads."""
     free: queue.SimpleQueue[Evaluator] = queue.SimpleQueue()
     for _ in range(threads):
-        free.put(Evaluator(declared, threads=1))
+        free.put(Evaluator(declared))
 
     def evaluated(begin: int, stop: int) -> Tile:
         mine = free.get()
         try:
-            return mine.tile(begin, stop, into)
+            return mine.tile(begin, stop, {name: each[begin:stop] for name, each in held.items()})
         finally:
             free.put(mine)
 
@@ -198,16 +210,16 @@ def tile_on_worker(text: str, start: int, stop: int, expected: Mapping[str, str]
 def _without_signals(evaluator: Evaluator, start: int, stop: int) -> Tile:
     """Evaluate fingers in parts whose signals fit the memory, and count these signals in a histogram."""
     found = Tile(start, stop, evaluator.statistics(binned=evaluator.binned))
-    size = largest_tile(evaluator.numbers)
+    size = min(largest_tile(evaluator.numbers), stop - start)
+    memory = evaluator.memory(size)
     for begin in range(start, stop, size):
-        part = evaluator.tile(begin, min(begin + size, stop))
+        end = min(begin + size, stop)
+        part = evaluator.tile(begin, end, {name: each[: end - begin] for name, each in memory.items()})
         found.seconds += part.seconds
         for name, each in found.statistics.items():
             each.merge(part.statistics[name])
             if each.histogram is not None:
                 each.count(part.rows[name], evaluator.threads)
-    for each in found.statistics.values():
-        each.sendable(evaluator.threads)
     return found
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
 import pytest
 from stand_in_population import PATH, SPACE, StandInPopulation, stand_in
@@ -158,18 +160,19 @@ def test_threads_do_not_change_the_numbers(monkeypatch, memory, exceed):
     assert reference.attrs["method"].startswith("together")
     evaluated, original = set(), Evaluator.tile
 
-    def noted(self, start, stop, into=None):
-        evaluated.add((self.threads, stop - start))
-        return original(self, start, stop, into)
+    def noted(self, start, stop, rows=None):
+        evaluated.add((start, stop, threading.get_ident()))
+        return original(self, start, stop, rows)
 
     monkeypatch.setattr("electrovib.study.population.tiles.thread_count", lambda _: 3)
     monkeypatch.setattr(Evaluator, "tile", noted)
-    for size, most in ((1e5, 250), (5e5, 1024)):
+    for size, most in ((5e4, 250), (3e5, 1024)):
         monkeypatch.setattr("electrovib.study.population.tiles._BYTES", size)
         monkeypatch.setattr("electrovib.study.population.tiles._HERE", 1e3)
         evaluated.clear()
         assert same(study(scenario, "fingers", **asked), reference)
-        assert evaluated == {(1, most), (1, 7000 % most)} - {(1, 0)}
+        assert {stop - start for start, stop, _ in evaluated} == {most, 7000 % most} - {0}
+        assert (len({thread for *_, thread in evaluated}) > 1) == (memory == "1 GB")
 
 
 @pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
@@ -180,10 +183,3 @@ def test_every_finger_is_counted_once_in_a_tile_of_many_blocks(monkeypatch, quic
     parts = quick(n=5000, exceed="1 mN", budget_memory=memory)
     tiles(4096)
     assert same(quick(n=5000, exceed="1 mN", budget_memory=memory), parts)
-
-
-def test_a_histogram_is_filled_beyond_one_batch(monkeypatch, quick):
-    """Fingers are counted many together; the last ones of a study fill no batch."""
-    expected = quick(n=5000, budget_memory="120 kB")
-    monkeypatch.setattr("electrovib.study.population.fingers._COUNTED", 700)
-    assert same(quick(n=5000, budget_memory="120 kB"), expected)

@@ -184,12 +184,12 @@ def test_a_worker_sends_no_signals_beyond_the_memory(exceed):
     found, expected = (Collected(one, hold=False) for _ in range(2))
     found.add(sent)
     expected.add(one.tile(0, 3000))
-    for key, values in expected.statistics["electrostatic_force"].arrays(None).items():
+    for key, values in expected.statistics["electrostatic_force"].arrays().items():
         if key not in {"pages", "bins"}:
-            other = found.statistics["electrostatic_force"].arrays(None)[key]
+            other = found.statistics["electrostatic_force"].arrays()[key]
             np.testing.assert_allclose(other, values, rtol=1e-12)
     quantiles = [
-        each.statistics["electrostatic_force"].counted(None).quantiles([0.5]) for each in (found, expected)
+        each.statistics["electrostatic_force"].histogram.quantiles([0.5]) for each in (found, expected)
     ]
     np.testing.assert_array_equal(*quantiles)
 
@@ -215,7 +215,7 @@ def test_the_models_of_a_user_are_imported_from_their_file_by_a_worker(tmp_path)
         "import json, pathlib, sys\n"
         "from electrovib.study.population.tiles import tile_on_worker\n"
         "text, versions = pathlib.Path(sys.argv[1]).read_text(), json.loads(sys.argv[2])\n"
-        "print(repr(tile_on_worker(text, 0, 40, versions).statistics['electrostatic_force'].moments.mean[-1]))"
+        "print(repr(tile_on_worker(text, 0, 40, versions).statistics['electrostatic_force'].mean[-1]))"
     )
     command = [sys.executable, "-c", script, str(tmp_path / "study.json"), json.dumps(computing_versions())]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)

@@ -10,7 +10,7 @@ from electrovib.study.population.words import percentile_words
 
 def counted(values, *thresholds, binned=False):
     found = Statistics(thresholds, values.shape[1], binned=binned)
-    found.add(values, None)
+    found.add(values.copy())
     return found
 
 
@@ -21,7 +21,7 @@ def test_values_that_are_not_known_are_counted_apart():
     np.testing.assert_array_equal(found.anywhere, [2, 1])
     np.testing.assert_array_equal(found.unknown, [0, 2])
     found.count(values.astype(np.float32), None)
-    histogram = found.counted(None)
+    histogram = found.histogram
     assert histogram.count == 3
     np.testing.assert_allclose(histogram.quantiles([0.5])[0, 0], 2.0, rtol=2e-3)
 
@@ -44,9 +44,9 @@ def test_statistics_of_all_fingers_are_those_of_the_parts():
     merged.merge(counted(values[7:], 0.0, 1.0))
     for name in ("above", "anywhere", "unknown"):
         np.testing.assert_array_equal(getattr(merged, name), getattr(whole, name))
-    assert merged.moments.fingers == 20
-    np.testing.assert_allclose(merged.moments.mean, values.mean(axis=0), rtol=1e-12)
-    np.testing.assert_allclose(merged.moments.variance(), values.var(axis=0, ddof=1), rtol=1e-12)
+    assert merged.fingers == 20
+    np.testing.assert_allclose(merged.mean, values.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(merged.variance(), values.var(axis=0, ddof=1), rtol=1e-12)
 
 
 def test_statistics_are_restored_from_their_arrays():
@@ -55,16 +55,14 @@ def test_statistics_are_restored_from_their_arrays():
     whole.count(values.astype(np.float32), None)
     first.count(values[:7].astype(np.float32), None)
     later = Statistics((0.0,), 3, binned=True)
-    later.restore(first.arrays(None))
+    later.restore(first.arrays())
     later.merge(counted(values[7:], 0.0))
     later.count(values[7:].astype(np.float32), None)
-    for name, each in whole.arrays(None).items():
+    for name, each in whole.arrays().items():
         if name not in {"pages", "bins"}:
-            np.testing.assert_allclose(later.arrays(None)[name], each, rtol=1e-12)
+            np.testing.assert_allclose(later.arrays()[name], each, rtol=1e-12)
     shares = np.linspace(0.0, 1.0, 9)
-    np.testing.assert_array_equal(
-        later.counted(None).quantiles(shares), whole.counted(None).quantiles(shares)
-    )
+    np.testing.assert_array_equal(later.histogram.quantiles(shares), whole.histogram.quantiles(shares))
 
 
 def test_percentiles_in_words():

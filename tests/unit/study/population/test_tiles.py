@@ -44,6 +44,6 @@ def test_a_tile_of_arrays_is_a_block_at_least_however_slow_the_machine_is():
 
 
 def test_the_signals_of_a_tile_stay_small():
-    assert largest_tile(2001) * 2001 * 8 <= 64e6
+    assert largest_tile(2001) * 2001 * 4 <= 64e6
     assert largest_tile(10**9) == 1
     assert largest_tile(1) == 65536
