@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import filelock
 import pytest
@@ -83,3 +84,20 @@ def test_a_link_is_not_followed(tmp_path):
     with pytest.raises(OSError, match="symbolic links"), held(tmp_path / ".lock"):
         pass
     assert (tmp_path / "mine").read_text() == "mine"
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_nothing_is_held_after_the_block(tmp_path, monkeypatch, fails):
+    """Not even by an object that is not collected."""
+    taken, acquire = [], filelock.FileLock.acquire
+
+    def noted(self, *arguments, **options):
+        taken.append(self)
+        return acquire(self, *arguments, **options)
+
+    monkeypatch.setattr(filelock.FileLock, "acquire", noted)
+    with suppress(KeyError), held(tmp_path / ".lock"):
+        assert taken[0].is_locked
+        if fails:
+            raise KeyError
+    assert not taken[0].is_locked
