@@ -159,7 +159,7 @@ class Evaluator:
     exact : bool
         Whether the signals of all fingers fit the memory.
     held, binned : bool
-        The two ways to percentiles: from the signals of all fingers, or beyond the memory from a histogram.
+        The two methods of percentiles: from the signals of all fingers, or beyond the memory from a histogram.
     """
 
     def __init__(self, declared: DeclaredStudy, *, threads: int | None = None) -> None:
