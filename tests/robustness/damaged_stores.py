@@ -283,6 +283,19 @@ def reported(name: str, path: Path):
     return ev.report(path, page, force=True).read_text(encoding="utf-8")
 
 
+def same(found, expected) -> bool:
+    """Whether two results are the same but for rounding: a study that was continued formed its sums of other tiles."""
+    import xarray
+
+    try:
+        xarray.testing.assert_allclose(found, expected, rtol=1e-12, atol=0.0)
+    except AssertionError:
+        return False
+    return found.attrs == expected.attrs and all(
+        found[name].attrs == expected[name].attrs for name in expected.variables
+    )
+
+
 DOORS = {"open": opened, "report": reported, "study": studied}
 
 
@@ -306,7 +319,7 @@ def answer(door, name: str, path: Path, expected) -> list[str]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
     if not isinstance(found, str):
-        return ["accepted" if found.identical(expected) else "wrong", ""]
+        return ["accepted" if same(found, expected) else "wrong", ""]
     return ["accepted" if found == expected else "wrong", ""]
 
 

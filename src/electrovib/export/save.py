@@ -52,7 +52,7 @@ def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> lis
     """
     path = Path(path)
     if is_study_result(trace):
-        from electrovib.study.population.bands import save_bands
+        from electrovib.study.population.words import save_bands
 
         return save_bands(trace, path, force=force)
     if not is_trace(trace):

@@ -144,9 +144,7 @@ def _value(value: Any) -> str:
 def _origin(found: xarray.Dataset) -> Table:
     versions = ", ".join(f"{name} {each}" for name, each in found.attrs["versions"].items())
     rows = [("Computation", line) for line in method_words(found)] + [("Versions", versions)]
-    caption = (
-        "Variance of the population, estimated over n - 1. Sums in blocks of 1024 fingers, merged in order."
-    )
+    caption = "Variance of the population, estimated over n - 1."
     return Table("Computation", ("", ""), tuple(rows), caption=caption)
 
 

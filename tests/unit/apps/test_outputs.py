@@ -12,7 +12,7 @@ from electrovib.apps.cli import main
 from electrovib.core.errors import InputError
 from electrovib.data.marks import Form, is_ours
 from electrovib.export.design import write_design
-from electrovib.study.population.groups import write_group
+from electrovib.study.population.files import write_group
 from electrovib.view import report
 from electrovib.view.checked import write_check
 

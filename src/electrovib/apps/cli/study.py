@@ -152,7 +152,7 @@ def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:
     from pathlib import Path
 
     from electrovib.core.errors import InputError, gathered
-    from electrovib.study.population.bands import check_bands
+    from electrovib.study.population.words import check_bands
     from electrovib.view.pages import check_page
 
     problems: list[str] = []

@@ -12,18 +12,20 @@ from typing import Any, Final
 from electrovib.core.amounts import amount_of_memory
 from electrovib.core.errors import InputError, gathered, nearest
 from electrovib.core.own_models import use_models, used_files
+from electrovib.core.samples import Samples
 from electrovib.core.signals import SIGNALS
 from electrovib.core.trace import STUDY_FORMAT
 from electrovib.core.units import parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
-from electrovib.study.population.texts import numbers_of, scenario_text
+from electrovib.scenario.space.origin import KEYS as ORIGIN_KEYS
+from electrovib.scenario.toml import SCHEMA
 
-FORMAT: Final = f"{STUDY_FORMAT} 2"
+FORMAT: Final = f"{STUDY_FORMAT} 3"
 """Value of the attribute ``format`` of a store and of a result."""
 BLOCK: Final = 1024
-"""Number of fingers in a block of the sums; part of the definition of the results."""
+"""Number of fingers whose signals are computed together, and that a chunk of a store holds."""
 PERCENTILES: Final = (5.0, 50.0, 95.0)
 MEMORY: Final = "1 GB"
 _MOST_FINGERS: Final = 10**12
@@ -74,7 +76,7 @@ class DeclaredStudy:
         """Return what distinguishes this study from another one whose results differ, as structured text."""
         return {
             "scenario": self.scenario.canonical(),
-            "space": numbers_of(self.space),
+            "space": _numbers_of(self.space),
             "n": self.fingers,
             "seed": self.seed,
             "signal": list(self.signals),
@@ -220,3 +222,35 @@ def _in_unit(given: str | float, unit: str) -> float | None:
     except (TypeError, ValueError):
         return None
     return value if math.isfinite(value) else None
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """Write a scenario as TOML, with the samples of measured series in the text."""
+    import tomlkit
+
+    content = {"schema": SCHEMA} | scenario.to_dict()
+    return tomlkit.dumps(_plain(content))
+
+
+def _numbers_of(space: Space) -> str:
+    """Write what the draws of a space depend on, without titles and sources, as JSON with sorted keys."""
+    return json.dumps(_without_origins(_plain(space.as_table())), sort_keys=True)
+
+
+def _without_origins(content: Any) -> Any:
+    if not isinstance(content, Mapping):
+        return content
+    return {
+        key: _without_origins(each) for key, each in content.items() if key not in {"title", *ORIGIN_KEYS}
+    }
+
+
+def _plain(content: Any) -> Any:
+    """Return tables, lists, texts and numbers alone; a value that is absent is omitted, which is how TOML writes it."""
+    if isinstance(content, Samples):
+        return _plain(content.packed())
+    if isinstance(content, Mapping):
+        return {str(key): _plain(value) for key, value in content.items() if value is not None}
+    if isinstance(content, (list, tuple)):
+        return [_plain(each) for each in content]
+    return content

@@ -1,25 +1,28 @@
-"""The result of a study as named arrays, and as a Dataset."""
+"""The result of a study as named arrays and as a Dataset, with what it states about its origin."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.core.own_models import origins
 from electrovib.core.signals import SIGNALS
-from electrovib.study.population.reduced import of_blocks
+from electrovib.core.versions import versions
+from electrovib.solve.quantities.validity import validity
+from electrovib.study.population.declared import FORMAT, scenario_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     import xarray
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
     from electrovib.study.population.declared import DeclaredStudy
-    from electrovib.study.population.merged import MergedFingers, MergedSignal
-    from electrovib.study.population.reduced import Form
-    from electrovib.study.population.tile import Evaluator
+    from electrovib.study.population.fingers import Collected, Evaluator
 
 EXACT: Final = "exact order statistics of float32 values, interpolated linearly"
 BINNED: Final = "from a histogram of float32 values, relative error below 0.3 %"
@@ -34,96 +37,58 @@ class StoredArray(NamedTuple):
     attributes: dict[str, str]
 
 
-def arrays(evaluator: Evaluator, merged: MergedFingers) -> dict[str, StoredArray]:
+def arrays(collected: Collected) -> dict[str, StoredArray]:
     """Compute the arrays of a result, except the signals of every finger."""
-    declared = evaluator.declared
-    axis = SIGNALS[declared.axis]
-    found = {
-        declared.axis: StoredArray(
-            (declared.axis,), evaluator.axis, {"units": axis.unit, "long_name": axis.doc}
-        )
-    }
+    evaluator, declared = collected.evaluator, collected.evaluator.declared
+    axis, dim = SIGNALS[declared.axis], declared.axis
+    found = {dim: StoredArray((dim,), evaluator.axis, {"units": axis.unit, "long_name": axis.doc})}
     if declared.percentiles:
         values = np.asarray(declared.percentiles)
         found["percentile"] = StoredArray(("percentile",), values, {"units": "%", "long_name": "percentile"})
     for name in declared.signals:
-        found |= _of_signal(name, declared, merged)
+        found |= _of_signal(name, collected)
     if declared.draws:
         found |= _parameters(declared)
     return found
 
 
-def _of_signal(name: str, declared: DeclaredStudy, merged: MergedFingers) -> dict[str, StoredArray]:
-    each, unit, axis = merged.signals[name], SIGNALS[name].unit, declared.axis
+def _of_signal(name: str, collected: Collected) -> dict[str, StoredArray]:
+    each, declared = collected.statistics[name], collected.evaluator.declared
+    unit, axis = SIGNALS[name].unit, declared.axis
     words, found = name.replace("_", " "), dict[str, StoredArray]()
 
     def put(suffix: str, dims: tuple[str, ...], values: NDArray[Any], unit: str, meaning: str) -> None:
         found[f"{name}_{suffix}"] = StoredArray(dims, values, {"units": unit, "long_name": meaning})
 
-    moments = each.moments
-    assert moments is not None
-    put("mean", (axis,), moments.mean, unit, f"mean of the {words} over the fingers")
-    put("variance", (axis,), moments.variance(), _squared(unit), f"variance of the {words} over the fingers")
+    squared = f"{unit}^2" if unit.isalpha() else f"({unit})^2"
+    put("mean", (axis,), each.mean, unit, f"mean of the {words} over the fingers")
+    put("variance", (axis,), each.variance(), squared, f"variance of the {words} over the fingers")
     if declared.percentiles:
-        bands = _quantiles(each, merged.evaluator)
+        bands = _quantiles(name, collected)
         put("percentile", ("percentile", axis), bands, unit, f"percentiles of the {words} over the fingers")
-    if each.counts.unknown.any():
-        put("unknown", (axis,), each.counts.unknown, "1", f"number of fingers whose {words} is not known")
-    if levels := declared.thresholds.get(name, ()):
+    if each.unknown.any():
+        put("unknown", (axis,), each.unknown, "1", f"number of fingers whose {words} is not known")
+    if each.thresholds:
         along = f"{name}_threshold"
-        found[along] = StoredArray(
-            (along,), np.asarray(levels), {"units": unit, "long_name": f"threshold of the {words}"}
-        )
+        put("threshold", (along,), np.asarray(each.thresholds), unit, f"threshold of the {words}")
         share = f"probability that the {words} of a finger exceeds the threshold"
-        put("exceedance", (along, axis), each.counts.above / declared.fingers, "1", share)
-        put(
-            "exceedance_anywhere",
-            (along,),
-            each.counts.anywhere / declared.fingers,
-            "1",
-            f"{share} at some {axis}",
-        )
+        put("exceedance", (along, axis), each.above / declared.fingers, "1", share)
+        ever = f"{share} at some {axis}"
+        put("exceedance_anywhere", (along,), each.anywhere / declared.fingers, "1", ever)
     return found
 
 
-def _squared(unit: str) -> str:
-    return f"{unit}^2" if unit.isalpha() else f"({unit})^2"
-
-
-def _quantiles(each: MergedSignal, evaluator: Evaluator) -> Real:
-    """Return the percentiles; NaN where the signal of a finger is not known."""
+def _quantiles(name: str, collected: Collected) -> Real:
+    """Return the percentiles by column, (percentiles, n); NaN where the signal of a finger is not known."""
     from electrovib.solve.population.kernels import quantiles
 
+    each, evaluator = collected.statistics[name], collected.evaluator
     shares = tuple(percentile / 100 for percentile in evaluator.declared.percentiles)
-    if each.values is not None:
-        found = quantiles(each.values, shares, threads=evaluator.threads)
-    elif each.forms:
-        found = _of_forms(each.forms, evaluator, shares)
-    else:
-        assert each.histogram is not None
+    if each.histogram is not None:
         found = each.histogram.quantiles(shares)
-    return np.where(each.counts.unknown > 0, np.nan, found)
-
-
-def _of_forms(forms: Sequence[Form], evaluator: Evaluator, shares: tuple[float, ...]) -> Real:
-    """Return the quantiles of signals that are computed again."""
-    from electrovib.solve.population.kernels import quantiles, square_quantiles
-
-    whole, known = of_blocks(forms)
-    if whole is None:
-        return quantiles(np.concatenate(list(known.values())), shares, threads=evaluator.threads)
-    voltage, steps, places = evaluator.population.grid
-    numbers = whole.rates, whole.residues, whole.direct, whole.state
-    return square_quantiles(
-        *numbers,
-        voltage,
-        steps,
-        factor=whole.factor,
-        outputs=places,
-        probabilities=shares,
-        known=known,
-        threads=evaluator.threads,
-    )
+    else:
+        found = quantiles(collected.rows[name], shares, threads=evaluator.threads)
+    return np.where(each.unknown > 0, np.nan, found)
 
 
 def _parameters(declared: DeclaredStudy) -> dict[str, StoredArray]:
@@ -154,3 +119,41 @@ def dataset(found: Mapping[str, StoredArray], attributes: Mapping[str, Any]) -> 
     coordinates = {name: each for name, each in variables.items() if each[0] == (name,)}
     others = {name: each for name, each in variables.items() if name not in coordinates}
     return xarray.Dataset(others, coords=coordinates, attrs=dict(attributes))
+
+
+def attributes(evaluator: Evaluator) -> dict[str, Any]:
+    """Return what a result states about its origin: scenario, space, seed, versions, kernel and methods.
+
+    Its ``validity`` is that of the scenario with its own values; single fingers are not judged.
+    """
+    declared = evaluator.declared
+    return {
+        "format": FORMAT,
+        "title": declared.scenario.title,
+        "fingers": declared.fingers,
+        "seed": declared.seed,
+        "signals": list(declared.signals),
+        "definition": definition(declared),
+        "method": evaluator.method,
+        "kernel": evaluator.kernel,
+        "percentiles_from": EXACT if evaluator.exact else BINNED,
+        "versions": computing_versions(),
+        "scenario": declared.scenario.to_json(),
+        "scenario_toml": scenario_text(declared.scenario),
+        "space_toml": declared.space.to_toml(),
+        "space_remarks": list(declared.space.remarks),
+        "own_models": json.dumps(origins(declared.scenario), sort_keys=True),
+        "validity": json.dumps([each.to_dict() for each in validity(declared.scenario)]),
+    }
+
+
+def definition(declared: DeclaredStudy) -> dict[str, Any]:
+    """Return what distinguishes a study from others; long texts as their SHA-256."""
+    found = declared.identity()
+    return found | {name: hashlib.sha256(found[name].encode()).hexdigest() for name in ("scenario", "space")}
+
+
+def computing_versions() -> dict[str, str]:
+    """Return the versions of the packages on which the numbers of a study depend."""
+    found = versions()
+    return {name: found[name] for name in ("electrovib", "numpy", "scipy", "numba") if name in found}

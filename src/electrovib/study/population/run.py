@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+import functools
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.allowance import megabytes
+from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.data.lock import HeldError, held
+from electrovib.solve.costs import CASE
+from electrovib.solve.effort import works
 from electrovib.study.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
-from electrovib.study.population.effort import refuse_large
-from electrovib.study.population.existing import refuse_full_disk, refuse_other_kernel, state_of
-from electrovib.study.population.folder import CHECKPOINT, clear, remove_unbegun, written
-from electrovib.study.population.here import tiles_of_process
-from electrovib.study.population.lock import locked
-from electrovib.study.population.merged import MergedFingers
-from electrovib.study.population.opened import open_study
-from electrovib.study.population.origin import attributes
-from electrovib.study.population.result import StoredArray, arrays, dataset, draws_of
-from electrovib.study.population.store import StudyStore
-from electrovib.study.population.tile import Evaluator
-from electrovib.study.population.writer import CheckpointWriter
+from electrovib.study.population.files import written
+from electrovib.study.population.fingers import Collected, Evaluator
+from electrovib.study.population.result import StoredArray, arrays, attributes, dataset, draws_of
+from electrovib.study.population.store import (
+    CHECKPOINT,
+    LOCK,
+    StudyStore,
+    clear,
+    open_study,
+    refuse_full_disk,
+    refuse_other_method,
+    remove_unbegun,
+    state_of,
+)
+from electrovib.study.population.tiles import tiles_of_cluster, tiles_of_process
 
 if TYPE_CHECKING:
     import xarray
@@ -29,9 +38,24 @@ if TYPE_CHECKING:
     from electrovib.scenario import Source
     from electrovib.scenario.space import SpaceSource
     from electrovib.study.population.declared import DeclaredStudy
-    from electrovib.study.population.reduced import TileResult
+    from electrovib.study.population.fingers import Tile
 
     Progress = Callable[[int, int], bool | None]
+
+PAUSE: Final = 1.0
+"""Least time between two checkpoints [s]; a study that is killed loses at most about this, or the time that follows."""
+_SHARE: Final = 4.0
+"""A checkpoint follows the last one after at least this many times the time that it takes."""
+_RATE: Final = 2e8
+"""Signals that are written in a second, about [bytes/s]: what is computed as fast is not worth a checkpoint."""
+_LONGEST: Final = 60.0
+"""Time after which a checkpoint is written however long it takes [s]."""
+_SAMPLE: Final = 3e-8
+"""Computing time of a sample of a finger in arrays, with its statistics [s]."""
+_WORKER: Final = 4.0
+"""Computing time until a worker process has started [s]."""
+_WORKER_MEMORY: Final = 2.5e8
+"""Memory of a worker process [bytes]."""
 
 
 class StudyCancelledError(ElectrovibError):
@@ -56,11 +80,10 @@ def study(
 ) -> xarray.Dataset:
     """Compute bands of a signal over a population of fingers.
 
-    The variance is that of the population, estimated over n - 1. Sums are formed in blocks of 1024 fingers
-    and merged in the order of their index. Percentiles are exact order statistics of float32 values while
-    fingers x samples x 4 bytes fit the memory, and otherwise come from histograms with a relative error below
-    0.3 %. All numbers are the same to the last bit for any number of threads and workers, and after any
-    interruption.
+    The variance is that of the population, estimated over n - 1. Percentiles are exact order statistics of
+    float32 values while fingers x samples x 4 bytes fit the memory, and otherwise come from histograms with a
+    relative error below 0.3 %. Threads, workers and interruptions change numbers by rounding alone, less than
+    1e-12 of them.
     """
     declared = read_study(
         scenario,
@@ -96,9 +119,26 @@ def _complete(path: Path) -> xarray.Dataset:
     """Return a complete study, after removing what a process killed at its very end may have left."""
     found = open_study(path)
     if (path / CHECKPOINT).exists():
-        with written(path), locked(path):
+        with _locked(path):
             clear(path)
     return found
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold the lock of a store."""
+    with ExitStack() as stack:
+        try:
+            with written(path):
+                stack.enter_context(held(path / LOCK))
+        except HeldError as error:
+            who = f" ({error})" if str(error) else ""
+            raise InputError(
+                f"another process{who} is writing this study; wait until it ends, or give another name. If it has ended on"
+                f" another computer, remove {path / LOCK}.",
+                path=path,
+            ) from None
+        yield
 
 
 def _where(workers: int | None, scheduler: str | None) -> dict[str, Any] | None:
@@ -121,8 +161,27 @@ def _evaluator(declared: DeclaredStudy, where: dict[str, Any] | None) -> Evaluat
             f"budget_memory = {megabytes(declared.memory)}: the signals of a block of {min(BLOCK, declared.fingers)} fingers"
             f" with {found.samples} samples take {megabytes(block)}; ask for fewer time.samples, or allow more"
         )
-    refuse_large(found, (where or {}).get("workers") or 0)
+    _refuse_large(found, (where or {}).get("workers") or 0)
     return found
+
+
+def _refuse_large(evaluator: Evaluator, workers: int) -> None:
+    """Refuse a study that would exceed the budget, before anything is written or started."""
+    fingers, each = evaluator.declared.fingers, _SAMPLE * evaluator.numbers
+    if not evaluator.in_arrays:
+        axis = evaluator.axis if evaluator.declared.axis == "time" else None
+        each = CASE + sum(work.time for work in works(evaluator.declared.scenario, axis))
+    memory = 16.0 * min(BLOCK, fingers) * evaluator.numbers
+    of_workers = {"time": workers * _WORKER, "memory": workers * _WORKER_MEMORY}
+    refuse_beyond(
+        [
+            Work(
+                what=f"{fingers:.3g} fingers", time=fingers * each, memory=memory, remedy="draw fewer fingers"
+            ),
+            Work(what=f"{workers} workers", **of_workers, remedy="start fewer workers"),
+        ],
+        what="this study",
+    )
 
 
 def _in_memory(
@@ -135,16 +194,16 @@ def _in_memory(
             f"draws: the signals of all fingers exceed budget_memory = {megabytes(declared.memory)}; give an output, a store"
             " to which they are written, or allow more"
         )
-    merged = MergedFingers(evaluator, hold=declared.draws)
-    for tile in _tiles(merged, where, progress):
-        merged.add(tile)
-        _report(progress, merged)
-    found = arrays(evaluator, merged)
+    collected = Collected(evaluator, hold=evaluator.held or declared.draws)
+    with closing(_tiles(collected, where, progress)) as tiles:
+        for tile in tiles:
+            collected.add(tile)
+            _report(progress, collected)
+    found = arrays(collected)
     if declared.draws:
-        for name, each in merged.signals.items():
-            assert each.values is not None
+        for name, rows in collected.rows.items():
             dims, words = draws_of(name, declared.axis)
-            found[name] = StoredArray(dims, each.values, words)
+            found[name] = StoredArray(dims, rows, words)
     return dataset(found, attributes(evaluator))
 
 
@@ -152,61 +211,52 @@ def _stored(
     path: Path, evaluator: Evaluator, where: dict[str, Any] | None, progress: Progress | None
 ) -> None:
     """Run or continue a study in its store."""
-    with ExitStack() as stack:
-        with written(path):
-            stack.enter_context(locked(path))
+    with _locked(path):
         state = state_of(path, evaluator.declared)
         if state == "complete":  # by another process, meanwhile
             return
         if state == "begun":
-            refuse_other_kernel(path, evaluator)
+            refuse_other_method(path, evaluator)
         try:
-            _continued(StudyStore(path, evaluator), where, progress)
+            store, collected = StudyStore(path, evaluator), Collected(evaluator, hold=evaluator.held)
+            store.restore(collected)
+            _evaluate(store, collected, where, progress)
+            store.finish(arrays(collected))
         except ElectrovibError as error:
-            if state == "absent" and not isinstance(
-                error.__cause__, OSError
-            ):  # zarr may still be writing then
+            if state == "absent" and not isinstance(error.__cause__, OSError):
                 remove_unbegun(path)
             raise
 
 
-def _continued(store: StudyStore, where: dict[str, Any] | None, progress: Progress | None) -> None:
-    """Evaluate the fingers that are missing in a store, and write the result."""
-    merged = MergedFingers(store.evaluator)
-    fingers, sums = store.restored()
-    if fingers:
-        merged.restore(fingers, sums)
-        for name, each in merged.signals.items():
-            if each.values is not None:
-                store.restore_rows(name, each.values)
-    writer = CheckpointWriter(store, merged)
-    try:
-        _evaluate(merged, writer, where, progress)
-        writer.complete()
-        store.finish(arrays(store.evaluator, merged))
-    finally:
-        writer.close()
-
-
 def _evaluate(
-    merged: MergedFingers,
-    writer: CheckpointWriter,
-    where: dict[str, Any] | None,
-    progress: Progress | None,
+    store: StudyStore, collected: Collected, where: dict[str, Any] | None, progress: Progress | None
 ) -> None:
-    """Evaluate the fingers that are missing; keep what is complete if the study is interrupted."""
+    """Evaluate the fingers that are missing; keep what is complete from time to time, and if the study is interrupted."""
+    last, took, between_tiles = time.monotonic(), 0.0, True
+    total = store.declared.fingers
     try:
-        _report(progress, merged)
-        for tile in _tiles(merged, where, progress):
-            writer.after(merged.add(tile))
-            _report(progress, merged)
+        _report(progress, collected)
+        with closing(_tiles(collected, where, progress)) as tiles:
+            for tile in tiles:
+                between_tiles = False
+                collected.add(tile)
+                if store.declared.draws:
+                    store.append(tile.rows)
+                begun, takes = time.monotonic(), max(took, store.waiting(collected) / _RATE)
+                if begun - last >= min(_LONGEST, max(PAUSE, _SHARE * takes)) and tile.stop < total:
+                    store.commit(collected)
+                    last = time.monotonic()
+                    took = last - begun
+                between_tiles = True
+                _report(progress, collected)
     except (KeyboardInterrupt, StudyCancelledError):
-        writer.finish()
+        if between_tiles:
+            store.commit(collected)
         raise
 
 
-def _report(progress: Progress | None, merged: MergedFingers) -> None:
-    done, total = merged.fingers, merged.declared.fingers
+def _report(progress: Progress | None, collected: Collected) -> None:
+    done, total = collected.fingers, collected.evaluator.declared.fingers
     if progress is not None and progress(done, total) and done < total:
         raise StudyCancelledError(
             f"the study was ended after {done} of {total} fingers; the same call continues it"
@@ -214,13 +264,12 @@ def _report(progress: Progress | None, merged: MergedFingers) -> None:
 
 
 def _tiles(
-    merged: MergedFingers, where: dict[str, Any] | None, progress: Progress | None
-) -> Iterator[TileResult]:
-    """Yield the tiles that follow the fingers merged so far, in order."""
+    collected: Collected, where: dict[str, Any] | None, progress: Progress | None
+) -> Generator[Tile, None, None]:
+    """Yield the tiles that follow the fingers that are known, in order."""
+    evaluator, start = collected.evaluator, collected.fingers
     if where is None:
-        return tiles_of_process(merged.evaluator, merged.fingers, merged.values)
-    from electrovib.study.population.cluster import tiles_of_cluster
-
-    return tiles_of_cluster(
-        merged.evaluator, merged.fingers, waiting=lambda: _report(progress, merged), **where
-    )
+        yield from tiles_of_process(evaluator, start, collected.rows)
+    else:
+        waiting = functools.partial(_report, progress, collected)
+        yield from tiles_of_cluster(evaluator, start, waiting=waiting, **where)

@@ -1,6 +1,8 @@
-"""The same bits for any tiles, any interruption, in memory and in a store; and what the numbers are."""
+"""The same numbers for any tiles, any interruption, in memory and in a store; and what the numbers are."""
 
 from __future__ import annotations
+
+import threading
 
 import numpy as np
 import pytest
@@ -9,22 +11,20 @@ from stand_in_population import PATH, SPACE, StandInPopulation, stand_in
 from electrovib.scenario import load
 from electrovib.scenario.space import read_space
 from electrovib.study.population import StudyCancelledError, open_study, study
-from electrovib.study.population.declared import read_study
-from electrovib.study.population.here import _tile
-from electrovib.study.population.merged import MergedFingers
-from electrovib.study.population.result import arrays
-from electrovib.study.population.tile import Evaluator
+from electrovib.study.population.fingers import Evaluator
 
 ASKED = {"n": 5000, "exceed": ["1 mN"], "draws": True}
 
 
 def same(one, other):
-    """Whether two results have the same arrays, bit for bit, and the same attributes."""
+    """Whether two results have the same numbers and attributes.
+
+    Sums over fingers are formed tile by tile, so that means and variances differ by rounding; all else is counted or sorted.
+    """
     assert set(one.variables) == set(other.variables)
     for name in one.variables:
-        np.testing.assert_array_equal(
-            one[name].values.view(np.uint8), other[name].values.view(np.uint8), err_msg=name
-        )
+        rtol = 1e-12 if name.endswith(("_mean", "_variance")) else 0.0
+        np.testing.assert_allclose(one[name].values, other[name].values, rtol=rtol, err_msg=name)
         assert one[name].attrs == other[name].attrs
     return one.attrs == other.attrs
 
@@ -47,7 +47,7 @@ def test_the_numbers_are_those_of_the_fingers(quick):
 
 @pytest.mark.parametrize("memory", ["1 GB", "80 kB"])
 @pytest.mark.parametrize("size", [16, 256, 1024, 2048])
-def test_tiles_do_not_change_a_bit(quick, tiles, memory, size, tmp_path):
+def test_tiles_do_not_change_the_numbers(quick, tiles, memory, size, tmp_path):
     reference = quick(**ASKED | {"draws": False}, budget_memory="1 GB" if memory == "1 GB" else "120 kB")
     tiles(size)
     if memory == "1 GB":
@@ -68,11 +68,13 @@ def test_percentiles_beyond_the_memory_are_near_the_exact_ones(quick):
     one, other = (each["electrostatic_force_percentile"].values for each in (exact, binned))
     np.testing.assert_allclose(other, one, rtol=3e-3)
     assert not np.array_equal(one, other)
-    np.testing.assert_array_equal(exact["electrostatic_force_mean"], binned["electrostatic_force_mean"])
+    np.testing.assert_allclose(
+        exact["electrostatic_force_mean"], binned["electrostatic_force_mean"], rtol=1e-12
+    )
 
 
 @pytest.mark.parametrize(("memory", "draws"), [("1 GB", False), ("120 kB", True)])
-def test_a_study_that_is_ended_again_and_again_gives_the_same_bits(quick, tiles, tmp_path, memory, draws):
+def test_a_study_that_is_ended_again_and_again_gives_the_same_numbers(quick, tiles, tmp_path, memory, draws):
     tiles(64)
     asked = ASKED | {"draws": draws, "budget_memory": memory}
     reference = quick(**asked, output=tmp_path / "reference.zarr")
@@ -95,7 +97,7 @@ def test_a_study_that_is_ended_again_and_again_gives_the_same_bits(quick, tiles,
     assert starts == [0, 1536, 3008, 4544]  # every run begins where the last one ended
     assert same(open_study(tmp_path / "ended.zarr"), reference)
     one, other = (
-        {each.relative_to(root): each.read_bytes() for each in root.rglob("*") if each.is_file()}
+        {each.relative_to(root) for each in root.rglob("*") if each.is_file()}
         for root in (tmp_path / "ended.zarr", tmp_path / "reference.zarr")
     )
     assert one == other  # and no other file
@@ -150,47 +152,34 @@ def test_another_seed_draws_other_fingers(quick):
 @pytest.mark.parametrize(
     ("memory", "exceed"), [("1 GB", "10 mN"), ("1 MB", "10 mN"), ("1 GB", ()), ("1 MB", ())]
 )
-def test_threads_do_not_change_a_bit(monkeypatch, memory, exceed):
+def test_threads_do_not_change_the_numbers(monkeypatch, memory, exceed):
     """The real population, in arrays over fingers."""
     scenario = load("vezzoli_2014/fig6_gap").replace({"time.samples": 50})
     asked = {"n": 7000, "seed": 2, "draws": memory == "1 GB", "exceed": exceed, "budget_memory": memory}
     reference = study(scenario, "fingers", **asked)
     assert reference.attrs["method"].startswith("together")
-    evaluated = set()
+    evaluated, original = set(), Evaluator.tile
 
-    def noted(free, start, stop, into):
-        evaluated.add(stop - start)
-        return _tile(free, start, stop, into)
+    def noted(self, start, stop, rows=None):
+        evaluated.add((start, stop, threading.get_ident()))
+        return original(self, start, stop, rows)
 
-    monkeypatch.setattr("electrovib.study.population.here.thread_count", lambda _: 3)
-    monkeypatch.setattr("electrovib.study.population.here._tile", noted)
-    monkeypatch.setattr("electrovib.study.population.here._COUNTED", 1)
-    for size, expected in ((2e5, {256, 7000 % 256}), (5e5, {1024, 7000 % 1024})):
+    monkeypatch.setattr("electrovib.study.population.tiles.thread_count", lambda _: 3)
+    monkeypatch.setattr(Evaluator, "tile", noted)
+    for size, most in ((5e4, 250), (3e5, 1024)):
         monkeypatch.setattr("electrovib.study.population.tiles._BYTES", size)
-        monkeypatch.setattr("electrovib.study.population.here._SECONDS", 1e3)
+        monkeypatch.setattr("electrovib.study.population.tiles._HERE", 1e3)
         evaluated.clear()
         assert same(study(scenario, "fingers", **asked), reference)
-        assert evaluated == expected
+        assert {stop - start for start, stop, _ in evaluated} == {most, 7000 % most} - {0}
+        assert (len({thread for *_, thread in evaluated}) > 1) == (memory == "1 GB")
 
 
 @pytest.mark.parametrize("memory", ["1 GB", "120 kB"])
-def test_a_tile_of_many_parts_is_reduced_as_its_parts(monkeypatch, memory):
-    monkeypatch.setattr("electrovib.solve.population.population", stand_in)
+def test_every_finger_is_counted_once_in_a_tile_of_many_blocks(monkeypatch, quick, tiles, memory):
+    """With a finger that is not known in its middle, which is in the statistics of no other sample."""
     monkeypatch.setattr(StandInPopulation, "unknown", 6e-4)
-    monkeypatch.setattr("electrovib.study.population.tiles._BYTES", 1024 * 7 * 8)
-    asked = {"signal": "electrostatic_force", "percentiles": (5, 50), "exceed": "1 mN", "draws": False}
-    declared = read_study("vezzoli_2014/fig6", SPACE, n=5000, seed=3, budget_memory=memory, **asked)
-    evaluator = Evaluator(declared)
-    one, other = MergedFingers(evaluator), MergedFingers(evaluator)
-    whole = evaluator.tile(0, 4096)
-    part = whole.reduced["electrostatic_force"]
-    assert (part.values is None, part.histogram is None) == (
-        (False, True) if memory == "1 GB" else (True, False)
-    )
-    one.add(whole)
-    one.add(evaluator.tile(4096, 5000))
-    for start in range(0, 5000, 1024):
-        other.add(evaluator.tile(start, min(start + 1024, 5000)))
-    found, expected = (arrays(evaluator, each) for each in (one, other))
-    for name, each in found.items():
-        np.testing.assert_array_equal(each.values, expected[name].values)
+    tiles(256)
+    parts = quick(n=5000, exceed="1 mN", budget_memory=memory)
+    tiles(4096)
+    assert same(quick(n=5000, exceed="1 mN", budget_memory=memory), parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -22,8 +23,9 @@ SCENARIO = "vezzoli_2014/fig6"
 
 
 def same(one, other):
+    """Sums over fingers are formed tile by tile, and the tiles of a cluster are others: rounding differs."""
     for name in one.variables:
-        np.testing.assert_array_equal(one[name].values.view(np.uint8), other[name].values.view(np.uint8))
+        np.testing.assert_allclose(one[name].values, other[name].values, rtol=1e-12, err_msg=name)
 
 
 @contextmanager
@@ -92,14 +94,14 @@ def test_a_worker_that_is_killed_costs_its_tasks_alone(tmp_path):
 
 
 @pytest.mark.slow
-def test_workers_of_this_machine_give_the_same_bits():
+def test_workers_of_this_machine_give_the_same_numbers():
     scenario = ev.load(SCENARIO).replace({"time.samples": 50})
     asked = {"n": 5000, "seed": 5}
     same(ev.study(scenario, SPACE, **asked, workers=2), ev.study(scenario, SPACE, **asked))
 
 
 def test_a_scheduler_that_does_not_answer_is_an_error(monkeypatch):
-    monkeypatch.setattr("electrovib.study.population.cluster._CONNECT", 0.5)
+    monkeypatch.setattr("electrovib.study.population.tiles._CONNECT", 0.5)
     with pytest.raises(InputError, match=r"scheduler = tcp://127.0.0.1:9: no answer"):
         ev.study(SCENARIO, SPACE, n=10, seed=1, scheduler="tcp://127.0.0.1:9")
 
@@ -163,25 +165,39 @@ def test_a_measured_drive_travels_without_its_file(tmp_path):
 
 
 def test_a_worker_with_other_versions_is_refused():
-    from electrovib.study.population.worker import tile_on_worker
+    from electrovib.study.population.tiles import tile_on_worker
 
     found = tile_on_worker(declared().to_text(), 0, 4, {"electrovib": "0.1.0", "numpy": "1.0"})
     assert "instead of 1.0" in found.problems[0]
 
 
-def test_a_worker_with_another_kernel_is_refused():
-    from electrovib.study.population.cluster import _refuse_other_kernel
-    from electrovib.study.population.reduced import TileResult
+@pytest.mark.parametrize("exceed", [(), "0.3 mN"])
+def test_a_worker_sends_no_signals_beyond_the_memory(exceed):
+    """It sends moments, counts and a histogram, which are those of the fingers."""
+    from electrovib.study.population.fingers import Collected, Evaluator
+    from electrovib.study.population.tiles import tile_on_worker
 
-    here = type("Evaluator", (), {"kernel": "numba, width 8"})
-    with pytest.raises(InputError, match="one computes with kernel 'numba, width 4'"):
-        _refuse_other_kernel(TileResult(0, 4, kernel="numba, width 4"), here)
+    one = Evaluator(declared(n=3000, budget_memory="20 kB", exceed=exceed, percentiles=(50,)))
+    sent = tile_on_worker(one.declared.to_text(), 0, 3000, {})
+    assert not sent.rows
+    assert len(pickle.dumps(sent)) < 4 * one.samples * 3000 + 2**25
+    found, expected = (Collected(one, hold=False) for _ in range(2))
+    found.add(sent)
+    expected.add(one.tile(0, 3000))
+    for key, values in expected.statistics["electrostatic_force"].arrays().items():
+        if key not in {"pages", "bins"}:
+            other = found.statistics["electrostatic_force"].arrays()[key]
+            np.testing.assert_allclose(other, values, rtol=1e-12)
+    quantiles = [
+        each.statistics["electrostatic_force"].histogram.quantiles([0.5]) for each in (found, expected)
+    ]
+    np.testing.assert_array_equal(*quantiles)
 
 
 @pytest.mark.slow
 def test_the_models_of_a_user_are_imported_from_their_file_by_a_worker(tmp_path):
     from electrovib.core.own_models import use_models
-    from electrovib.study.population.worker import computing_versions
+    from electrovib.study.population.result import computing_versions
 
     file = tmp_path / "law_of_a_study.py"
     file.write_text(
@@ -197,9 +213,9 @@ def test_the_models_of_a_user_are_imported_from_their_file_by_a_worker(tmp_path)
     (tmp_path / "study.json").write_text(declared(scenario, n=40).to_text())
     script = (
         "import json, pathlib, sys\n"
-        "from electrovib.study.population.worker import tile_on_worker\n"
+        "from electrovib.study.population.tiles import tile_on_worker\n"
         "text, versions = pathlib.Path(sys.argv[1]).read_text(), json.loads(sys.argv[2])\n"
-        "print(repr(tile_on_worker(text, 0, 40, versions).reduced['electrostatic_force'].blocks[0].mean[-1]))"
+        "print(repr(tile_on_worker(text, 0, 40, versions).statistics['electrostatic_force'].mean[-1]))"
     )
     command = [sys.executable, "-c", script, str(tmp_path / "study.json"), json.dumps(computing_versions())]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)

@@ -14,7 +14,7 @@ from stand_in_population import StandInPopulation
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.study.population import StudyCancelledError, open_study
-from electrovib.study.population.groups import read_group, refuse_irregular, write_group
+from electrovib.study.population.files import read_group, refuse_irregular, write_group
 
 NAME = "electrostatic_force"
 
@@ -105,14 +105,14 @@ def test_an_attribute_that_was_changed_is_found(whole, quick):
 
 def test_the_store_of_an_earlier_version_is_refused(whole):
     attributes = read_group(whole)
-    write_group(whole, attributes | {"format": "electrovib study 1"})
+    write_group(whole, attributes | {"format": "electrovib study 2"})
     with pytest.raises(DataFileError, match="no study of electrovib, or one of another version"):
         open_study(whole)
 
 
 def test_a_description_without_end_is_not_read(whole, monkeypatch):
     os.truncate(whole / "zarr.json", 10**12)
-    monkeypatch.setattr("electrovib.study.population.groups.is_ours", None)
+    monkeypatch.setattr("electrovib.study.population.files.is_ours", None)
     with pytest.raises(DataFileError, match="is damaged"):
         open_study(whole)
 
@@ -122,17 +122,15 @@ def test_a_folder_that_another_process_removes_meanwhile_is_no_damage(begun, mon
     original = os.scandir
 
     def scandir(folder):
-        if str(folder).endswith("slot1"):
+        if str(folder).endswith("checkpoint"):
             raise FileNotFoundError
         return original(folder)
 
-    monkeypatch.setattr("electrovib.study.population.groups.os.scandir", scandir)
+    monkeypatch.setattr("electrovib.study.population.files.os.scandir", scandir)
     refuse_irregular(begun)
 
 
-@pytest.mark.parametrize(
-    "place", [f"{NAME}/c/0/0", "slot1/mean_0/c/0", "slot1/block_0/zarr.json", "zarr.json"]
-)
+@pytest.mark.parametrize("place", [f"{NAME}/c/0/0", f"{NAME}/zarr.json", "sums"])
 def test_a_damaged_study_is_not_continued_and_stays_as_it_is(begun, quick, place):
     flipped(begun / "checkpoint" / place, at=40)
     (begun / "x.partial").write_text("left by a kill")
@@ -169,7 +167,7 @@ def test_the_progress_of_another_study_is_not_continued(begun, quick, tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes and links of POSIX")
-@pytest.mark.parametrize("name", [".lock", "note", "checkpoint/slot0", f"{NAME}/c/more", "x.partial"])
+@pytest.mark.parametrize("name", [".lock", "note", "checkpoint/sums", f"{NAME}/c/more", "x.partial"])
 @pytest.mark.parametrize("kind", ["pipe", "link"])
 def test_pipes_and_links_are_not_opened(whole, quick, name, kind, monkeypatch):
     mine = whole.with_name("mine.txt")

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import electrovib as ev
@@ -17,7 +18,7 @@ FINGERS = 40 * 1024
 DRIVER = """
 import sys, time
 import electrovib.solve.population
-from electrovib.study.population import tiles, writer
+from electrovib.study.population import run, tiles
 from stand_in_population import SPACE, StandInPopulation, stand_in
 
 class Slow(StandInPopulation):
@@ -27,7 +28,7 @@ class Slow(StandInPopulation):
 
 electrovib.solve.population.population = lambda scenario, free, signals: Slow(signals=signals)
 tiles.TileSizes.measured = lambda self, fingers, seconds: setattr(self, "wanted", 256)
-writer.PAUSE = 0.02
+run.PAUSE = 0.02
 import electrovib as ev
 
 path, fingers, memory, draws = sys.argv[1], int(sys.argv[2]), sys.argv[3], sys.argv[4] == "draws"
@@ -51,12 +52,12 @@ def begun(path, *asked):
 
 
 def content(folder):
-    return {each.relative_to(folder): each.read_bytes() for each in folder.rglob("*") if each.is_file()}
+    return {each.relative_to(folder) for each in folder.rglob("*") if each.is_file()}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("asked", [("1 GB", "no draws"), ("1 MB", "draws")])
-def test_a_study_that_is_killed_again_and_again_ends_with_the_same_bytes(tmp_path, asked):
+def test_a_study_that_is_killed_again_and_again_ends_with_the_same_numbers(tmp_path, asked):
     finished = begun(tmp_path / "reference.zarr", *asked)
     finished.communicate(timeout=120)
     assert finished.returncode == 0
@@ -82,4 +83,7 @@ def test_a_study_that_is_killed_again_and_again_ends_with_the_same_bytes(tmp_pat
     assert starts == sorted(starts)
     assert starts[-1] > 0
     assert content(path) == content(tmp_path / "reference.zarr")
-    assert ev.open_study(path).attrs["fingers"] == FINGERS
+    found, expected = ev.open_study(path), ev.open_study(tmp_path / "reference.zarr")
+    assert found.attrs["fingers"] == FINGERS
+    for name in expected.variables:  # sums over fingers are formed tile by tile: rounding differs
+        np.testing.assert_allclose(found[name].values, expected[name].values, rtol=1e-12, err_msg=name)

@@ -1,58 +1,118 @@
-"""The groups of a store: each states the checksums of itself and of all its files, and nothing is read that contradicts them."""
+"""The files of a store: each group states the checksums of itself and of its files, and nothing is read that contradicts them."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
+import re
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, Final, Literal
 
+import numpy as np
+
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.parsing import read_json
-from electrovib.data.atomic import write_text
+from electrovib.data.atomic import write_text, writing
 from electrovib.data.marks import WRITTEN_BY, Form, is_ours, unsigned
-from electrovib.study.population.folder import PARTIAL, written
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
+    from numpy.typing import NDArray
+
 METADATA: Final = "zarr.json"
 """Name of the file that describes a group or an array."""
+PARTIAL: Final = ".partial"
+"""End of the names of files that are being written."""
 _LARGEST: Final = 64_000_000
 """Bytes of the description of a group, at most; the names of 300,000 chunks take half of them."""
 _ADVICE: Final = (
     "Restore it from a copy; or remove the folder of the study, and the same command computes it again."
 )
+_HEAD: Final = re.compile(rb"electrovib study, checksum [0-9a-f]{32}, ([0-9]{20}) bytes\n")
+
+
+@contextmanager
+def written(path: Path, how: str = "written") -> Iterator[None]:
+    """Report an error of the file system as one sentence."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"cannot be {how}: {error.strerror or error}. What was stored before is kept: remedy this, and the same command"
+            " continues.",
+            path=path,
+        ) from error
+
+
+@contextmanager
+def _of_the_system() -> Iterator[None]:
+    """Raise an error of the file system as itself: what follows for the study is said by the caller."""
+    try:
+        yield
+    except InputError as error:
+        raise error.__cause__ if isinstance(error.__cause__, OSError) else error from None
 
 
 def write_group(folder: Path, attributes: Mapping[str, Any]) -> None:
     """Write the description of a group with the checksum of itself, as a whole."""
     marked = {WRITTEN_BY: unsigned(Form.STUDY), **attributes}
     table = {"zarr_format": 3, "node_type": "group", "attributes": marked}
-    try:
+    with _of_the_system():
         write_text(folder / METADATA, json.dumps(table, indent=2), Form.STUDY)
-    except InputError as error:  # what follows for the study is said by the caller
-        raise error.__cause__ if isinstance(error.__cause__, OSError) else error from None
 
 
 def read_group(folder: Path) -> dict[str, Any]:
     """Read the attributes of a group that `write_group` wrote."""
     path = folder / METADATA
     with written(path, "read"):
-        size = path.lstat().st_size
-        if path.is_symlink() or not path.is_file():
-            raise DataFileError(f"is not an ordinary file. {_ADVICE}", path=path)
-        if size > _LARGEST or not is_ours(path, Form.STUDY):
-            raise DataFileError(
-                "is damaged, of an earlier version, or no study of electrovib: it does not state the checksum of its content."
-                f" {_ADVICE}",
-                path=path,
-            )
+        _refuse_unmarked(path, path.lstat().st_size <= _LARGEST)
         attributes: dict[str, Any] = read_json(path.read_text(encoding="utf-8"))["attributes"]
     del attributes[WRITTEN_BY]
     return attributes
+
+
+def write_sums(path: Path, about: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write arrays and what they are in one file with the checksum of itself, which replaces the former one as a whole."""
+    shapes = {name: [each.dtype.str, each.shape] for name, each in arrays.items()}
+    text = json.dumps({**about, "arrays": shapes}).encode() + b"\n"
+    head = f"{unsigned(Form.STUDY)}, {{:020d}} bytes\n"
+    size = len(head.format(0)) + len(text) + sum(each.nbytes for each in arrays.values())
+    with (
+        _of_the_system(),
+        writing({path: Form.STUDY}, force=True) as temporaries,
+        temporaries[path].open("wb") as file,
+    ):
+        file.writelines([head.format(size).encode(), text])
+        file.writelines(np.ascontiguousarray(each).data for each in arrays.values())
+
+
+def read_sums(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Read what `write_sums` wrote."""
+    with written(path, "read"), path.open("rb") as file:
+        head = _HEAD.fullmatch(file.readline(100))
+        _refuse_unmarked(path, head is not None and int(head[1]) == path.lstat().st_size)
+        about = read_json(file.readline().decode())
+        arrays = {}
+        for name, (kind, shape) in about.pop("arrays").items():
+            values = np.fromfile(file, np.dtype(kind), math.prod(shape))
+            arrays[name] = values.reshape(shape)
+    return about, arrays
+
+
+def _refuse_unmarked(path: Path, of_right_size: bool) -> None:
+    """Refuse a file that is not as this package wrote it."""
+    if path.is_symlink() or not path.is_file():
+        raise DataFileError(f"is not an ordinary file. {_ADVICE}", path=path)
+    if not of_right_size or not is_ours(path, Form.STUDY):
+        raise DataFileError(
+            "is damaged, of an earlier version, or no study of electrovib: it does not state the checksum of its content."
+            f" {_ADVICE}",
+            path=path,
+        )
 
 
 def stated(store: Path, places: Iterable[str], rows: Iterable[str] = ()) -> dict[str, dict[str, list[Any]]]:
@@ -67,14 +127,10 @@ def stated(store: Path, places: Iterable[str], rows: Iterable[str] = ()) -> dict
     }
 
 
-def arrays_of(attributes: Mapping[str, Any], group: str) -> list[str]:
-    """List the arrays of a group, by the files that `stated` found."""
+def arrays_of(attributes: Mapping[str, Any]) -> list[str]:
+    """List the arrays of a complete study, by the files that `stated` found."""
     places = (PurePosixPath(each) for each in attributes["files"])
-    return [
-        each.parent.name
-        for each in places
-        if each.name == METADATA and each.parent.parent == PurePosixPath(group)
-    ]
+    return [each.parent.name for each in places if each.name == METADATA]
 
 
 def _files(place: Path) -> list[Path]:
@@ -89,6 +145,7 @@ def _whole(path: Path) -> list[Any]:
 
 
 def _end(path: Path) -> list[Any]:
+    """Return size and checksum of a chunk of signals, which ends with the checksum."""
     with path.open("rb") as file:
         size = file.seek(0, os.SEEK_END)
         file.seek(max(0, size - 4))
@@ -114,7 +171,7 @@ def refuse_irregular(store: Path) -> None:
 
 
 def refuse_damaged(store: Path, attributes: Mapping[str, Any]) -> None:
-    """Refuse a store whose files are not as a group states."""
+    """Refuse a store whose files are not as `stated` found them."""
     with written(store, "read"):
         for kind, checksum in (("files", _whole), ("chunks", _end)):
             for name, (size, expected) in attributes[kind].items():
@@ -126,12 +183,27 @@ def refuse_damaged(store: Path, attributes: Mapping[str, Any]) -> None:
                         f"is damaged: it has {there} instead of {size} bytes. {_ADVICE}", path=path
                     )
                 if checksum(path)[1] != expected:
-                    raise damaged(path)
+                    raise _damaged(path)
 
 
-def damaged(path: Path) -> DataFileError:
-    """Return the error for a file whose content is not what was written."""
+def _damaged(path: Path) -> DataFileError:
     return DataFileError(f"is damaged: its checksum is not that of its content. {_ADVICE}", path=path)
+
+
+def make_array(place: Path, dims: tuple[str, ...], words: dict[str, Any], **how: Any) -> Any:
+    """Make an array, replacing one that was left incomplete; the signals of fingers end with a checksum in each chunk."""
+    import zarr
+    from zarr.codecs import Crc32cCodec
+
+    return zarr.create_array(
+        str(place),
+        dimension_names=dims,
+        attributes=words,
+        compressors=[Crc32cCodec()] if how.get("dtype") == "float32" else "auto",
+        config={"write_empty_chunks": True},
+        overwrite=True,
+        **how,
+    )
 
 
 def open_array(place: Path, mode: Literal["r", "r+"] = "r") -> Any:
@@ -148,4 +220,4 @@ def rows_read(place: Path) -> Iterator[None]:
         with written(place, "read"):
             yield
     except ValueError:  # by the codec of the checksums
-        raise damaged(place) from None
+        raise _damaged(place) from None
