@@ -24,8 +24,7 @@ from electrovib.solve.electrics.leaks.leak import leak_section
 from electrovib.solve.electrics.linear.transient import transient
 from electrovib.solve.nonlinear.electrics import Electrics
 from electrovib.solve.nonlinear.finger import FingerOverPlate, follow_finger
-from electrovib.solve.nonlinear.integrate import integrate
-from electrovib.solve.nonlinear.system import System
+from electrovib.solve.nonlinear.integrate import System, integrate
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.reduce import reduce_material
 from electrovib.solve.stack.section import modal_section

@@ -17,7 +17,7 @@ from electrovib.solve.electrics.amplifier.limit_looks import LimitLooks
 from electrovib.solve.electrics.amplifier.limited_plate import HYSTERESIS, LimitedPlate
 from electrovib.solve.electrics.amplifier.span import Span
 from electrovib.solve.electrics.amplifier.unlimited import without_limits
-from electrovib.solve.nonlinear.stretch import snapped
+from electrovib.solve.nonlinear.electrics import snapped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
