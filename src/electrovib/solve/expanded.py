@@ -17,7 +17,7 @@ from electrovib.solve.diagnostics.transfer_error import since_corners, transfer_
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.capacitance import capacitance
 from electrovib.solve.electrics.solution import ACROSS
-from electrovib.solve.mechanics.answer import Mechanics
+from electrovib.solve.mechanics.friction_chain import Mechanics
 from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
 from electrovib.solve.record import Record
 from electrovib.solve.stack.band import run_band

@@ -11,7 +11,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction
 from electrovib.solve.electrics.pressed import pressed_states
-from electrovib.solve.mechanics.unknown import resting
+from electrovib.solve.mechanics.lateral import resting
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -11,9 +11,8 @@ from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
 from electrovib.solve.electrics.methods import TRANSIENT
 from electrovib.solve.electrics.solution import Solution
-from electrovib.solve.mechanics.answer import Mechanics
-from electrovib.solve.mechanics.chain import refuse_readings
-from electrovib.solve.mechanics.friction_chain import MOST, FrictionChain
+from electrovib.solve.mechanics.friction_chain import MOST, FrictionChain, Mechanics
+from electrovib.solve.mechanics.rig import refuse_readings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
