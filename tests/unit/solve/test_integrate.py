@@ -141,6 +141,22 @@ def test_order_across_a_jump_of_the_rate_at_a_break():
     assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(ORDER, abs=0.1)
 
 
+class Pulse(Plain):
+    """y' = a pulse of 30 ms about 0.5 s, after a calm in which the steps have grown long."""
+
+    scale = np.ones(1)
+
+    def rate(self, _state, _mode, *, time):
+        return np.array([0.1 * np.sin(time) + np.exp(-(((time - 0.5) / 3e-2) ** 2))])
+
+
+def test_a_step_whose_error_is_too_large_is_not_taken():
+    times, tolerance = np.array([0.0, 1.0]), 1e-8
+    solved = integrate(Pulse(), np.zeros(1), (), times, tolerance=tolerance)
+    exact = 0.1 * (1 - np.cos(1.0)) + 3e-2 * np.sqrt(np.pi)
+    assert solved.states[0, -1] == pytest.approx(exact, abs=10 * tolerance)  # ten local errors
+
+
 class Window(Plain):
     """y' = 1: below 0.4, inside, above 0.45; a single step jumps over all of it."""
 

@@ -151,7 +151,7 @@ def _compile_for(stamp: int) -> Callable[..., Any]:
     inner: Any = options | {"no_cpython_wrapper": True}
     for generic, own in _OWN.items():
         overload(generic, jit_options=inner, strict=False)(lambda *_, own=own: own)
-    whole = [
+    whole: list[Any] = [
         each for module in (radau, integrate) for _, each in inspect.getmembers(module, inspect.isfunction)
     ]
     for function in {*whole, strength_at_speed, yielding_rate} - {*_OWN}:
