@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
-from electrovib.solve.mechanics.sliding import FRICTION, OVER_PLATE, Sliding, skin_rates, sliding
+from electrovib.solve.mechanics.sliding import FRICTION, OVER_PLATE, Sliding, skin_of, skin_rates, sliding
 from electrovib.solve.nonlinear.radau import ORDER
 
 COULOMB = Coulomb(coefficient=0.5)
@@ -347,6 +347,22 @@ def test_a_wrong_heat_is_noticed(monkeypatch):
         STICKY, speed=always(0.02), strength=always(STRENGTH), times=np.linspace(0, 0.05, 11), **FINGER
     )
     assert slide.energy_residual > 1000 * BALANCE
+
+
+@pytest.mark.parametrize(("share", "side"), [(1.0, 1), (-0.5, 1), (-1.5, -1)])
+def test_a_reversal_leaves_the_bristles_where_they_are(share, side):
+    """From sliding along to sliding back, with bristles at a share of the strength: beyond it if they push that far back."""
+    law = Dahl(steady=COULOMB, stiffness=500.0, exponent=0.7)
+    system = Sliding(
+        skin=skin_of(law),
+        speed=always(0.02),
+        strength=always(STRENGTH),
+        corners=(),
+        largest_strength=STRENGTH,
+        largest_speed=0.02,
+    )
+    state = np.array([share * STRENGTH / 500.0, 0.0, 0.0])
+    assert system.following(0, state, (1, 1), time=0.0) == (-1, side)
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1e3])
