@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.own_models import origins
 from electrovib.core.signals import SIGNALS
 from electrovib.core.versions import versions
-from electrovib.solve.quantities.validity import validity
+from electrovib.solve.quantities.answer import validity
 from electrovib.study.population.declared import FORMAT, scenario_text
 
 if TYPE_CHECKING:
