@@ -8,7 +8,7 @@ import subprocess
 import pytest
 from source import ROOT, SOURCE, text_of
 
-LONGEST = 350
+LONGEST = 500
 
 
 def spelled(text):
