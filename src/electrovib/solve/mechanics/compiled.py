@@ -32,7 +32,7 @@ AT_ONCE = 100_000
 """Steps in one call, some tenths of a second: between calls the run can be interrupted and reports its progress."""
 
 
-class Course(NamedTuple):
+class TabulatedSkin(NamedTuple):
     """A sliding skin whose speed, contact and strength over time are given between knots.
 
     Parameters
@@ -90,7 +90,7 @@ def slide_compiled(
     numbers = law.bristles._replace(nearest=law.bristles.nearest * largest)
     body = (skin.mass, skin.stiffness, skin.damping)
     sizes = (bool(law.yields_smoothly), largest, fastest)
-    course = Course(numbers, *body, *sizes, *pieces, speeds, touches, AT_ONCE)
+    course = TabulatedSkin(numbers, *body, *sizes, *pieces, speeds, touches, AT_ONCE)
     first, floor = float(speeds[0]), SMALLEST * largest
     state = skin.begin(
         settled=first > 0,

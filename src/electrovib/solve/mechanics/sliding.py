@@ -148,7 +148,7 @@ class Energies:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Skin:
+class SlidingSkin:
     """Skin with mass on a spring and a damper, or a rigid one, whose mass is 0.
 
     Parameters
@@ -263,10 +263,10 @@ def skin_of(
     mass: float | None = None,
     stiffness: float | None = None,
     damping: float | None = None,
-) -> Skin:
+) -> SlidingSkin:
     """Return the skin of a finger, or a rigid one."""
     if mass is None and stiffness is None and damping is None:
-        return Skin(law=law)
+        return SlidingSkin(law=law)
     if mass is None or stiffness is None or damping is None:
         raise InputError("finger: needs mass, stiffness and damping, or none of them for a rigid finger")
     if not mass > 0:
@@ -278,7 +278,7 @@ def skin_of(
         raise InputError(
             f"finger: stiffness = {stiffness:.6g} N/m must be above 0, and damping = {damping:.6g} N s/m must not be negative"
         )
-    return Skin(law=law, mass=mass, stiffness=stiffness, damping=damping)
+    return SlidingSkin(law=law, mass=mass, stiffness=stiffness, damping=damping)
 
 
 def _always(time: float | Real) -> Any:
@@ -291,7 +291,7 @@ class Sliding(System):
 
     Parameters
     ----------
-    skin : Skin
+    skin : SlidingSkin
         Finger and law.
     speed, strength : callable
         Speed of the bone over the plate [m/s] and strength of the friction [N], smooth between the corners.
@@ -307,7 +307,7 @@ class Sliding(System):
     The mode is (sign of the speed of the skin over the plate, sign of the strength minus the bristle force).
     """
 
-    skin: Skin
+    skin: SlidingSkin
     speed: OverTime
     strength: OverTime
     corners: tuple[float, ...]
