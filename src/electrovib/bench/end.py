@@ -75,7 +75,8 @@ def saved(
     except Exception as error:  # noqa: BLE001  # what was read is kept, whatever fails
         return None, [f"the data could not be written as a Trace: {_reason(error)}", *sentences]
     _remove(raw)
-    return trace, [f"the data so far: {', '.join(map(str, written))}"] if written else []
+    which = "the data so far" if stopped else "the data"
+    return trace, [f"{which}: {', '.join(map(str, written))}"] if written else []
 
 
 def _kept(record: RunRecord, output: Path) -> tuple[Path | None, list[str]]:

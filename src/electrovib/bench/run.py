@@ -215,6 +215,8 @@ class BenchRun:
             instruments.close()
             if sentences or trace is None:
                 raise _stopped(stopped, [*(sentences or left), *kept]) from stopped
+            if stops.first is not None:  # the signal is sent again, and nothing is printed after it
+                tell(["the run was complete when it was asked to end", *kept])
             return trace
 
     def _prepared(

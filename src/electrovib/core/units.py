@@ -83,6 +83,7 @@ _SPELLINGS: Final = str.maketrans(
 )
 _POWER = r"(?:(?:\*\*|\^)-?[1-9]|[23])"
 _PINT_UNIT = rf"[A-Za-z%\N{{DEGREE SIGN}}]+{_POWER}?"
+_RATIO = re.compile(rf"\s*{_NUMBER}\s*/\s*(\d+\.?\d*)(\s*[^\s\d/].*|)")
 _PINT_TEXT = re.compile(rf"\s*{_NUMBER}\s*({_PINT_UNIT}(?:(?:\s*[*/]\s*|\s+){_PINT_UNIT})*)\s*")
 
 
@@ -92,6 +93,8 @@ def parse_quantity(text: str, unit: str) -> float:
     value = _parse_own_unit(plain, unit)
     if value is None:
         value = _parse_other_unit(plain, unit)
+    if value is None and (ratio := _RATIO.fullmatch(plain)) and float(ratio[2]):  # a sensitivity: "4/9 N/V"
+        return parse_quantity(ratio[1] + ratio[3], unit) / float(ratio[2])
     if value is None or not math.isfinite(value):
         comma = re.fullmatch(r"\s*([+-]?\d+),(\d+.*)", text[:_LONGEST])
         point = f"; the decimal sign is a point: '{comma[1]}.{comma[2].rstrip()}'" if comma else ""

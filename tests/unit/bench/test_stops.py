@@ -104,7 +104,10 @@ def test_a_stop_ends_with_0_v_the_sentence_and_the_data(played, tmp_path, monkey
         monkeypatch.setattr(owner, function, injected(at, getattr(owner, function)))
     found, twin = played(report=stop)
     assert not twin.plant.is_on
-    assert DISABLED in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert DISABLED in said
+    if moment not in STEPS:
+        assert seen.pop() == "sentence", "that the run was complete, after everything else"
     assert [at for at in dict.fromkeys(reversed(seen)) if at in END] == list(reversed(END)), "in this order"
     if moment in STEPS:
         assert type(found) is SIGNALS[name]
@@ -114,6 +117,7 @@ def test_a_stop_ends_with_0_v_the_sentence_and_the_data(played, tmp_path, monkey
         assert isinstance(found, Late)
         assert str(found) == name
         assert ev.open_trace(tmp_path / "t.nc").attrs["complete"] == 1
+        assert f"the data: {tmp_path / 't.nc'}" in said
     assert not list(tmp_path.glob("*.raw.*")), "the Trace holds what was read"
 
 

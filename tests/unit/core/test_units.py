@@ -166,6 +166,20 @@ REFUSED = [
 ]
 
 
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [("4/9 N/V", "N/V", 4 / 9), ("4/9", "N/V", 4 / 9), ("-1e3/8 um", "m", -125e-6), ("1 / 4", "1", 0.25)],
+)
+def test_a_ratio_is_a_number(text, unit, value):
+    assert parse_quantity(text, unit) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["4/0 N/V", "4/9/2 N/V", "4/9 V", "/9 N/V", "4/ N/V", "4/-9 N/V"])
+def test_what_is_no_ratio_is_refused(text):
+    with pytest.raises(ValueError, match="sensitivity"):
+        parse_quantity(text, "N/V")
+
+
 @pytest.mark.parametrize(("text", "unit"), REFUSED)
 def test_what_is_no_quantity_is_refused(text, unit):
     with pytest.raises(ValueError) as caught:

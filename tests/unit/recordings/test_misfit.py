@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from twins import GAP, LEAK, PAIRS, TIMES, exact, noisy, pair, plate
+from twins import COEFFICIENT, COULOMB, GAP, LAGGING, LEAK, PAIRS, TIMES, exact, noisy, pair, plate
 
+import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.components import Components
@@ -83,6 +84,40 @@ def test_the_part_of_the_record_is_named():
     said = min(left(noise - noise.mean(), x=time).signs(), key=lambda each: each.chance).reason
     first, last = said.split("largest from ")[1].split(" to ")
     assert 0.22 <= float(first.split()[0]) * 1e-3 < 0.3 < float(last.split()[0]) * 1e-3 <= 0.38
+
+
+@pytest.mark.parametrize("count", [60, 300, 4000])
+def test_a_misfit_of_few_samples_beside_an_edge_is_seen(count):
+    """As another duration of a pulse leaves it; the noise is not stated."""
+    time = np.linspace(0, 0.25, count)
+    for seed in range(20):
+        noise = np.random.default_rng([39, seed]).normal(size=count) + 30 * ((time > 0.136) & (time < 0.146))
+        signs = sorted(left(noise, x=time).signs(), key=lambda each: each.chance)
+        assert signs[0].chance * len(signs) < 1e-3
+        assert signs[0].ratio > 1
+    brief = next(each for each in signs if each.reason.count("largest from") and "slow" not in each.reason)
+    begin, end = (float(text.split()[0]) for text in brief.reason.split("largest from ")[1].split(" to "))
+    assert begin <= 146
+    assert end >= 136
+
+
+def test_a_value_far_out_alone_is_no_misfit_of_the_model():
+    noise = np.random.default_rng(40).normal(size=1000)
+    noise[500] += 7.0
+    assert chance(left(noise)) > 0.003
+
+
+def test_a_pulse_of_another_duration_and_a_memory_are_told_where_the_noise_is_not_stated():
+    times = np.linspace(0, 30e-3, 300)
+    for name, changes in (("other drive", {"drive.hold": "19 ms"}), ("memory of friction", COULOMB)):
+        base = plate(**(LAGGING if changes is COULOMB else {}))
+        signal, free = ("lateral_force", COEFFICIENT) if changes is COULOMB else (FORCE, GAP)
+        values = ev.prepare(base, free=[GAP]).signals([3e-6], names=[signal], time=times)[signal]
+        trace = make_trace({signal: (("time",), values)}, {"time": times}, {})
+        for seed in range(5):
+            recorded = noisy(trace, np.random.default_rng([41, seed]))
+            wrong = fit_scenario(plate(**changes), recorded, free=[free])
+            assert set(wrong.states.values()) == {"misfit"}, (name, seed)
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.04, 1.5])

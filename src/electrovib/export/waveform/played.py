@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _LINE: Final = "line"
 """Edge of a player that joins samples by straight lines."""
-_DECLARE: Final = "Declare it where it is so: --edge 10us"
+_DECLARE: Final = "Declare the edge that the output has: --edge TIME, such as --edge 10us"
 _NOT_PRESENT: Final = (
     "Bandwidth, saturation and current limit of circuit.amplifier count in the current only where this very amplifier stands"
     " before the plate: declare --amplifier-present, or its maker and model as circuit.amplifier.hardware"

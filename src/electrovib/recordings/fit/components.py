@@ -1,4 +1,4 @@
-"""Tests whether the residuals of one signal are noise, by their slow and periodic components."""
+"""Tests whether the residuals of one signal are noise, by their slow, periodic and brief components."""
 
 from __future__ import annotations
 
@@ -26,6 +26,14 @@ _SLOW: Final = 8
 """Slowest components of residuals, in which a wrong model shows and correlated noise differs little from faster ones."""
 _BESIDE: Final = 32
 """Components on each side of a periodic one with which it is compared."""
+_SHORTEST: Final = 4
+"""Samples of the shortest span in which a brief misfit is looked for: of fewer, one value far out would count."""
+_FEWEST: Final = 15
+"""Spans of one length from whose median the size of noise in a span is known."""
+_NORMAL: Final = 0.6744898
+"""Median of the magnitude of a normal variable over its standard deviation."""
+_EFFICIENCY: Final = 0.37
+"""Information on a standard deviation in a median of magnitudes, over that in a root mean square."""
 _COMPUTED: Final = 1e-6
 """Residual over the largest value below which data were computed: no instrument is that accurate, every solver is."""
 _STRETCHES: Final = 24
@@ -124,10 +132,11 @@ class Components:
         return max(1.0, slow / self._mean(self.energy, 0)[0])
 
     def signs(self) -> list[Sign]:
-        """Test the sum of squares where the noise is stated, the slow components and the periodic ones."""
+        """Test the sum of squares where the noise is stated, the slow components, the periodic and the brief ones."""
         observed = self.of.observed
         subject = f"{observed.signal} of {self.of.recording}"
-        return [*self._of_sum(subject), *self._of_slow(subject), *self._of_periodic(subject)]
+        tests = (self._of_sum, self._of_slow, self._of_periodic, self._of_brief)
+        return [sign for test in tests for sign in test(subject)]
 
     def _of_sum(self, subject: str) -> list[Sign]:
         from scipy.stats import chi2
@@ -177,6 +186,39 @@ class Components:
         reason = f"residuals of {size} rms that are no noise: they repeat{self._rate(at)}"
         return [Sign(chance=chance, ratio=1.0, subject=subject, reason=reason)]
 
+    def _of_brief(self, subject: str) -> list[Sign]:
+        """Test the means of short spans of samples against the median of their magnitudes, as Student's t.
+
+        A misfit beside an edge fills few samples, which neither the slow nor the periodic components show.
+        The median is that of noise as it is, also where it is correlated, as long as most spans hold noise alone.
+        """
+        from scipy.stats import t as student
+
+        found, length = [], _SHORTEST
+        while self.residual.shape[1] // length >= _FEWEST:
+            for first in (0, length // 2):
+                means = np.abs(_means(self.residual, first, length))
+                risen = np.abs(_means(self.excess, first, length)).max(axis=0)
+                noise = float(np.median(means)) / _NORMAL or np.inf
+                if self.of.observed.noise is not None:
+                    noise = max(noise, (self.variance * STATED) ** 0.5)
+                chance = float(student.sf(risen.max() / noise, _EFFICIENCY * means.size))
+                found.append((chance, first, length, risen, means.size))
+            length *= 2
+        if not found:
+            return []
+        chance, first, length, risen, _ = min(found, key=lambda each: each[0])
+        begin, end = _around(risen)
+        x = self.of.observed.x[first + begin * length : first + (end + 1) * length]
+        return [
+            Sign(
+                chance=min(2 * chance * sum(each[-1] for each in found), 1.0),
+                ratio=float(risen.max()) ** 2 / max(self._mean(self.energy, 0)[0], 1e-300),
+                subject=subject,
+                reason=f"residuals of {self._size(self.of.root_mean_square)} rms that are no noise{self._span(x)}",
+            )
+        ]
+
     def _rate(self, order: int) -> str:
         """Return the frequency of a component where the samples are even in time."""
         observed = self.of.observed
@@ -195,14 +237,14 @@ class Components:
         smooth = np.sum(idct(found, norm="ortho", axis=1) ** 2, axis=0)
         stretches = np.array_split(np.arange(smooth.size), min(_STRETCHES, smooth.size))
         height = np.array([float(np.mean(smooth[each])) for each in stretches])
-        first = last = int(np.argmax(height))
-        while first > 0 and height[first - 1] > height.max() / 2:
-            first -= 1
-        while last + 1 < height.size and height[last + 1] > height.max() / 2:
-            last += 1
-        x, unit = self.of.observed.x, SIGNALS[self.of.observed.axis].unit
-        ends = (float(x[stretches[first][0]]), float(x[stretches[last][-1]]))
-        return ", largest from {} to {}".format(*(format_quantity(end, unit, digits=3) for end in ends))
+        first, last = _around(height)
+        return self._span(self.of.observed.x[stretches[first][0] : stretches[last][-1] + 1])
+
+    def _span(self, x: Real) -> str:
+        """State the part of the record that has these values of the axis."""
+        unit = SIGNALS[self.of.observed.axis].unit
+        ends = (format_quantity(float(end), unit, digits=3) for end in x[[0, -1]])
+        return ", largest from {} to {}".format(*ends)
 
     def _size(self, value: float) -> str:
         observed = self.of.observed
@@ -216,3 +258,20 @@ def _energy(rows: Real) -> Real:
     from scipy.fft import dct
 
     return np.asarray(np.sum(dct(rows, norm="ortho", axis=1) ** 2, axis=0))
+
+
+def _means(rows: Real, first: int, length: int) -> Real:
+    """Return the means of successive spans of samples over the standard deviation for noise of variance 1."""
+    count = (rows.shape[1] - first) // length
+    spans = rows[:, first : first + count * length].reshape(len(rows), count, length)
+    return np.asarray(spans.sum(axis=2) / length**0.5)
+
+
+def _around(height: Real) -> tuple[int, int]:
+    """Return the first and last index around the largest height at which it is more than half of that."""
+    first = last = int(np.argmax(height))
+    while first > 0 and height[first - 1] > height.max() / 2:
+        first -= 1
+    while last + 1 < height.size and height[last + 1] > height.max() / 2:
+        last += 1
+    return first, last
