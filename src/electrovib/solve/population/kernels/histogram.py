@@ -7,16 +7,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels.stepping import gather, square_rows
 from electrovib.solve.population.kernels.threads import in_threads, ranges
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Indices, Real
-    from electrovib.solve.population.kernels.stepping import TimeSteps
 
     Rows = NDArray[np.float32]
 
@@ -51,11 +47,6 @@ class Histogram:
         self.used = 0
         self.count = 0
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the counts and their index [B]."""
-        return int(self.pages.nbytes + self.counts.nbytes)
-
     def add(self, values: ArrayLike, *, threads: int | None = None) -> None:
         """Count the values of some fingers.
 
@@ -72,32 +63,6 @@ class Histogram:
         for begin, end in ranges(given.shape[1], columns):
             self._count(np.ascontiguousarray(given[:, begin:end].T), np.arange(end - begin), begin, threads)
         self.count += len(given)
-
-    def add_squares(
-        self,
-        rates: ArrayLike,
-        residues: ArrayLike,
-        direct: ArrayLike,
-        state: ArrayLike,
-        voltage: ArrayLike,
-        time: ArrayLike | TimeSteps,
-        *,
-        factor: ArrayLike,
-        outputs: ArrayLike,
-        known: Mapping[int, Rows] | None = None,
-        threads: int | None = None,
-    ) -> None:
-        """Count factor times the squared responses of some fingers, as float32, without storing responses of all times.
-
-        `factor` (fingers,), `outputs` (times,).
-        """
-        fingers = gather(rates, residues, direct, state, voltage, time, factor)
-        at = np.asarray(outputs, np.intp)
-        if len(at) != len(self.pages):
-            raise InputError(f"outputs has {len(at)} times: expected {len(self.pages)}.")
-        for some, table, rows in square_rows(fingers, at, known or {}, threads):
-            self._count(table, rows, some.start, threads)
-        self.count += len(fingers.factor)
 
     def _count(self, table: Rows, rows: Indices, first: int, threads: int | None) -> None:
         """Count the numbers of some rows; row ``rows[k]`` is that of time first + k."""
@@ -125,13 +90,6 @@ class Histogram:
         self.allocate(filled)
         self.counts[self.pages[filled]] += other.counts[other.pages[filled]]
         self.count += other.count
-
-    def __add__(self, other: Histogram) -> Histogram:
-        """Return the counts of both."""
-        total = Histogram(len(self.pages))
-        for each in (self, other):
-            total.merge(each)
-        return total
 
     def quantiles(self, probabilities: ArrayLike) -> Real:
         """Return quantiles at each time.

@@ -16,7 +16,7 @@ from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.together.accepted import refuse_apart
 from electrovib.solve.population.together.amplitude import shared_drive
 from electrovib.solve.population.together.arrays import check_values
-from electrovib.solve.population.together.forces import squares_of, write_forces, write_friction
+from electrovib.solve.population.together.forces import write_forces, write_friction
 from electrovib.solve.population.together.quadratic import is_quadratic
 from electrovib.solve.population.together.reduced import count_poles, shared_reductions
 from electrovib.solve.population.together.refusal import NotTogetherError
@@ -27,11 +27,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.population.kernels import TimeSteps
     from electrovib.solve.population.one_by_one import OneByOne
-    from electrovib.solve.population.together.forces import Squares
     from electrovib.solve.population.together.transfers import Transfers
 
 AT_ONCE: Final = (1024, 256)
@@ -104,38 +102,6 @@ class OverTime:
             some = {path: values[part] for path, values in draws.items()}
             self._write({name: found[name][part] for name in self.names}, some, threads)
         return {name: found[name] for name in self.names}
-
-    def squares(
-        self,
-        draws: Mapping[str, Real],
-        *,
-        out: Mapping[str, NDArray[Any]] | None = None,
-        threads: int | None = None,
-    ) -> Squares | None:
-        """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics."""
-        check_values(self.scenario, self._quantities, draws)
-        if not self.has_squares:
-            return None
-        rows = (out or {}).get("electrostatic_force")
-        return squares_of(self.tile(draws, threads=threads), rows, threads=threads)
-
-    @property
-    def has_squares(self) -> bool:
-        """Whether `squares` has a result for fingers of the usual form: a quadratic law under straight pieces."""
-        drives = self.drive.excitations
-        straight = len(drives) == 1 and not drives[0].tones and not drives[0].level
-        return self.is_quadratic and straight and self.names == ("electrostatic_force",)
-
-    @property
-    def grid(self) -> tuple[Real, TimeSteps, Indices]:
-        """Drive [V] and steps of the grid of `squares`, and the index of each output time in it."""
-        (drive,) = self.drive.excitations
-        return drive.voltage, drive.steps, drive.places
-
-    @property
-    def has_few_poles(self) -> bool:
-        """Whether two passes through the steps take less time than one that stores the signals in float64."""
-        return self.at_once == AT_ONCE[0]
 
     def tile(self, draws: Mapping[str, Real], *, threads: int | None = None) -> FingerTile:
         """Return fingers in arrays."""

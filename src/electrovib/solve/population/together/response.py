@@ -69,11 +69,6 @@ class Response:
         self._points: Real | None = None
         self._level = transfers.at(0.0).real * drive.level if drive.level else None
 
-    @property
-    def is_alone_stepped(self) -> bool:
-        """Whether the response is one call of the kernel, without sines or a constant."""
-        return self.is_stepped and not self.drive.tones and self._level is None
-
     def write(
         self, out: Real, some: slice, *, factor: Real | None = None, threads: int | None = None
     ) -> None:
@@ -81,7 +76,7 @@ class Response:
 
         `out` (fingers, n), `factor` (rows,).
         """
-        if self.is_alone_stepped:
+        if self.is_stepped and not self.drive.tones and self._level is None:
             self._step(out, some, factor, threads)
             return
         start = None
