@@ -12,7 +12,7 @@ from electrovib.solve.population.kernels.threads import in_threads, ranges
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
 
     Rows = NDArray[np.float32]
 
@@ -22,8 +22,7 @@ _OCTAVES: Final = 512  # sign and exponent of a float32
 _DROPPED: Final = 23 - _MANTISSA
 _INFINITY: Final = 0x7F800000  # bit pattern of a float32
 _NEW: Final = 4096  # pages that are allocated together at least
-_ROWS: Final = 16  # times of one call
-_TURNED: Final = 32768  # numbers of a table whose columns are turned into rows together, about
+_COLUMNS: Final = 16  # times of one call: as many float32 as a line of the cache has
 
 
 class Histogram:
@@ -52,6 +51,8 @@ class Histogram:
 
         `values` (fingers, times).
         """
+        from electrovib.solve.population.kernels import row_loops
+
         given = np.asarray(values, np.float32)
         if given.ndim != 2 or given.shape[1] != len(self.pages):
             raise InputError(f"values has shape {given.shape}: expected (fingers, {len(self.pages)}).")
@@ -59,28 +60,19 @@ class Histogram:
             raise InputError(
                 "values has a value that is not a number: a histogram counts finite values and infinities."
             )
-        columns = max(_ROWS, _TURNED // max(1, len(given)))
-        for begin, end in ranges(given.shape[1], columns):
-            self._count(np.ascontiguousarray(given[:, begin:end].T), np.arange(end - begin), begin, threads)
-        self.count += len(given)
-
-    def _count(self, table: Rows, rows: Indices, first: int, threads: int | None) -> None:
-        """Count the numbers of some rows; row ``rows[k]`` is that of time first + k."""
-        from electrovib.solve.population.kernels import row_loops
-
-        patterns, parts = table.view(np.int32), ranges(len(rows), _ROWS)
-        missing, missed = np.zeros(self.pages.shape, bool), np.zeros(len(parts), np.int64)
+        parts, missing = ranges(len(self.pages), _COLUMNS), np.zeros(self.pages.shape, bool)
+        patterns, missed = np.ascontiguousarray(given).view(np.int32), np.zeros(len(parts), np.int64)
 
         def work(place: int, *, again: bool = False) -> None:
-            begin, end = parts[place]
-            missed[place] = row_loops.count_rows(
-                patterns, rows[begin:end], first + begin, self.pages, self.counts, missing, again
+            missed[place] = row_loops.count_columns(
+                patterns, *parts[place], self.pages, self.counts, missing, again
             )
 
         in_threads(work, range(len(parts)), threads)
         if missed.any():  # once more, for the octaves without memory alone
             self.allocate(missing)
             in_threads(lambda place: work(place, again=True), range(len(parts)), threads)
+        self.count += len(given)
 
     def merge(self, other: Histogram) -> None:
         """Add the counts of another histogram."""

@@ -186,6 +186,20 @@ def _square(memory: Any, modes: Any, times: Any) -> Any:
             found[at + lane] = tile[factor + lane] * found[at + lane] * found[at + lane]
 
 
+@inner
+def _turn(found: Any, times: Any, rows: Any, first: Any) -> Any:
+    """Write the responses of a tile into rows from a time on, eight times at once while possible."""
+    whole = times // 8 * 8
+    for lane in range(len(rows)):
+        row = rows[lane]
+        for time in range(0, whole, 8):
+            at, to = np.uint64(time * LANES + lane), np.uint64(first + time)
+            for step in range(np.uint64(0), np.uint64(8)):
+                row[to + step] = found[at + step * np.uint64(LANES)]
+        for time in range(whole, times):
+            row[first + time] = found[time * LANES + lane]
+
+
 @outer
 def responses(
     fingers: Any, factor: Any, squared: Any, grid: Any, begin: Any, end: Any, memory: Any, out: Any
@@ -201,6 +215,4 @@ def responses(
             _advance(memory, modes, states, grid, time // TIMES)
             if squared:
                 _square(memory, modes, times)
-            for lane in range(min(LANES, end - first)):
-                for row in range(times):
-                    out[first + lane, time + row] = found[row * LANES + lane]
+            _turn(found, times, out[first : min(first + LANES, end)], time)

@@ -10,6 +10,8 @@ from electrovib.solve.stack.compilation import inner, outer
 
 BUCKETS: Final = 2048
 """Buckets between the smallest and the largest number of a row."""
+TURNED: Final = 64
+"""Rows of a table whose columns are turned into rows together."""
 _MINUS_ZERO: Final = -(2**31)  # bit pattern of a float32
 
 
@@ -29,12 +31,12 @@ def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
     low, high = _ordered(row[0]), _ordered(row[0])
     for bits in row:
         low, high = min(low, _ordered(bits)), max(high, _ordered(bits))
-    shift, least = np.int64(0), np.int64(low)
-    while (np.int64(high) - least) >> shift >= BUCKETS:
-        shift += 1
+    shift = np.uint32(0)
+    while np.uint32(high - low) >> shift >= BUCKETS:
+        shift += np.uint32(1)
     counts[:] = 0
     for bits in row:
-        counts[(np.int64(_ordered(bits)) - least) >> shift] += 1
+        counts[np.uint32(_ordered(bits) - low) >> shift] += 1
     wanted = np.zeros(BUCKETS, np.bool_)
     bucket, before, others = 0, 0, 0  # others: numbers in buckets below that are not kept
     for place in range(len(places)):
@@ -47,21 +49,33 @@ def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
     size = 0
     for bits in row:
         kept[size] = _ordered(bits)
-        size += wanted[(np.int64(_ordered(bits)) - least) >> shift]
+        size += wanted[np.uint32(_ordered(bits) - low) >> shift]
     return size, low, high
 
 
 @outer
-def count_rows(table: Any, rows: Any, first: Any, pages: Any, counts: Any, missing: Any, again: Any) -> Any:
-    """Count the numbers of some rows in a histogram, and return how many lie in octaves that have no memory.
+def turn(table: Any, first: Any, rows: Any) -> Any:
+    """Write the columns of a table from one on into rows, tile by tile of the cache."""
+    for begin in range(0, table.shape[0], TURNED):
+        end = min(begin + TURNED, table.shape[0])
+        for column in range(rows.shape[0]):
+            for place in range(begin, end):
+                rows[column, place] = table[place, first + column]
 
-    Row ``rows[k]`` of the patterns is that of time first + k. The octaves without memory are written into `missing`,
-    (times, octaves). Where `again` holds, only the numbers of these octaves are counted. No number may be nan.
+
+@outer
+def count_columns(
+    patterns: Any, first: Any, last: Any, pages: Any, counts: Any, missing: Any, again: Any
+) -> Any:
+    """Count the numbers of some columns in a histogram, and return how many lie in octaves that have no memory.
+
+    The octaves without memory are written into `missing`, (times, octaves). Where `again` holds, only the numbers of
+    these octaves are counted. No number may be nan.
     """
     missed = 0
-    for place in range(len(rows)):
-        time = first + place
-        for bits in table[rows[place]]:
+    for finger in range(patterns.shape[0]):
+        for time in range(first, last):
+            bits = patterns[finger, time]
             key = (_ordered(bits if bits != _MINUS_ZERO else np.int32(0)) >> np.int32(15)) + np.int32(65536)
             octave = key >> np.int32(8)
             page = pages[time, octave]
@@ -71,6 +85,16 @@ def count_rows(table: Any, rows: Any, first: Any, pages: Any, counts: Any, missi
             elif not again or missing[time, octave]:
                 counts[page, key & np.int32(255)] += 1
     return missed
+
+
+@outer
+def add_moments(values: Any, shift: Any, total: Any, square: Any) -> Any:
+    """Add the differences of fingers from one number for each sample, and their squares."""
+    for row in values:
+        for sample in range(np.uint64(0), np.uint64(len(row))):
+            apart = row[sample] - shift[sample]
+            total[sample] += apart
+            square[sample] += apart * apart
 
 
 @outer

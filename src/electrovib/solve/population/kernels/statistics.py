@@ -10,8 +10,6 @@ from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels.threads import in_threads, ranges
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Indices, Real
@@ -30,6 +28,8 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
     The quantile of probability p is interpolated between the order statistics on both sides of index p (fingers - 1),
     definition 7 of Hyndman and Fan, in float64.
     """
+    from electrovib.solve.population.kernels import row_loops
+
     given = np.asarray(values, np.float32)
     if given.ndim != 2 or not len(given):
         raise InputError(f"values has shape {given.shape}: expected (fingers, n) with one finger or more.")
@@ -37,8 +37,9 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
     found = np.empty((wanted.places.size, given.shape[1]))
 
     def work(part: tuple[int, int]) -> None:
-        here = slice(*part)
-        wanted.write(np.ascontiguousarray(given[:, here].T), range(part[1] - part[0]), found[:, here])
+        rows = np.empty((part[1] - part[0], len(given)), np.float32)
+        row_loops.turn(given, part[0], rows)
+        wanted.write(rows, found[:, slice(*part)])
 
     in_threads(work, ranges(given.shape[1], _COLUMNS), threads)
     return wanted.interpolated(found)
@@ -65,14 +66,14 @@ class _Places:
         self.above: Indices = self.below + (self.share > 0)
         self.places: Indices = np.unique([self.below, self.above])
 
-    def write(self, table: Rows, rows: Iterable[int], found: Real) -> None:
-        """Write the numbers at the places in the order of some rows into the columns of `found`, (places, rows)."""
+    def write(self, rows: Rows, found: Real) -> None:
+        """Write the numbers at the places in the order of each row into the columns of `found`, (places, rows)."""
         from electrovib.solve.population.kernels import row_loops
 
-        patterns, kept = table.view(np.int32), np.empty(table.shape[1] + 1, np.int32)
+        kept = np.empty(rows.shape[1] + 1, np.int32)
         counts, ranks = np.empty(row_loops.BUCKETS, np.int64), np.empty(self.places.size, np.int64)
-        for column, row in enumerate(rows):
-            size, low, high = row_loops.keep_near(patterns[row], self.places, counts, kept, ranks)
+        for column, row in enumerate(rows.view(np.int32)):
+            size, low, high = row_loops.keep_near(row, self.places, counts, kept, ranks)
             if high > _LARGEST or low < -_LARGEST - 1:
                 found[:, column] = np.nan
                 continue
