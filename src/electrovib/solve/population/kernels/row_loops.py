@@ -10,8 +10,8 @@ from electrovib.solve.stack.compilation import inner, outer
 
 BUCKETS: Final = 2048
 """Buckets between the smallest and the largest number of a row."""
-TURNED: Final = 64
-"""Rows of a table whose columns are turned into rows together."""
+TURNED: Final = 16
+"""Numbers of a column of a table that are turned into part of a row together."""
 _MINUS_ZERO: Final = -(2**31)  # bit pattern of a float32
 
 
@@ -55,12 +55,15 @@ def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
 
 @outer
 def turn(table: Any, first: Any, rows: Any) -> Any:
-    """Write the columns of a table from one on into rows, tile by tile of the cache."""
-    for begin in range(0, table.shape[0], TURNED):
-        end = min(begin + TURNED, table.shape[0])
-        for column in range(rows.shape[0]):
-            for place in range(begin, end):
-                rows[column, place] = table[place, first + column]
+    """Write the columns of a table from one on into rows, some numbers of a column at once."""
+    whole = len(table) // TURNED * TURNED
+    for column in range(len(rows)):
+        rows[column, whole:] = table[whole:, first + column]
+    for begin in range(0, whole, TURNED):
+        for column in range(len(rows)):
+            row, at = rows[column], np.uint64(first + column)
+            for place in range(np.uint64(begin), np.uint64(begin + TURNED)):
+                row[place] = table[place, at]
 
 
 @outer
@@ -73,25 +76,33 @@ def count_columns(
     these octaves are counted. No number may be nan.
     """
     missed = 0
-    for finger in range(patterns.shape[0]):
-        for time in range(first, last):
-            bits = patterns[finger, time]
-            key = (_ordered(bits if bits != _MINUS_ZERO else np.int32(0)) >> np.int32(15)) + np.int32(65536)
-            octave = key >> np.int32(8)
+    for row in patterns:
+        for time in range(np.uint64(first), np.uint64(last)):
+            bits = row[time] if row[time] != _MINUS_ZERO else np.int32(0)
+            key = np.uint32(_ordered(bits)) ^ np.uint32(0x80000000)
+            octave = key >> np.uint32(23)
             page = pages[time, octave]
             if page < 0:
                 missing[time, octave] = True
                 missed += 1
             elif not again or missing[time, octave]:
-                counts[page, key & np.int32(255)] += 1
+                counts[np.uint32(page), (key >> np.uint32(15)) & np.uint32(255)] += 1
     return missed
 
 
 @outer
 def add_moments(values: Any, shift: Any, total: Any, square: Any) -> Any:
     """Add the differences of fingers from one number for each sample, and their squares."""
-    for row in values:
-        for sample in range(np.uint64(0), np.uint64(len(row))):
+    whole = len(values) // 4 * 4
+    for finger in range(0, whole, 4):  # four at once: the sums are read and written once for all
+        a, b, c, d = values[finger], values[finger + 1], values[finger + 2], values[finger + 3]
+        for sample in range(np.uint64(0), np.uint64(len(shift))):
+            less = shift[sample]
+            p, q, r, s = a[sample] - less, b[sample] - less, c[sample] - less, d[sample] - less
+            total[sample] += (p + q) + (r + s)
+            square[sample] += (p * p + q * q) + (r * r + s * s)
+    for row in values[whole:]:
+        for sample in range(len(shift)):
             apart = row[sample] - shift[sample]
             total[sample] += apart
             square[sample] += apart * apart

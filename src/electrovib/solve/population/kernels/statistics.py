@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     Rows = NDArray[np.float32]
 
 _LARGEST: Final = 0x7F800000  # bit pattern of infinity as a float32: those beyond it are nan
-_COLUMNS: Final = 32  # columns of a table that are turned into rows together
+_COLUMNS: Final = 64  # columns of a table that are turned into rows together
 
 
 def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | None = None) -> Real:
