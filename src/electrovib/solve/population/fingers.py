@@ -134,13 +134,12 @@ class Population:
         draws: Mapping[str, ArrayLike],
         *,
         out: Mapping[str, NDArray[Any]] | None = None,
-        threads: int | None = None,
     ) -> dict[str, Any]:
         """Compute the signals of fingers."""
         columns = self.columns(draws)
         if self._together is None:
             return self._alone.signals(columns, out=out)
-        return self._together.signals(columns, out=out, threads=threads)
+        return self._together.signals(columns, out=out)
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger."""

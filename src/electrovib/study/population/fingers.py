@@ -220,7 +220,7 @@ class Evaluator:
         if len(next(iter(self._scratch.values()), ())) < fingers:
             self._scratch = {name: np.empty((fingers, self.samples)) for name in self.declared.signals}
         out = {name: each[:fingers] for name, each in self._scratch.items()}
-        signals = self.population.signals(draws, out=out, threads=1)
+        signals = self.population.signals(draws, out=out)
         return {name: np.asarray(signals[name], dtype=float) for name in self.declared.signals}
 
 

@@ -106,15 +106,14 @@ def test_a_rate_of_zero_integrates_and_trapped_charge_stays():
     assert np.allclose(found, times**2 + 5, rtol=1e-14, atol=0)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("kind", ["even", "corners"])
-def test_a_finger_does_not_depend_on_the_company(kind, threads):
+def test_a_finger_does_not_depend_on_the_company(kind):
     given, times = some_fingers(5, 1100, 5), some_times(kind)
     shared = {"voltage": drive(times), "time": times}
-    found = first_order_hold_many(**given, **shared, threads=threads)
+    found = first_order_hold_many(**given, **shared)
     for part in (slice(0, 1), slice(3, 4), slice(5, 42), slice(1023, 1030), slice(1097, 1100)):
         some = {name: values[part] for name, values in given.items()}
-        assert np.array_equal(first_order_hold_many(**some, **shared, threads=1), found[part])
+        assert np.array_equal(first_order_hold_many(**some, **shared), found[part])
 
 
 def test_factor_and_single_precision():

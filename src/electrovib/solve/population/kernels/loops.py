@@ -201,13 +201,11 @@ def _turn(found: Any, times: Any, rows: Any, first: Any) -> Any:
 
 
 @outer
-def responses(
-    fingers: Any, factor: Any, squared: Any, grid: Any, begin: Any, end: Any, memory: Any, out: Any
-) -> Any:
-    """Write the responses of some fingers, or factor times their squares, into the table (fingers, times)."""
-    found, modes, last = memory[2], fingers[0].shape[1], out.shape[1]
+def responses(fingers: Any, factor: Any, squared: Any, grid: Any, memory: Any, out: Any) -> Any:
+    """Write the responses of fingers, or factor times their squares, into the table (fingers, times)."""
+    found, modes, (end, last) = memory[2], fingers[0].shape[1], out.shape
     states = np.empty(LANES * modes)
-    for first in range(begin, end, LANES):
+    for first in range(0, end, LANES):
         _gather(fingers, factor, first, end, memory[0])
         _begin(fingers[3], first, end, states)
         for time in range(0, last, TIMES):

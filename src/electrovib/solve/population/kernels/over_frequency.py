@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels.threads import in_threads, ranges
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
-
-_TOGETHER: Final = 512  # fingers of one call
 
 
 def mean_square_over_frequency(
@@ -25,7 +22,6 @@ def mean_square_over_frequency(
     *,
     factor: ArrayLike = 1.0,
     out: Real | None = None,
-    threads: int | None = None,
 ) -> Real:
     """Compute factor times the squared magnitude of sums of relaxing modes, over 2, for many fingers at frequencies.
 
@@ -50,9 +46,5 @@ def mean_square_over_frequency(
         raise InputError(
             f"out has shape {result.shape} and type {result.dtype}: expected {shape}, float64 and contiguous."
         )
-
-    def work(part: tuple[int, int]) -> None:
-        row_loops.mean_squares(rate, residue, level, half, angular, *part, result)
-
-    in_threads(work, ranges(len(result), _TOGETHER), threads)
+    row_loops.mean_squares(rate, residue, level, half, angular, result)
     return result

@@ -109,12 +109,10 @@ def add_moments(values: Any, shift: Any, total: Any, square: Any) -> Any:
 
 
 @outer
-def mean_squares(
-    rates: Any, residues: Any, direct: Any, half: Any, angular: Any, begin: Any, end: Any, out: Any
-) -> Any:
+def mean_squares(rates: Any, residues: Any, direct: Any, half: Any, angular: Any, out: Any) -> Any:
     """Write a factor times the squared magnitude of sums of modes for some fingers, (fingers, frequencies)."""
     real, imaginary = np.empty((2, len(angular)))
-    for finger in range(begin, end):
+    for finger in range(len(out)):
         real[:] = direct[finger]
         imaginary[:] = 0.0
         for mode in range(rates.shape[1]):

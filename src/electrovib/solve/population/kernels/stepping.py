@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels.threads import in_threads, ranges
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from electrovib.core.arrays import Indices, Real
 
-_TOGETHER: Final = 128  # fingers of one call
 _ROUNDING: Final = 4 * float(np.finfo(float).eps)
 
 
@@ -176,7 +174,6 @@ def first_order_hold_many(
     factor: ArrayLike | None = None,
     dtype: DTypeLike = np.float64,
     out: NDArray[Any] | None = None,
-    threads: int | None = None,
 ) -> NDArray[Any]:
     """Compute the responses of many fingers to one piecewise linear drive, exact at every time.
 
@@ -197,14 +194,10 @@ def first_order_hold_many(
         )
     chunks, pieces, duration, slots = fingers.steps.pieces
     grid, lanes, modes = (fingers.voltage, chunks, pieces, duration), loops.LANES, fingers.rates.shape[1]
-
-    def work(part: tuple[int, int]) -> None:
-        memory = (  # for the parameters of a tile, the weights of its steps, and its responses
-            np.empty((2 * modes + 2) * lanes),
-            np.empty(slots * (4 * modes + 1) * lanes),
-            np.empty(loops.TIMES * lanes),
-        )
-        loops.responses(fingers.arrays, fingers.factor, factor is not None, grid, *part, memory, result)
-
-    in_threads(work, ranges(len(result), _TOGETHER), threads)
+    memory = (  # for the parameters of a tile, the weights of its steps, and its responses
+        np.empty((2 * modes + 2) * lanes),
+        np.empty(slots * (4 * modes + 1) * lanes),
+        np.empty(loops.TIMES * lanes),
+    )
+    loops.responses(fingers.arrays, fingers.factor, factor is not None, grid, memory, result)
     return result

@@ -49,7 +49,7 @@ def quadratic_force(scenario: Scenario, rows: int, asked: Mapping[str, Transfers
     return QuadraticForce(base, np.ascontiguousarray(np.broadcast_to(factor, (rows, 1))[:, 0]))
 
 
-def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, threads: int | None) -> None:
+def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool) -> None:
     """Write the attraction of fingers.
 
     `rows` (fingers, n) [N], `time` (n,) [s].
@@ -59,13 +59,13 @@ def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, t
     if square is not None:
         responses = tile.responses(square.base)
         for some in tile.parts():
-            write_sum(rows[some], responses, some, factor=square.factor, threads=threads)
+            write_sum(rows[some], responses, some, factor=square.factor)
         return
     each = {name: tile.responses(transfers) for name, transfers in asked.items()}
     for some in tile.parts():
         values = {name: np.empty(rows[some].shape) for name in each}
         for name, responses in each.items():
-            write_sum(values[name], responses, some, threads=threads)
+            write_sum(values[name], responses, some)
         member = tile.some(some)
         rows[some] = attraction(member, total_pull(member, values), time)
 
