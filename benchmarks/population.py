@@ -165,9 +165,8 @@ def sweeps() -> list[object]:
     random = np.random.default_rng(3)
     rates = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.2, (DRAWS, MODES)))
     given = rates, rates * random.dirichlet(np.ones(MODES), DRAWS), np.full(DRAWS, 0.1), FREQUENCIES
-    memory = np.empty((DRAWS, FREQUENCIES.size))
     found = [
-        measure("electrovib, numba", lambda: mean_square_over_frequency(*given, out=memory), 7),
+        measure("electrovib, numba", lambda: mean_square_over_frequency(*given), 7),
         measure(
             "complex numbers in numpy, a tenth of the draws", mean_square_in_numpy(given, DRAWS // 10), 1
         ),

@@ -64,12 +64,3 @@ def test_rates_and_frequencies_far_from_one_do_not_overflow(scale):
 def test_what_disagrees_is_refused():
     with pytest.raises(InputError, match="shapes"):
         mean_square_over_frequency([[1.0]], [[1.0, 2.0]], [0.0], [1.0])
-
-
-def test_memory_for_the_result_is_used_and_checked():
-    rates, residues, direct = given()
-    memory = np.full((len(direct), FREQUENCIES.size), np.nan)
-    assert mean_square_over_frequency(rates, residues, direct, FREQUENCIES, out=memory) is memory
-    assert np.array_equal(memory, mean_square_over_frequency(rates, residues, direct, FREQUENCIES))
-    with pytest.raises(InputError, match="out has shape"):
-        mean_square_over_frequency(rates, residues, direct, FREQUENCIES, out=memory[1:])

@@ -4,7 +4,7 @@ from electrovib.solve.population.kernels.histogram import Histogram
 from electrovib.solve.population.kernels.over_frequency import mean_square_over_frequency
 from electrovib.solve.population.kernels.statistics import quantiles
 from electrovib.solve.population.kernels.stepping import TimeSteps, first_order_hold_many, time_steps
-from electrovib.solve.population.kernels.threads import kernel_name, thread_count
+from electrovib.solve.population.kernels.threads import kernel_name
 
 __all__ = [
     "Histogram",
@@ -13,6 +13,5 @@ __all__ = [
     "kernel_name",
     "mean_square_over_frequency",
     "quantiles",
-    "thread_count",
     "time_steps",
 ]

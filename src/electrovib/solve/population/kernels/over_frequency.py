@@ -21,12 +21,10 @@ def mean_square_over_frequency(
     frequency: ArrayLike,
     *,
     factor: ArrayLike = 1.0,
-    out: Real | None = None,
 ) -> Real:
     """Compute factor times the squared magnitude of sums of relaxing modes, over 2, for many fingers at frequencies.
 
-    `rates`, `residues` (fingers, modes), `direct`, `factor` (fingers,), `frequency` (n,) [Hz], `out` (fingers, n);
-    returns `mean_square` (fingers, n).
+    `rates`, `residues` (fingers, modes), `direct`, `factor` (fingers,), `frequency` (n,) [Hz]; returns `mean_square` (fingers, n).
     """
     from electrovib.solve.population.kernels import row_loops
 
@@ -40,11 +38,6 @@ def mean_square_over_frequency(
         )
     angular = 2 * np.pi * angular
     half = np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64) / 2, level.shape))
-    shape = len(rate), angular.size
-    result = np.empty(shape) if out is None else out
-    if result.shape != shape or result.dtype != np.float64 or not result.flags.c_contiguous:
-        raise InputError(
-            f"out has shape {result.shape} and type {result.dtype}: expected {shape}, float64 and contiguous."
-        )
+    result = np.empty((len(rate), angular.size))
     row_loops.mean_squares(rate, residue, level, half, angular, result)
     return result

@@ -136,7 +136,7 @@ def _gathered(
     state: ArrayLike,
     voltage: ArrayLike,
     time: ArrayLike | TimeSteps,
-    factor: ArrayLike = 1.0,
+    factor: ArrayLike,
 ) -> _Fingers:
     """Convert the arguments of `first_order_hold_many` into contiguous arrays, and refuse arguments that disagree."""
     rate, residue, level, begin, drive = (
