@@ -24,7 +24,8 @@ def mean_square_over_frequency(
 ) -> Real:
     """Compute factor times the squared magnitude of sums of relaxing modes, over 2, for many fingers at frequencies.
 
-    `rates`, `residues` (fingers, modes), `direct`, `factor` (fingers,), `frequency` (n,) [Hz]; returns `mean_square` (fingers, n).
+    `rates`, `residues` (fingers, modes), `direct`, `factor` (fingers,), `frequency` (n,) [Hz]; returns `mean_square`
+    (fingers, n).
     """
     from electrovib.solve.population.kernels import row_loops
 
