@@ -5,7 +5,6 @@ Run from the root of the repository with ``python -m benchmarks.population``; ro
 
 import gc
 import os
-import tracemalloc
 from collections.abc import Callable
 from statistics import median
 from time import perf_counter, process_time
@@ -19,11 +18,10 @@ from electrovib.solve.population.kernels import (
     first_order_hold_many,
     kernel_name,
     mean_square_over_frequency,
-    merged,
     quantiles,
-    square_moments_many,
 )
 from electrovib.solve.stack.secular import secular_offsets
+from electrovib.study.population.fingers import Statistics
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
 DRAWS, FREQUENCIES = 100_000, np.geomspace(1, 1e6, 200)
@@ -101,36 +99,30 @@ def head(unit: str) -> list[str]:
     return ["method", *times, "wall time over row 1", "processor time over row 1", "repeats", "remark"]
 
 
-def beyond(work: Callable[[], object]) -> float:
-    """Return the largest memory allocated during some work, its result included [B]."""
-    tracemalloc.start()
-    work()
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    return float(peak)
-
-
 def stepping() -> list[list[object]]:
     """Return the tables of stepping, with mean and variance, and with exact percentiles."""
     fingers, factor = population()
-
-    def streamed() -> object:
-        return merged(square_moments_many(*fingers, factor=factor))
 
     def table() -> np.ndarray:
         return first_order_hold_many(*fingers, factor=factor, dtype=np.float32, out=memory)
 
     memory = np.empty((FINGERS, SAMPLES), np.float32)
-    ours = measure("electrovib, numba", streamed, 15)
+    statistics = Statistics((), SAMPLES)
+
+    def moments() -> tuple:
+        statistics.add(first_order_hold_many(*fingers, factor=factor))
+        return statistics.mean, statistics.variance()
+
+    ours = measure("electrovib, numba", moments, 5)
     peers = [
         measure("numpy, all fingers at once", plain_numpy(fingers, factor), 3),
         *[measure(name, work, 5) for name, work in by_jax(fingers, factor)],
     ]
-    largest = np.max(ours.result.mean)
-    means = [np.max(np.abs(each.result[-2] - ours.result.mean)) / largest for each in peers]
+    mean = ours.result[0]
+    means = [np.max(np.abs(each.result[0] - mean)) / np.max(mean) for each in peers]
     remarks = {each.name: f"means differ by {off:.0e}" for each, off in zip(peers, means, strict=True)}
     speed = FINGERS * SAMPLES / ours.wall
-    remarks[ours.name] = f"{speed:.3g} finger-samples/s; {beyond(streamed) / 1e6:.2g} MB of memory in all"
+    remarks[ours.name] = f"{speed:.3g} finger-samples/s"
     alone = measure("electrovib, numba: responses squared, float32", table, 9)
     bands = [
         measure("the same, and exact 5 and 95 %", lambda: quantiles(table(), [0.05, 0.95]), 7),
@@ -173,9 +165,8 @@ def sweeps() -> list[object]:
     random = np.random.default_rng(3)
     rates = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.2, (DRAWS, MODES)))
     given = rates, rates * random.dirichlet(np.ones(MODES), DRAWS), np.full(DRAWS, 0.1), FREQUENCIES
-    memory = np.empty((DRAWS, FREQUENCIES.size))
     found = [
-        measure("electrovib, numba", lambda: mean_square_over_frequency(*given, out=memory), 7),
+        measure("electrovib, numba", lambda: mean_square_over_frequency(*given), 7),
         measure(
             "complex numbers in numpy, a tenth of the draws", mean_square_in_numpy(given, DRAWS // 10), 1
         ),

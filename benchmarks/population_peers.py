@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from electrovib.solve.population.kernels import time_steps
+from electrovib.solve.population.together.forces import quadratic_force
 from electrovib.solve.recursion import hold_weights
 
 
@@ -92,9 +93,14 @@ def mean_square_in_numpy(given: tuple, draws: int) -> Callable[[], np.ndarray]:
     return work
 
 
-def squares_in_numpy(squares) -> np.ndarray:
-    """Return factor times the squared responses of fingers, (times, fingers), by a loop over the times."""
-    rates, residues, direct, state, voltage, time, factor, places = squares
+def squares_in_numpy(many, draws) -> np.ndarray:
+    """Return the attraction of fingers under a quadratic law, (times, fingers), by a loop over the times."""
+    tile = many._together.tile(many.columns(draws))  # noqa: SLF001 - the modes of the fingers are no signals
+    square = quadratic_force(tile.scenario, tile.rows, tile.scenario.force.amplitudes(tile.section))
+    (response,) = tile.responses(square.base)
+    rates, residues, direct, state = response.rates, response.residues, response.direct, response.state
+    drive, factor = response.drive, square.factor
+    voltage, time, places = drive.voltage, drive.time, drive.places
     steps = time_steps(time)
     weights = [_of_duration(rates, residues, duration) for duration in steps.duration.tolist()]
     rows, state = np.empty((voltage.size, len(rates))), state.T

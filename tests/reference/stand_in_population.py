@@ -14,7 +14,6 @@ class StandInPopulation:
 
     kernel = "stand-in"
     method = "in closed form"
-    is_streamed = False
     unknown = np.inf
     """Thickness [m] from which on a finger is not known at one time."""
 

@@ -22,10 +22,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.population.kernels import TimeSteps
-    from electrovib.solve.population.together.forces import Squares
 
 TOGETHER: Final = (
     "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without"
@@ -136,39 +134,12 @@ class Population:
         draws: Mapping[str, ArrayLike],
         *,
         out: Mapping[str, NDArray[Any]] | None = None,
-        threads: int | None = None,
     ) -> dict[str, Any]:
         """Compute the signals of fingers."""
         columns = self.columns(draws)
         if self._together is None:
             return self._alone.signals(columns, out=out)
-        return self._together.signals(columns, out=out, threads=threads)
-
-    @property
-    def is_streamed(self) -> bool:
-        """Whether means and variances take less time from `squares` than from stored signals."""
-        found = self._together
-        return isinstance(found, OverTime) and found.has_squares and found.has_few_poles
-
-    @property
-    def grid(self) -> tuple[Real, TimeSteps, Indices]:
-        """Drive [V] and steps of the grid of `squares`, and the index of each output time in it, where `is_streamed`."""
-        assert isinstance(self._together, OverTime)
-        return self._together.grid
-
-    def squares(
-        self,
-        draws: Mapping[str, ArrayLike],
-        *,
-        out: Mapping[str, NDArray[Any]] | None = None,
-        threads: int | None = None,
-    ) -> Squares | None:
-        """Return the attraction of fingers in the form from which means and variances are computed without storing it."""
-        return (
-            self._together.squares(self.columns(draws), out=out, threads=threads)
-            if isinstance(self._together, OverTime)
-            else None
-        )
+        return self._together.signals(columns, out=out)
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger."""

@@ -57,20 +57,23 @@ class Statistics:
         self.histogram = Histogram(samples) if binned else None
 
     def add(self, values: Real) -> None:
-        """Add the moments and counts of fingers, and overwrite their signals.
+        """Add the moments and counts of fingers.
 
         `values` (fingers, n).
         """
+        from electrovib.solve.population.kernels import row_loops
+
         for place, threshold in enumerate(self.thresholds):
             exceeded = values > threshold
             self.above[place] += np.count_nonzero(exceeded, axis=0)
             self.anywhere[place] += np.count_nonzero(exceeded.any(axis=1))
-        mean = values.sum(axis=0) / len(values)
-        if np.isnan(mean).any():
+        count, (total, square) = len(values), np.zeros((2, values.shape[1]))
+        begin = np.where(np.isfinite(values[0]), values[0], 0.0)  # the digits of a small variance stay
+        row_loops.add_moments(np.ascontiguousarray(values), begin, total, square)
+        if np.isnan(total).any():
             self.unknown += np.count_nonzero(np.isnan(values), axis=0)
         with np.errstate(invalid="ignore"):  # infinities
-            values -= mean
-        self._join(len(values), mean, np.einsum("ij,ij->j", values, values))
+            self._join(count, begin + total / count, np.maximum(square - total * (total / count), 0.0))
 
     def _join(self, fingers: int, mean: Real, squares: Real) -> None:
         """Join the moments of other fingers to those of these."""
@@ -217,7 +220,7 @@ class Evaluator:
         if len(next(iter(self._scratch.values()), ())) < fingers:
             self._scratch = {name: np.empty((fingers, self.samples)) for name in self.declared.signals}
         out = {name: each[:fingers] for name, each in self._scratch.items()}
-        signals = self.population.signals(draws, out=out, threads=1)
+        signals = self.population.signals(draws, out=out)
         return {name: np.asarray(signals[name], dtype=float) for name in self.declared.signals}
 
 

@@ -97,7 +97,8 @@ def tiles_of_process(evaluator: Evaluator, start: int, held: Mapping[str, Rows])
     sizes = TileSizes(declared.fingers, most, seconds=_HERE, in_arrays=evaluator.in_arrays)
     threads = thread_count(evaluator.threads) if evaluator.in_arrays and held else 1
     if threads > 1 and declared.fingers - start > most:
-        yield from _on_threads(threads, declared, sizes, start, held)
+        evaluators = [evaluator, *(Evaluator(declared) for _ in range(threads - 1))]
+        yield from _on_threads(evaluators, sizes, start, held)
         return
     memory = {} if held else evaluator.memory(min(most, declared.fingers))
 
@@ -110,12 +111,12 @@ def tiles_of_process(evaluator: Evaluator, start: int, held: Mapping[str, Rows])
 
 
 def _on_threads(
-    threads: int, declared: DeclaredStudy, sizes: TileSizes, start: int, held: Mapping[str, Rows]
+    evaluators: list[Evaluator], sizes: TileSizes, start: int, held: Mapping[str, Rows]
 ) -> Iterator[Tile]:
-    """Yield the tiles from a finger on, evaluated by several threads."""
+    """Yield the tiles from a finger on, evaluated by one thread for each evaluator."""
     free: queue.SimpleQueue[Evaluator] = queue.SimpleQueue()
-    for _ in range(threads):
-        free.put(Evaluator(declared))
+    for each in evaluators:
+        free.put(each)
 
     def evaluated(begin: int, stop: int) -> Tile:
         mine = free.get()
@@ -124,11 +125,10 @@ def _on_threads(
         finally:
             free.put(mine)
 
-    pool = ThreadPoolExecutor(threads)
+    pool = ThreadPoolExecutor(len(evaluators))
     try:
-        yield from _in_order(
-            sizes, start, lambda *ends: pool.submit(evaluated, *ends).result, lambda: threads + 1
-        )
+        ahead = len(evaluators) + 1
+        yield from _in_order(sizes, start, lambda *ends: pool.submit(evaluated, *ends).result, lambda: ahead)
     finally:
         pool.shutdown(cancel_futures=True)
 

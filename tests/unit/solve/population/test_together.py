@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.solve.population import population
-from electrovib.solve.population.kernels import block_moments, merged, square_moments_many
 from electrovib.solve.population.together import pairs, steady_sines
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
@@ -366,28 +365,6 @@ def test_values_outside_their_range_are_refused():
     ) as error:
         many.signals({"stack.gap.thickness": [1e-6, 1.0], "contact.area": [np.nan, 1e-4]})
     assert len(error.value.problems) == 2
-
-
-@pytest.mark.parametrize("scenario", [GAP, "strong_1970/display_gap", "vezzoli_2014/fig6"])
-def test_means_without_storing_are_those_of_the_signals(scenario):
-    member = ev.load(scenario)
-    free = [path for path in CASES[scenario] if not path.startswith(("friction", "load"))]
-    many = population(member, free, time=times_of(member))
-    given = draw(member, free, 1100)
-    squares = many.squares(given)
-    assert many.is_streamed == (squares is not None)
-    if scenario == "strong_1970/display_gap":  # a sine, not straight pieces
-        assert squares is None
-        return
-    *numbers, factor, places = squares
-    expected = merged(block_moments(many.signals(given)["electrostatic_force"]))
-    found = merged(square_moments_many(*numbers, factor=factor))
-    assert found.fingers == expected.fingers == 1100
-    np.testing.assert_allclose(
-        found.mean[places], expected.mean, rtol=1e-12, atol=1e-12 * expected.mean.max()
-    )
-    largest = expected.squares.max()
-    np.testing.assert_allclose(found.squares[places], expected.squares, rtol=1e-11, atol=1e-12 * largest)
 
 
 def test_sums_of_pairs_and_sines_are_their_formulas():

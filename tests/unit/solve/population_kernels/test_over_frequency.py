@@ -40,10 +40,9 @@ def test_frequency_zero_is_the_static_response():
     assert np.allclose(found, (direct + (residues / rates).sum(axis=1)) ** 2, rtol=1e-12)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_a_finger_does_not_depend_on_the_company(threads):
+def test_a_finger_does_not_depend_on_the_company():
     rates, residues, direct = given(fingers=1131, modes=12)
-    whole = mean_square_over_frequency(rates, residues, direct, FREQUENCIES, threads=threads)
+    whole = mean_square_over_frequency(rates, residues, direct, FREQUENCIES)
     for part in (slice(0, 1), slice(5, 18), slice(1129, 1131)):
         some = rates[part], residues[part], direct[part]
         assert np.array_equal(mean_square_over_frequency(*some, FREQUENCIES), whole[part])
@@ -65,12 +64,3 @@ def test_rates_and_frequencies_far_from_one_do_not_overflow(scale):
 def test_what_disagrees_is_refused():
     with pytest.raises(InputError, match="shapes"):
         mean_square_over_frequency([[1.0]], [[1.0, 2.0]], [0.0], [1.0])
-
-
-def test_memory_for_the_result_is_used_and_checked():
-    rates, residues, direct = given()
-    memory = np.full((len(direct), FREQUENCIES.size), np.nan)
-    assert mean_square_over_frequency(rates, residues, direct, FREQUENCIES, out=memory) is memory
-    assert np.array_equal(memory, mean_square_over_frequency(rates, residues, direct, FREQUENCIES))
-    with pytest.raises(InputError, match="out has shape"):
-        mean_square_over_frequency(rates, residues, direct, FREQUENCIES, out=memory[1:])

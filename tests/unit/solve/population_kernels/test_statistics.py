@@ -75,13 +75,17 @@ def test_histograms_add_up_whatever_the_division():
     for part in (slice(2000, 3000), slice(0, 7), slice(7, 2000)):
         parts.append(Histogram(values.shape[1]))
         parts[-1].add(values[part])
-    total = parts[0] + parts[1] + parts[2]
+    total = Histogram(values.shape[1])
+    for part in parts:
+        total.merge(part)
     assert total.count == 3000
     assert np.array_equal(total.pages >= 0, whole.pages >= 0)
     filled = whole.pages >= 0
     assert np.array_equal(total.counts[total.pages[filled]], whole.counts[whole.pages[filled]])
     assert total.counts[: total.used].sum() == values.size
     assert np.array_equal(total.quantiles(PROBABILITIES), whole.quantiles(PROBABILITIES))
+    with pytest.raises(InputError, match="cannot be added"):
+        total.merge(Histogram(4))
 
 
 def test_a_histogram_counts_numbers_only():

@@ -3,8 +3,8 @@
 import numba
 import pytest
 
-from electrovib.solve.population.kernels import kernel_name, thread_count
-from electrovib.solve.population.kernels.threads import in_threads, ranges
+from electrovib.solve.population.kernels import kernel_name
+from electrovib.solve.population.kernels.threads import in_threads, ranges, thread_count
 from electrovib.solve.stack import compilation
 
 

@@ -46,7 +46,7 @@ def begun(path, *asked):
         *os.environ.get("PYTHONPATH", "").split(os.pathsep),
         str(Path(__file__).parents[3] / "reference"),
     ]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(places), "ELECTROVIB_KERNEL": "numpy"}
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(places)}
     command = [sys.executable, "-c", DRIVER, str(path), str(FINGERS), *asked]
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
 

@@ -2,29 +2,16 @@
 
 from electrovib.solve.population.kernels.histogram import Histogram
 from electrovib.solve.population.kernels.over_frequency import mean_square_over_frequency
-from electrovib.solve.population.kernels.statistics import (
-    Moments,
-    block_moments,
-    merged,
-    quantiles,
-    square_moments_many,
-    square_quantiles,
-)
+from electrovib.solve.population.kernels.statistics import quantiles
 from electrovib.solve.population.kernels.stepping import TimeSteps, first_order_hold_many, time_steps
-from electrovib.solve.population.kernels.threads import kernel_name, thread_count
+from electrovib.solve.population.kernels.threads import kernel_name
 
 __all__ = [
     "Histogram",
-    "Moments",
     "TimeSteps",
-    "block_moments",
     "first_order_hold_many",
     "kernel_name",
     "mean_square_over_frequency",
-    "merged",
     "quantiles",
-    "square_moments_many",
-    "square_quantiles",
-    "thread_count",
     "time_steps",
 ]

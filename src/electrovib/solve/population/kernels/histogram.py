@@ -7,16 +7,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels.stepping import gather, square_rows
 from electrovib.solve.population.kernels.threads import in_threads, ranges
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.core.arrays import Indices, Real
-    from electrovib.solve.population.kernels.stepping import TimeSteps
+    from electrovib.core.arrays import Real
 
     Rows = NDArray[np.float32]
 
@@ -26,8 +22,7 @@ _OCTAVES: Final = 512  # sign and exponent of a float32
 _DROPPED: Final = 23 - _MANTISSA
 _INFINITY: Final = 0x7F800000  # bit pattern of a float32
 _NEW: Final = 4096  # pages that are allocated together at least
-_ROWS: Final = 16  # times of one call
-_TURNED: Final = 32768  # numbers of a table whose columns are turned into rows together, about
+_COLUMNS: Final = 8  # times of one call: their counts stay in the cache
 
 
 class Histogram:
@@ -51,71 +46,33 @@ class Histogram:
         self.used = 0
         self.count = 0
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of the counts and their index [B]."""
-        return int(self.pages.nbytes + self.counts.nbytes)
-
     def add(self, values: ArrayLike, *, threads: int | None = None) -> None:
         """Count the values of some fingers.
 
         `values` (fingers, times).
         """
+        from electrovib.solve.population.kernels import row_loops
+
         given = np.asarray(values, np.float32)
         if given.ndim != 2 or given.shape[1] != len(self.pages):
             raise InputError(f"values has shape {given.shape}: expected (fingers, {len(self.pages)}).")
-        if np.isnan(given).any():
+        if np.isnan(given.max(initial=0.0)):
             raise InputError(
                 "values has a value that is not a number: a histogram counts finite values and infinities."
             )
-        columns = max(_ROWS, _TURNED // max(1, len(given)))
-        for begin, end in ranges(given.shape[1], columns):
-            self._count(np.ascontiguousarray(given[:, begin:end].T), np.arange(end - begin), begin, threads)
-        self.count += len(given)
-
-    def add_squares(
-        self,
-        rates: ArrayLike,
-        residues: ArrayLike,
-        direct: ArrayLike,
-        state: ArrayLike,
-        voltage: ArrayLike,
-        time: ArrayLike | TimeSteps,
-        *,
-        factor: ArrayLike,
-        outputs: ArrayLike,
-        known: Mapping[int, Rows] | None = None,
-        threads: int | None = None,
-    ) -> None:
-        """Count factor times the squared responses of some fingers, as float32, without storing responses of all times.
-
-        `factor` (fingers,), `outputs` (times,).
-        """
-        fingers = gather(rates, residues, direct, state, voltage, time, factor)
-        at = np.asarray(outputs, np.intp)
-        if len(at) != len(self.pages):
-            raise InputError(f"outputs has {len(at)} times: expected {len(self.pages)}.")
-        for some, table, rows in square_rows(fingers, at, known or {}, threads):
-            self._count(table, rows, some.start, threads)
-        self.count += len(fingers.factor)
-
-    def _count(self, table: Rows, rows: Indices, first: int, threads: int | None) -> None:
-        """Count the numbers of some rows; row ``rows[k]`` is that of time first + k."""
-        from electrovib.solve.population.kernels import row_loops
-
-        patterns, parts = table.view(np.int32), ranges(len(rows), _ROWS)
-        missing, missed = np.zeros(self.pages.shape, bool), np.zeros(len(parts), np.int64)
+        parts, missing = ranges(len(self.pages), _COLUMNS), np.zeros(self.pages.shape, bool)
+        patterns, missed = np.ascontiguousarray(given).view(np.int32), np.zeros(len(parts), np.int64)
 
         def work(place: int, *, again: bool = False) -> None:
-            begin, end = parts[place]
-            missed[place] = row_loops.count_rows(
-                patterns, rows[begin:end], first + begin, self.pages, self.counts, missing, again
+            missed[place] = row_loops.count_columns(
+                patterns, *parts[place], self.pages, self.counts, missing, again
             )
 
         in_threads(work, range(len(parts)), threads)
         if missed.any():  # once more, for the octaves without memory alone
             self.allocate(missing)
             in_threads(lambda place: work(place, again=True), range(len(parts)), threads)
+        self.count += len(given)
 
     def merge(self, other: Histogram) -> None:
         """Add the counts of another histogram."""
@@ -125,13 +82,6 @@ class Histogram:
         self.allocate(filled)
         self.counts[self.pages[filled]] += other.counts[other.pages[filled]]
         self.count += other.count
-
-    def __add__(self, other: Histogram) -> Histogram:
-        """Return the counts of both."""
-        total = Histogram(len(self.pages))
-        for each in (self, other):
-            total.merge(each)
-        return total
 
     def quantiles(self, probabilities: ArrayLike) -> Real:
         """Return quantiles at each time.

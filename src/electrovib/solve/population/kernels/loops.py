@@ -1,4 +1,4 @@
-"""Loops over fingers that numba compiles: their responses to a drive, step by step, and the moments of these.
+"""Loops over fingers that numba compiles: their responses to a drive, step by step.
 
 Fingers are taken in tiles of `LANES`; the numbers of a tile lie side by side, so that the compiler uses vectors.
 """
@@ -97,16 +97,16 @@ def _gather(fingers: Any, factor: Any, first: Any, end: Any, tile: Any) -> Any:
 
 
 @inner
-def _begin(state: Any, first: Any, end: Any, states: Any, held: Any) -> Any:
+def _begin(state: Any, first: Any, end: Any, states: Any) -> Any:
     """Write the states of a tile of fingers at time 0."""
     for lane in range(LANES):
         finger = min(first + lane, end - 1)
         for mode in range(state.shape[1]):
-            states[held + mode * LANES + lane] = state[finger, mode]
+            states[mode * LANES + lane] = state[finger, mode]
 
 
 @inner
-def _advance(memory: Any, modes: Any, states: Any, held: Any, grid: Any, chunk: Any) -> Any:
+def _advance(memory: Any, modes: Any, states: Any, grid: Any, chunk: Any) -> Any:
     """Advance a tile by the pieces of a chunk of times, and write the responses at these times."""
     tile, weights, found = memory
     voltage, chunks, pieces, durations = grid
@@ -119,21 +119,20 @@ def _advance(memory: Any, modes: Any, states: Any, held: Any, grid: Any, chunk: 
         for place in range(np.uint64(0), np.uint64(size)):
             later = weights[np.uint64(at + 2 * size) + place] * voltage[begin]
             scale = weights[np.uint64(at + size) + place]
-            states[np.uint64(held) + place] = (states[np.uint64(held) + place] - later) / scale
-        _follow(states, held, weights, at, modes, voltage, begin, end, found, (begin - start) * LANES)
+            states[place] = (states[place] - later) / scale
+        _follow(states, weights, at, modes, voltage, begin, end, found, (begin - start) * LANES)
         level = voltage[min(end, len(voltage) - 1)]
         for place in range(np.uint64(0), np.uint64(size)):
-            scaled = states[np.uint64(held) + place] * weights[np.uint64(at + size) + place]
+            scaled = states[place] * weights[np.uint64(at + size) + place]
             if is_compensated:
                 scaled *= weights[np.uint64(at + 3 * size) + place]
             later = weights[np.uint64(at + 2 * size) + place] * level
-            states[np.uint64(held) + place] = scaled + later
+            states[place] = scaled + later
 
 
 @inner
 def _follow(
     states: Any,
-    held: Any,
     weights: Any,
     at: Any,
     modes: Any,
@@ -152,7 +151,7 @@ def _follow(
             found[y + lane] = weights[level + lane] * v
     whole = begin + (end - begin) // 4 * 4
     for mode in range(modes):
-        state, decays = np.uint64(held + mode * LANES), np.uint64(at + mode * LANES)
+        state, decays = np.uint64(mode * LANES), np.uint64(at + mode * LANES)
         scales, y = np.uint64(at + size + mode * LANES), np.uint64(to)
         for step in range(begin, whole, 4):
             v0, v1, v2, v3 = voltage[step], voltage[step + 1], voltage[step + 2], voltage[step + 3]
@@ -187,90 +186,31 @@ def _square(memory: Any, modes: Any, times: Any) -> Any:
             found[at + lane] = tile[factor + lane] * found[at + lane] * found[at + lane]
 
 
+@inner
+def _turn(found: Any, times: Any, rows: Any, first: Any) -> Any:
+    """Write the responses of a tile into rows from a time on, eight times at once while possible."""
+    whole = times // 8 * 8
+    for lane in range(len(rows)):
+        row = rows[lane]
+        for time in range(0, whole, 8):
+            at, to = np.uint64(time * LANES + lane), np.uint64(first + time)
+            for step in range(np.uint64(0), np.uint64(8)):
+                row[to + step] = found[at + step * np.uint64(LANES)]
+        for time in range(whole, times):
+            row[first + time] = found[time * LANES + lane]
+
+
 @outer
-def responses(
-    fingers: Any, factor: Any, squared: Any, grid: Any, begin: Any, end: Any, memory: Any, out: Any
-) -> Any:
-    """Write the responses of some fingers, or factor times their squares, into the table (fingers, times)."""
-    found, modes, last = memory[2], fingers[0].shape[1], out.shape[1]
-    states = np.empty((end - begin + LANES) * modes)
-    for first in range(begin, end, LANES):
-        held = (first - begin) * modes
+def responses(fingers: Any, factor: Any, squared: Any, grid: Any, memory: Any, out: Any) -> Any:
+    """Write the responses of fingers, or factor times their squares, into the table (fingers, times)."""
+    found, modes, (end, last) = memory[2], fingers[0].shape[1], out.shape
+    states = np.empty(LANES * modes)
+    for first in range(0, end, LANES):
         _gather(fingers, factor, first, end, memory[0])
-        _begin(fingers[3], first, end, states, held)
+        _begin(fingers[3], first, end, states)
         for time in range(0, last, TIMES):
             times = min(TIMES, last - time)
-            _advance(memory, modes, states, held, grid, time // TIMES)
+            _advance(memory, modes, states, grid, time // TIMES)
             if squared:
                 _square(memory, modes, times)
-            for lane in range(min(LANES, end - first)):
-                for row in range(times):
-                    out[first + lane, time + row] = found[row * LANES + lane]
-
-
-@outer
-def squares_of_chunk(
-    fingers: Any, factor: Any, grid: Any, chunk: Any, part: Any, memory: Any, states: Any, out: Any
-) -> Any:
-    """Write factor times the squared responses of some fingers at the times of one chunk into the table (times, fingers).
-
-    `states` keeps the states of these fingers from one chunk to the next.
-    """
-    found, modes, (begin, end) = memory[2], fingers[0].shape[1], part
-    times = min(TIMES, len(grid[0]) - chunk * TIMES)
-    for first in range(begin, end, LANES):
-        held = (first - begin) * modes
-        _gather(fingers, factor, first, end, memory[0])
-        if chunk == 0:
-            _begin(fingers[3], first, end, states, held)
-        _advance(memory, modes, states, held, grid, chunk)
-        _square(memory, modes, times)
-        lanes = np.uint64(min(LANES, end - first))
-        for row in range(times):
-            for lane in range(np.uint64(0), lanes):
-                out[row, np.uint64(first) + lane] = found[np.uint64(row * LANES) + lane]
-
-
-@outer
-def square_moments(
-    fingers: Any, factor: Any, grid: Any, part: Any, memory: Any, states: Any, sums: Any, found: Any
-) -> Any:
-    """Write mean and sum of squared deviations of factor times the squared responses of one block of fingers.
-
-    Sums are formed of the differences from the first finger, `sums`, (3, times * fingers of a tile), so that the digits
-    of a small variance stay.
-    """
-    modes, (begin, end), last = fingers[0].shape[1], part, len(grid[0])
-    for time in range(0, last, TIMES):
-        times = min(TIMES, last - time)
-        sums[:] = 0.0
-        for first in range(begin, end, LANES):
-            held, lanes = (first - begin) * modes, min(LANES, end - first)
-            _gather(fingers, factor, first, end, memory[0])
-            if time == 0:
-                _begin(fingers[3], first, end, states, held)
-            _advance(memory, modes, states, held, grid, time // TIMES)
-            _square(memory, modes, times)
-            if first == begin:
-                for row in range(times):
-                    sums[2, row] = memory[2][row * LANES]
-            _add(memory[2], times, lanes, sums[0], sums[1], sums[2])
-        for row in range(times):
-            total, square = 0.0, 0.0
-            for place in range(row * LANES, (row + 1) * LANES):
-                total += sums[0, place]
-                square += sums[1, place]
-            found[0, time + row] = sums[2, row] + total / (end - begin)
-            spread = square - total * (total / (end - begin))
-            found[1, time + row] = np.maximum(spread, 0.0)
-
-
-@inner
-def _add(values: Any, times: Any, lanes: Any, totals: Any, squares: Any, shift: Any) -> Any:
-    """Add the differences of a tile from one number for each time, and their squares."""
-    for row in range(times):
-        less, at = shift[row], np.uint64(row * LANES)
-        for lane in range(np.uint64(0), np.uint64(lanes)):
-            apart = values[at + lane] - less
-            totals[at + lane] += apart
-            squares[at + lane] += apart * apart
+            _turn(found, times, out[first : min(first + LANES, end)], time)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels.threads import in_threads, ranges
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
-
-_TOGETHER: Final = 512  # fingers of one call
 
 
 def mean_square_over_frequency(
@@ -24,13 +21,11 @@ def mean_square_over_frequency(
     frequency: ArrayLike,
     *,
     factor: ArrayLike = 1.0,
-    out: Real | None = None,
-    threads: int | None = None,
 ) -> Real:
     """Compute factor times the squared magnitude of sums of relaxing modes, over 2, for many fingers at frequencies.
 
-    `rates`, `residues` (fingers, modes), `direct`, `factor` (fingers,), `frequency` (n,) [Hz], `out` (fingers, n);
-    returns `mean_square` (fingers, n).
+    `rates`, `residues` (fingers, modes), `direct`, `factor` (fingers,), `frequency` (n,) [Hz]; returns `mean_square`
+    (fingers, n).
     """
     from electrovib.solve.population.kernels import row_loops
 
@@ -44,15 +39,6 @@ def mean_square_over_frequency(
         )
     angular = 2 * np.pi * angular
     half = np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64) / 2, level.shape))
-    shape = len(rate), angular.size
-    result = np.empty(shape) if out is None else out
-    if result.shape != shape or result.dtype != np.float64 or not result.flags.c_contiguous:
-        raise InputError(
-            f"out has shape {result.shape} and type {result.dtype}: expected {shape}, float64 and contiguous."
-        )
-
-    def work(part: tuple[int, int]) -> None:
-        row_loops.mean_squares(rate, residue, level, half, angular, *part, result)
-
-    in_threads(work, ranges(len(result), _TOGETHER), threads)
+    result = np.empty((len(rate), angular.size))
+    row_loops.mean_squares(rate, residue, level, half, angular, result)
     return result

@@ -10,6 +10,8 @@ from electrovib.solve.stack.compilation import inner, outer
 
 BUCKETS: Final = 2048
 """Buckets between the smallest and the largest number of a row."""
+TURNED: Final = 16
+"""Numbers of a column of a table that are turned into part of a row together."""
 _MINUS_ZERO: Final = -(2**31)  # bit pattern of a float32
 
 
@@ -29,12 +31,12 @@ def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
     low, high = _ordered(row[0]), _ordered(row[0])
     for bits in row:
         low, high = min(low, _ordered(bits)), max(high, _ordered(bits))
-    shift, least = np.int64(0), np.int64(low)
-    while (np.int64(high) - least) >> shift >= BUCKETS:
-        shift += 1
+    shift = np.uint32(0)
+    while np.uint32(high - low) >> shift >= BUCKETS:
+        shift += np.uint32(1)
     counts[:] = 0
     for bits in row:
-        counts[(np.int64(_ordered(bits)) - least) >> shift] += 1
+        counts[np.uint32(_ordered(bits) - low) >> shift] += 1
     wanted = np.zeros(BUCKETS, np.bool_)
     bucket, before, others = 0, 0, 0  # others: numbers in buckets below that are not kept
     for place in range(len(places)):
@@ -47,39 +49,70 @@ def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
     size = 0
     for bits in row:
         kept[size] = _ordered(bits)
-        size += wanted[(np.int64(_ordered(bits)) - least) >> shift]
+        size += wanted[np.uint32(_ordered(bits) - low) >> shift]
     return size, low, high
 
 
 @outer
-def count_rows(table: Any, rows: Any, first: Any, pages: Any, counts: Any, missing: Any, again: Any) -> Any:
-    """Count the numbers of some rows in a histogram, and return how many lie in octaves that have no memory.
+def turn(table: Any, first: Any, rows: Any) -> Any:
+    """Write the columns of a table from one on into rows, some numbers of a column at once."""
+    whole = len(table) // TURNED * TURNED
+    for column in range(len(rows)):
+        rows[column, whole:] = table[whole:, first + column]
+    for begin in range(0, whole, TURNED):
+        for column in range(len(rows)):
+            row, at = rows[column], np.uint64(first + column)
+            for place in range(np.uint64(begin), np.uint64(begin + TURNED)):
+                row[place] = table[place, at]
 
-    Row ``rows[k]`` of the patterns is that of time first + k. The octaves without memory are written into `missing`,
-    (times, octaves). Where `again` holds, only the numbers of these octaves are counted. No number may be nan.
+
+@outer
+def count_columns(
+    patterns: Any, first: Any, last: Any, pages: Any, counts: Any, missing: Any, again: Any
+) -> Any:
+    """Count the numbers of some columns in a histogram, and return how many lie in octaves that have no memory.
+
+    The octaves without memory are written into `missing`, (times, octaves). Where `again` holds, only the numbers of
+    these octaves are counted. No number may be nan.
     """
     missed = 0
-    for place in range(len(rows)):
-        time = first + place
-        for bits in table[rows[place]]:
-            key = (_ordered(bits if bits != _MINUS_ZERO else np.int32(0)) >> np.int32(15)) + np.int32(65536)
-            octave = key >> np.int32(8)
+    for row in patterns:
+        for time in range(np.uint64(first), np.uint64(last)):
+            bits = row[time] if row[time] != _MINUS_ZERO else np.int32(0)
+            key = np.uint32(_ordered(bits)) ^ np.uint32(0x80000000)
+            octave = key >> np.uint32(23)
             page = pages[time, octave]
             if page < 0:
                 missing[time, octave] = True
                 missed += 1
             elif not again or missing[time, octave]:
-                counts[page, key & np.int32(255)] += 1
+                counts[np.uint32(page), (key >> np.uint32(15)) & np.uint32(255)] += 1
     return missed
 
 
 @outer
-def mean_squares(
-    rates: Any, residues: Any, direct: Any, half: Any, angular: Any, begin: Any, end: Any, out: Any
-) -> Any:
+def add_moments(values: Any, shift: Any, total: Any, square: Any) -> Any:
+    """Add the differences of fingers from one number for each sample, and their squares."""
+    whole = len(values) // 4 * 4
+    for finger in range(0, whole, 4):  # four at once: the sums are read and written once for all
+        a, b, c, d = values[finger], values[finger + 1], values[finger + 2], values[finger + 3]
+        for sample in range(np.uint64(0), np.uint64(len(shift))):
+            less = shift[sample]
+            p, q, r, s = a[sample] - less, b[sample] - less, c[sample] - less, d[sample] - less
+            total[sample] += (p + q) + (r + s)
+            square[sample] += (p * p + q * q) + (r * r + s * s)
+    for row in values[whole:]:
+        for sample in range(len(shift)):
+            apart = row[sample] - shift[sample]
+            total[sample] += apart
+            square[sample] += apart * apart
+
+
+@outer
+def mean_squares(rates: Any, residues: Any, direct: Any, half: Any, angular: Any, out: Any) -> Any:
     """Write a factor times the squared magnitude of sums of modes for some fingers, (fingers, frequencies)."""
     real, imaginary = np.empty((2, len(angular)))
-    for finger in range(begin, end):
+    for finger in range(len(out)):
         real[:] = direct[finger]
         imaginary[:] = 0.0
         for mode in range(rates.shape[1]):

@@ -1,4 +1,4 @@
-"""Responses of many fingers to one piecewise linear drive: as a table, some times after the other, or only their moments."""
+"""Responses of many fingers to one piecewise linear drive, as a table."""
 
 from __future__ import annotations
 
@@ -9,19 +9,12 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels.threads import in_threads, ranges
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from numpy.typing import ArrayLike, DTypeLike, NDArray
 
     from electrovib.core.arrays import Indices, Real
 
-BLOCK: Final = 1024
-"""Fingers whose sums are formed together; blocks are merged in the order of their index."""
-_TOGETHER: Final = 128  # fingers of one call that writes a table
-_KEPT: Final = 2048  # fingers of one call, whose states stay in memory
 _ROUNDING: Final = 4 * float(np.finfo(float).eps)
 
 
@@ -119,22 +112,8 @@ def time_steps(time: ArrayLike) -> TimeSteps:
     return TimeSteps(group[kind.reshape(-1)].astype(np.intp), total)
 
 
-class Fingers(NamedTuple):
-    """Sums of relaxing modes of many fingers, and the drive that all of them share.
-
-    Parameters
-    ----------
-    rates, residues, state : ndarray, shape (fingers, modes)
-        As for `first_order_hold_many`.
-    direct : ndarray, shape (fingers,)
-        As for `first_order_hold_many`.
-    voltage : ndarray, shape (n,)
-        Drive at the times.
-    steps : TimeSteps
-        Steps between the times.
-    factor : ndarray, shape (fingers,)
-        Factor of the squared response.
-    """
+class _Fingers(NamedTuple):
+    """Sums of relaxing modes of many fingers, and the drive that all of them share, as `first_order_hold_many` takes them."""
 
     rates: Real
     residues: Real
@@ -150,15 +129,15 @@ class Fingers(NamedTuple):
         return self.rates, self.residues, self.direct, self.state
 
 
-def gather(
+def _gathered(
     rates: ArrayLike,
     residues: ArrayLike,
     direct: ArrayLike,
     state: ArrayLike,
     voltage: ArrayLike,
     time: ArrayLike | TimeSteps,
-    factor: ArrayLike = 1.0,
-) -> Fingers:
+    factor: ArrayLike,
+) -> _Fingers:
     """Convert the arguments of `first_order_hold_many` into contiguous arrays, and refuse arguments that disagree."""
     rate, residue, level, begin, drive = (
         np.ascontiguousarray(each, np.float64) for each in (rates, residues, direct, state, voltage)
@@ -181,31 +160,7 @@ def gather(
     if not (np.isfinite(rate).all() and (rate >= 0.0).all()):
         raise InputError("rates has a value that is negative or not finite: expected minus the poles [1/s].")
     factors = np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64), level.shape))
-    return Fingers(rate, residue, level, begin, drive, steps, factors)
-
-
-class _CommonDrive:
-    """The drive as the loops expect it, and memory for one tile of fingers."""
-
-    def __init__(self, fingers: Fingers) -> None:
-        from electrovib.solve.population.kernels import loops
-
-        chunks, rows, duration, self.slots = fingers.steps.pieces
-        self.loops, self.modes, self.chunks = loops, fingers.rates.shape[1], len(chunks) - 1
-        self.grid = fingers.voltage, chunks, rows, duration
-
-    def memory(self) -> tuple[Real, Real, Real]:
-        """Return memory for the parameters of a tile, the weights of its steps, and its responses."""
-        lanes, modes = self.loops.LANES, self.modes
-        return (
-            np.empty((2 * modes + 2) * lanes),
-            np.empty(self.slots * (4 * modes + 1) * lanes),
-            np.empty(self.loops.TIMES * lanes),
-        )
-
-    def states(self, fingers: int) -> Real:
-        """Return memory for the states of some fingers."""
-        return np.empty((fingers + self.loops.LANES) * self.modes)
+    return _Fingers(rate, residue, level, begin, drive, steps, factors)
 
 
 def first_order_hold_many(
@@ -219,7 +174,6 @@ def first_order_hold_many(
     factor: ArrayLike | None = None,
     dtype: DTypeLike = np.float64,
     out: NDArray[Any] | None = None,
-    threads: int | None = None,
 ) -> NDArray[Any]:
     """Compute the responses of many fingers to one piecewise linear drive, exact at every time.
 
@@ -229,77 +183,21 @@ def first_order_hold_many(
 
     Each mode is advanced by its exact weights for a straight drive.
     """
-    fingers = gather(rates, residues, direct, state, voltage, time, 1.0 if factor is None else factor)
+    from electrovib.solve.population.kernels import loops
+
+    fingers = _gathered(rates, residues, direct, state, voltage, time, 1.0 if factor is None else factor)
     shape = len(fingers.direct), fingers.voltage.size
     result = np.empty(shape, dtype) if out is None else out
     if result.shape != shape or result.dtype != np.dtype(dtype) or not result.flags.c_contiguous:
         raise InputError(
             f"out has shape {result.shape} and type {result.dtype}: expected {shape} and {np.dtype(dtype)}."
         )
-    common = _CommonDrive(fingers)
-
-    def work(part: tuple[int, int]) -> None:
-        common.loops.responses(
-            fingers.arrays, fingers.factor, factor is not None, common.grid, *part, common.memory(), result
-        )
-
-    in_threads(work, ranges(len(result), _TOGETHER), threads)
+    chunks, pieces, duration, slots = fingers.steps.pieces
+    grid, lanes, modes = (fingers.voltage, chunks, pieces, duration), loops.LANES, fingers.rates.shape[1]
+    memory = (  # for the parameters of a tile, the weights of its steps, and its responses
+        np.empty((2 * modes + 2) * lanes),
+        np.empty(slots * (4 * modes + 1) * lanes),
+        np.empty(loops.TIMES * lanes),
+    )
+    loops.responses(fingers.arrays, fingers.factor, factor is not None, grid, memory, result)
     return result
-
-
-def square_rows(
-    fingers: Fingers, outputs: Indices, known: Mapping[int, NDArray[np.float32]], threads: int | None
-) -> Iterator[tuple[slice, NDArray[np.float32], Indices]]:
-    """Yield factor times the squared responses for some times after the other, without those of all times in memory.
-
-    `outputs` are the indices of the wanted times, and `known` rows of fingers that are known at these; yields the range of
-    the outputs, a table (times, fingers), and the rows of the outputs in it.
-    """
-    common, count = _CommonDrive(fingers), len(fingers.factor)
-    parts = ranges(count, _KEPT)
-    states = [common.states(_KEPT) for _ in parts]
-    size = common.loops.TIMES
-    # rows begin at different lines of a page, or they would displace each other from the cache
-    table = np.empty((size, count + -count % 1024 + 16), np.float32)[:, :count]
-    for chunk in range(common.chunks):
-
-        def work(place: int, chunk: int = chunk) -> None:
-            common.loops.squares_of_chunk(
-                fingers.arrays,
-                fingers.factor,
-                common.grid,
-                chunk,
-                parts[place],
-                common.memory(),
-                states[place],
-                table,
-            )
-
-        in_threads(work, range(len(parts)), threads)
-        some = slice(*np.searchsorted(outputs, [chunk * size, (chunk + 1) * size]).tolist())
-        rows = outputs[some] - chunk * size
-        for first, values in known.items():
-            table[rows, first : first + len(values)] = values[:, some].T
-        yield some, table, rows
-
-
-def mean_and_squares(fingers: Fingers, threads: int | None) -> list[tuple[int, Real, Real]]:
-    """Return for each block of fingers how many there are, and mean and sum of squared deviations over them."""
-    common, parts = _CommonDrive(fingers), ranges(len(fingers.factor), BLOCK)
-    found = [np.empty((2, fingers.voltage.size)) for _ in parts]
-
-    def work(place: int) -> None:
-        sums = np.empty((3, common.loops.TIMES * common.loops.LANES))
-        common.loops.square_moments(
-            fingers.arrays,
-            fingers.factor,
-            common.grid,
-            parts[place],
-            common.memory(),
-            common.states(BLOCK),
-            sums,
-            found[place],
-        )
-
-    in_threads(work, range(len(parts)), threads)
-    return [(end - begin, *each) for (begin, end), each in zip(parts, found, strict=True)]

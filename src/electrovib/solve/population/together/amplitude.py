@@ -39,11 +39,6 @@ class SharedDrive:
     fixed: Excitation | None
     shares: Mapping[str, Excitation]
 
-    @property
-    def excitations(self) -> list[Excitation]:
-        """Drives of `terms`, without their factors."""
-        return [*([] if self.fixed is None else [self.fixed]), *self.shares.values()]
-
     def terms(self, columns: Mapping[str, Real]) -> list[tuple[Any, Excitation]]:
         """Return factors and drives whose products add up to the drive of each finger."""
         found: list[tuple[Any, Excitation]] = [] if self.fixed is None else [(1.0, self.fixed)]

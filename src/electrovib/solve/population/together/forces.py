@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,39 +14,10 @@ from electrovib.solve.population.together.tile import write_sum
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
-
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.population.together.tile import FingerTile
     from electrovib.solve.population.together.transfers import Transfers
-
-
-class Squares(NamedTuple):
-    """The attraction of fingers as a factor times the square of a sum of modes, on a grid with the corners of the drive.
-
-    Parameters
-    ----------
-    rates, residues, state : ndarray, shape (fingers, modes)
-        As for `kernels.first_order_hold_many`.
-    direct : ndarray, shape (fingers,)
-        As for `kernels.first_order_hold_many`.
-    voltage, time : ndarray, shape (m,)
-        Drive [V] and times of the grid [s], the same for every call.
-    factor : ndarray, shape (fingers,)
-        Attraction over the square of the response.
-    places : ndarray of int, shape (n,)
-        Index of each output time in the grid.
-    """
-
-    rates: Real
-    residues: Real
-    direct: Real
-    state: Real
-    voltage: Real
-    time: Real
-    factor: Real
-    places: Indices
 
 
 class QuadraticForce(NamedTuple):
@@ -78,7 +49,7 @@ def quadratic_force(scenario: Scenario, rows: int, asked: Mapping[str, Transfers
     return QuadraticForce(base, np.ascontiguousarray(np.broadcast_to(factor, (rows, 1))[:, 0]))
 
 
-def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, threads: int | None) -> None:
+def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool) -> None:
     """Write the attraction of fingers.
 
     `rows` (fingers, n) [N], `time` (n,) [s].
@@ -88,13 +59,13 @@ def write_forces(rows: Real, tile: FingerTile, time: Real, *, quadratic: bool, t
     if square is not None:
         responses = tile.responses(square.base)
         for some in tile.parts():
-            write_sum(rows[some], responses, some, factor=square.factor, threads=threads)
+            write_sum(rows[some], responses, some, factor=square.factor)
         return
     each = {name: tile.responses(transfers) for name, transfers in asked.items()}
     for some in tile.parts():
         values = {name: np.empty(rows[some].shape) for name in each}
         for name, responses in each.items():
-            write_sum(values[name], responses, some, threads=threads)
+            write_sum(values[name], responses, some)
         member = tile.some(some)
         rows[some] = attraction(member, total_pull(member, values), time)
 
@@ -108,33 +79,3 @@ def write_friction(rows: Real, force: Real, tile: FingerTile, time: Real) -> Non
         solution = Solution(found={}, method=TRANSIENT, reason="", force=force[some])
         chain = FrictionChain(tile.some(some), time, solution, lambda _, found=solution: found)  # type: ignore[misc]
         rows[some] = chain.known(chain.steady(time, force[some]))
-
-
-def squares_of(
-    tile: FingerTile, rows: NDArray[Any] | None = None, *, threads: int | None = None
-) -> Squares | None:
-    """Return the attraction of fingers under a quadratic law as the arguments of a kernel that streams statistics.
-
-    `rows` (fingers, n) [N].
-    """
-    square = quadratic_force(tile.scenario, tile.rows, tile.scenario.force.amplitudes(tile.section))
-    some = slice(0, tile.fingers)
-    if square is None or not np.all(tile.section.modes.regular[some]):
-        return None
-    responses = tile.responses(square.base)
-    if len(responses) > 1 or not responses[0].is_alone_stepped:
-        return None
-    (response,) = responses
-    if rows is not None:
-        for part in tile.parts():
-            write_sum(rows[part], responses, part, factor=square.factor, threads=threads)
-    return Squares(
-        rates=response.rates[some],
-        residues=response.residues[some],
-        direct=response.direct[some],
-        state=response.state[some],
-        voltage=response.drive.voltage,
-        time=response.drive.time,
-        factor=square.factor[some],
-        places=response.drive.places,
-    )

@@ -66,9 +66,9 @@ class Poles:
     regular: Any
 
 
-def poles_of(slab: ManySlab, fingers: int, threads: int | None) -> Poles:
+def poles_of(slab: ManySlab, fingers: int) -> Poles:
     """Return the poles of a layer."""
-    rates, shares, regular = _relaxations(slab, fingers, threads)
+    rates, shares, regular = _relaxations(slab, fingers)
     residues = tuple(slab.thickness / eps0 / share for share in shares)
     if slab.conducts:
         bound = tuple(
@@ -80,9 +80,7 @@ def poles_of(slab: ManySlab, fingers: int, threads: int | None) -> Poles:
     return Poles(rates=rates, residues=residues, bound=bound, regular=regular)
 
 
-def _relaxations(
-    slab: ManySlab, fingers: int, threads: int | None
-) -> tuple[tuple[Any, ...], tuple[Any, ...], Any]:
+def _relaxations(slab: ManySlab, fingers: int) -> tuple[tuple[Any, ...], tuple[Any, ...], Any]:
     """Return rates, thickness/eps0 over each residue, and which fingers have this form."""
     debye, sigma = slab.debye, slab.conductivity
     regular = np.ones(fingers, bool)
@@ -100,11 +98,11 @@ def _relaxations(
         return tuple(rates.tolist()), tuple(shares.tolist()), regular
     if not strengths:
         return ((sigma / eps0 / high) if slab.conducts else 0.0,), (high,), regular
-    return _of_relaxing(slab, high, strengths, times, regular, threads)
+    return _of_relaxing(slab, high, strengths, times, regular)
 
 
 def _of_relaxing(
-    slab: ManySlab, high: Any, strengths: list[Any], times: list[Any], regular: Any, threads: int | None
+    slab: ManySlab, high: Any, strengths: list[Any], times: list[Any], regular: Any
 ) -> tuple[tuple[Any, ...], tuple[Any, ...], Any]:
     """Return the same for relaxations of which some number differs between fingers."""
     if not any(isinstance(each, np.ndarray) for each in times):
@@ -121,7 +119,7 @@ def _of_relaxing(
     regular = regular & np.all(weights[begin:] > 0, axis=0)
     if slab.conducts:
         nodes[0], weights[0] = 0.0, slab.conductivity / eps0
-    found, apart = roots_of(nodes, weights, np.broadcast_to(high, count), regular, threads)
+    found, apart = roots_of(nodes, weights, np.broadcast_to(high, count), regular)
     rates, shares = list(found.values), list(found.values * found.slope)
     if not slab.conducts:
         rates.insert(0, 0.0)

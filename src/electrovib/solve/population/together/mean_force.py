@@ -33,14 +33,13 @@ def modal_mean_force(
     *,
     rows: int,
     amplitude: Any,
-    threads: int | None,
 ) -> tuple[Real, NDArray[np.bool_]]:
     """Compute the time mean of the attraction under one sine.
 
     `frequency` (n,) [Hz], `amplitude` (rows, 1) [V]; returns `force` (rows, n) [N], `regular` (rows,).
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # fingers of another form
-        section = ManySection(scenario, tuple(columns), {}, rows, threads=threads)
+        section = ManySection(scenario, tuple(columns), {}, rows)
     square = quadratic_force(scenario, rows, scenario.force.amplitudes(section))
     if square is None or np.any(square.base.slope):
         raise NotTogetherError("the force is not the square of one sum of modes")
@@ -48,5 +47,5 @@ def modal_mean_force(
     factor = square.factor * np.broadcast_to(amplitude, (rows, 1))[:, 0] ** 2
     rates, residues = (np.where(regular, each, 1.0).T for each in (base.rates, base.residues))
     direct = np.where(regular, np.broadcast_to(base.direct, rows), 1.0)
-    force = mean_square_over_frequency(rates, residues, direct, frequency, factor=factor, threads=threads)
+    force = mean_square_over_frequency(rates, residues, direct, frequency, factor=factor)
     return force, regular

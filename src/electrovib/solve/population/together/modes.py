@@ -35,8 +35,6 @@ class ManyModes:
         Source, return path and contact area.
     fingers : int
         Number of fingers.
-    threads : int, optional
-        Threads of the kernel.
 
     Notes
     -----
@@ -48,11 +46,9 @@ class ManyModes:
         slabs: Sequence[ManySlab],
         circuit: ManyCircuits,
         fingers: int,
-        *,
-        threads: int | None = None,
     ) -> None:
         self.slabs, self.circuit, self.fingers = tuple(slabs), circuit, fingers
-        self.series = SeriesParts(slabs, circuit, fingers, threads)
+        self.series = SeriesParts(slabs, circuit, fingers)
         self._fields: dict[int, Transfers] = {}
 
     @property

@@ -70,7 +70,7 @@ class OverFrequency:
         self._is_modal = names == ("mean_force",) and self.is_quadratic and has_modal_mean_force(scenario)
         if self._is_modal:
             try:
-                self._of_modes({path: np.full(1, float(value_at(scenario, path))) for path in free}, None)
+                self._of_modes({path: np.full(1, float(value_at(scenario, path))) for path in free})
             except (NotTogetherError, TypeError, ValueError):
                 self._is_modal = False
 
@@ -79,7 +79,6 @@ class OverFrequency:
         draws: Mapping[str, Real],
         *,
         out: Mapping[str, NDArray[Any]] | None = None,
-        threads: int | None = None,
     ) -> dict[str, Any]:
         """Return the signals of fingers."""
         check_values(self.scenario, self._quantities, draws)
@@ -87,7 +86,7 @@ class OverFrequency:
         tiles, at_once = [], AT_ONCE[self._is_modal]
         for begin in range(0, fingers, at_once):
             some = {path: values[begin : begin + at_once] for path, values in draws.items()}
-            tiles.append(self._of_modes(some, threads) if self._is_modal else self._of(some))
+            tiles.append(self._of_modes(some) if self._is_modal else self._of(some))
         return {
             name: np.concatenate(
                 [tile[name] for tile in tiles], out=(out or {}).get(name), casting="same_kind"
@@ -95,7 +94,7 @@ class OverFrequency:
             for name in self.names
         }
 
-    def _of_modes(self, draws: Mapping[str, Real], threads: int | None) -> dict[str, Any]:
+    def _of_modes(self, draws: Mapping[str, Real]) -> dict[str, Any]:
         """Return the mean force of some fingers from modes, that of fingers of another form from phasors."""
         columns, count = padded(self.scenario, draws)
         inner = of_scenario(columns)
@@ -105,7 +104,6 @@ class OverFrequency:
             self.frequency,
             rows=max(count, FEWEST),
             amplitude=self._amplitude(columns),
-            threads=threads,
         )
         other = ~regular[:count]
         if np.any(other):

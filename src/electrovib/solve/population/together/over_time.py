@@ -16,7 +16,7 @@ from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.together.accepted import refuse_apart
 from electrovib.solve.population.together.amplitude import shared_drive
 from electrovib.solve.population.together.arrays import check_values
-from electrovib.solve.population.together.forces import squares_of, write_forces, write_friction
+from electrovib.solve.population.together.forces import write_forces, write_friction
 from electrovib.solve.population.together.quadratic import is_quadratic
 from electrovib.solve.population.together.reduced import count_poles, shared_reductions
 from electrovib.solve.population.together.refusal import NotTogetherError
@@ -27,11 +27,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.population.kernels import TimeSteps
     from electrovib.solve.population.one_by_one import OneByOne
-    from electrovib.solve.population.together.forces import Squares
     from electrovib.solve.population.together.transfers import Transfers
 
 AT_ONCE: Final = (1024, 256)
@@ -91,7 +89,6 @@ class OverTime:
         draws: Mapping[str, Real],
         *,
         out: Mapping[str, NDArray[Any]] | None = None,
-        threads: int | None = None,
     ) -> dict[str, Any]:
         """Return the signals of fingers."""
         check_values(self.scenario, self._quantities, draws)
@@ -102,60 +99,28 @@ class OverTime:
         for begin in range(0, fingers, self.at_once):
             part = slice(begin, min(begin + self.at_once, fingers))
             some = {path: values[part] for path, values in draws.items()}
-            self._write({name: found[name][part] for name in self.names}, some, threads)
+            self._write({name: found[name][part] for name in self.names}, some)
         return {name: found[name] for name in self.names}
 
-    def squares(
-        self,
-        draws: Mapping[str, Real],
-        *,
-        out: Mapping[str, NDArray[Any]] | None = None,
-        threads: int | None = None,
-    ) -> Squares | None:
-        """Return the attraction of fingers as factors times squares of sums of modes, for streamed statistics."""
-        check_values(self.scenario, self._quantities, draws)
-        if not self.has_squares:
-            return None
-        rows = (out or {}).get("electrostatic_force")
-        return squares_of(self.tile(draws, threads=threads), rows, threads=threads)
-
-    @property
-    def has_squares(self) -> bool:
-        """Whether `squares` has a result for fingers of the usual form: a quadratic law under straight pieces."""
-        drives = self.drive.excitations
-        straight = len(drives) == 1 and not drives[0].tones and not drives[0].level
-        return self.is_quadratic and straight and self.names == ("electrostatic_force",)
-
-    @property
-    def grid(self) -> tuple[Real, TimeSteps, Indices]:
-        """Drive [V] and steps of the grid of `squares`, and the index of each output time in it."""
-        (drive,) = self.drive.excitations
-        return drive.voltage, drive.steps, drive.places
-
-    @property
-    def has_few_poles(self) -> bool:
-        """Whether two passes through the steps take less time than one that stores the signals in float64."""
-        return self.at_once == AT_ONCE[0]
-
-    def tile(self, draws: Mapping[str, Real], *, threads: int | None = None) -> FingerTile:
+    def tile(self, draws: Mapping[str, Real]) -> FingerTile:
         """Return fingers in arrays."""
-        return FingerTile.of(self.scenario, draws, self.reduced, self.drive, threads=threads)
+        return FingerTile.of(self.scenario, draws, self.reduced, self.drive)
 
     def _shape(self, name: str, fingers: int) -> tuple[int, ...]:
         if name in {"field", "displacement"}:
             return fingers, len(self.scenario.stack.layers), len(self.time)
         return fingers, len(self.time)
 
-    def _write(self, found: Mapping[str, Any], draws: Mapping[str, Real], threads: int | None) -> None:
+    def _write(self, found: Mapping[str, Any], draws: Mapping[str, Real]) -> None:
         """Write the signals of some fingers, those of another form one by one."""
-        tile = self.tile(draws, threads=threads)
+        tile = self.tile(draws)
         regular = tile.section.modes.regular[: tile.fingers]
         if np.all(regular):
             for name, rows in found.items():
                 if name != "lateral_force":
-                    self._fill(rows, name, tile, threads)
+                    self._fill(rows, name, tile)
             if "lateral_force" in found:
-                self._rub(found, tile, threads)
+                self._rub(found, tile)
             return
         for kept, engine in ((~regular, self.alone), (regular, self)):
             if np.any(kept):
@@ -163,10 +128,10 @@ class OverTime:
                 for name, rows in engine.signals(chosen).items():
                     found[name][kept] = rows
 
-    def _fill(self, rows: Real, name: str, tile: FingerTile, threads: int | None) -> None:
+    def _fill(self, rows: Real, name: str, tile: FingerTile) -> None:
         """Write one signal of fingers."""
         if name == "electrostatic_force":
-            write_forces(rows, tile, self.time, quadratic=self.is_quadratic, threads=threads)
+            write_forces(rows, tile, self.time, quadratic=self.is_quadratic)
         elif name == "drive_voltage":
             total = np.zeros(rows.shape)
             for factor, drive in self.drive.terms(tile.columns):
@@ -176,16 +141,16 @@ class OverTime:
             rows[:] = self._given(name, tile)[: len(rows)]
         elif name in {"field", "displacement"}:
             for place, layer in enumerate(tile.section.names):
-                tile.write(rows[:, place], getattr(tile.section[layer], name), threads)
+                tile.write(rows[:, place], getattr(tile.section[layer], name))
         else:
-            tile.write(rows, _quantity(name, tile), threads)
+            tile.write(rows, _quantity(name, tile))
 
-    def _rub(self, found: Mapping[str, Any], tile: FingerTile, threads: int | None) -> None:
+    def _rub(self, found: Mapping[str, Any], tile: FingerTile) -> None:
         """Write the friction of fingers, under the attraction that has been written if it is not rounded."""
         rows, force = found["lateral_force"], found.get("electrostatic_force")
         if force is None or force.dtype != np.float64:
             force = np.empty((len(rows), len(self.time)))
-            write_forces(force, tile, self.time, quadratic=self.is_quadratic, threads=threads)
+            write_forces(force, tile, self.time, quadratic=self.is_quadratic)
         write_friction(rows, force, tile, self.time)
 
     def _given(self, name: str, tile: FingerTile) -> Real:

@@ -69,25 +69,18 @@ class Response:
         self._points: Real | None = None
         self._level = transfers.at(0.0).real * drive.level if drive.level else None
 
-    @property
-    def is_alone_stepped(self) -> bool:
-        """Whether the response is one call of the kernel, without sines or a constant."""
-        return self.is_stepped and not self.drive.tones and self._level is None
-
-    def write(
-        self, out: Real, some: slice, *, factor: Real | None = None, threads: int | None = None
-    ) -> None:
+    def write(self, out: Real, some: slice, *, factor: Real | None = None) -> None:
         """Write the response of some fingers.
 
         `out` (fingers, n), `factor` (rows,).
         """
-        if self.is_alone_stepped:
-            self._step(out, some, factor, threads)
+        if self.is_stepped and not self.drive.tones and self._level is None:
+            self._step(out, some, factor)
             return
         start = None
         if self.is_stepped:
             start = np.empty(out.shape)
-            self._step(start, some, None, threads)
+            self._step(start, some, None)
         cosines, sines = self.drive.waves
         write_sines(
             out,
@@ -100,7 +93,7 @@ class Response:
             factor=None if factor is None else factor[some],
         )
 
-    def _step(self, out: Real, some: slice, factor: Real | None, threads: int | None) -> None:
+    def _step(self, out: Real, some: slice, factor: Real | None) -> None:
         drive = self.drive
         whole = len(drive.places) == len(drive.time) and out.flags.c_contiguous
         found = out if whole else self._memory(out)
@@ -114,7 +107,6 @@ class Response:
             factor=None if factor is None else factor[some],
             dtype=found.dtype,
             out=found,
-            threads=threads,
         )
         if not whole:
             for places, points in drive.runs:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.solve.population.kernels.threads import in_threads, ranges
 from electrovib.solve.population.together.pairs import slopes_and_inverses
 from electrovib.solve.stack.secular import secular_offsets
 
@@ -39,7 +38,7 @@ class ManyRootsOf:
 
 
 def roots_of(
-    nodes: Real, weights: Real, constant: Any, regular: NDArray[np.bool_], threads: int | None
+    nodes: Real, weights: Real, constant: Any, regular: NDArray[np.bool_]
 ) -> tuple[ManyRootsOf, NDArray[np.bool_]]:
     """Solve sum weight/(x - node) = constant for many fingers.
 
@@ -61,11 +60,9 @@ def roots_of(
         heavy, level = np.where(usable, heavy, 1.0), np.where(usable, level, 1.0 if above else 0.0)
     offsets, origins = np.empty(nodes.shape), np.empty(nodes.shape, np.intp)
 
-    def solve(part: tuple[int, int]) -> None:
-        some = slice(*part)
+    for begin in range(0, fingers, _TOGETHER):
+        some = slice(begin, begin + _TOGETHER)
         offsets[:, some], origins[:, some] = secular_offsets(ordered[:, some], heavy[:, some], level[some])
-
-    in_threads(solve, ranges(fingers, _TOGETHER), threads)
     roots = count if above else count - 1
     offsets = offsets[:roots]
     begins = np.take_along_axis(ordered, origins[:roots], axis=0)

@@ -76,8 +76,6 @@ class ManySection:
         Bound permittivity of the layers whose materials are no finite sums of Debye terms.
     fingers : int
         Number of fingers.
-    threads : int, optional
-        Threads of the kernel.
 
     Attributes
     ----------
@@ -91,8 +89,6 @@ class ManySection:
         free: tuple[str, ...],
         reduced: Mapping[str, SharedReduction],
         fingers: int,
-        *,
-        threads: int | None = None,
     ) -> None:
         layers = scenario.stack.layers
         self.roles: Mapping[str, Role] = scenario.stack.roles
@@ -110,7 +106,7 @@ class ManySection:
         ]
         around = Surroundings.of(scenario)
         circuit = ManyCircuits.around(area=around.area, element=around.element, second=around.second)
-        self.modes = ManyModes(slabs, circuit, fingers, threads=threads)
+        self.modes = ManyModes(slabs, circuit, fingers)
         self._debye = debye
         self._layers = {
             name: ManyLayer(

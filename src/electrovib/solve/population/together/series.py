@@ -28,8 +28,6 @@ class SeriesParts:
         Source, return path and contact area.
     fingers : int
         Number of fingers.
-    threads : int, optional
-        Threads of the kernel.
 
     Attributes
     ----------
@@ -50,11 +48,9 @@ class SeriesParts:
         Zeros of the impedance.
     """
 
-    def __init__(
-        self, slabs: Sequence[ManySlab], circuit: ManyCircuits, fingers: int, threads: int | None
-    ) -> None:
+    def __init__(self, slabs: Sequence[ManySlab], circuit: ManyCircuits, fingers: int) -> None:
         self.circuit, self.fingers = circuit, fingers
-        self.layers = tuple(poles_of(slab, fingers, threads) for slab in slabs)
+        self.layers = tuple(poles_of(slab, fingers) for slab in slabs)
         self.parts = self.layers
         if is_there(circuit.elastance):
             self.parts = (*self.layers, body_poles(circuit, fingers))
@@ -70,14 +66,14 @@ class SeriesParts:
             for residue, place in zip(part.residues, mine, strict=True):
                 self.total[place] += residue * times
             self.regular &= part.regular
-        self.roots = self._roots(threads)
+        self.roots = self._roots()
 
-    def _roots(self, threads: int | None) -> ManyRootsOf:
+    def _roots(self) -> ManyRootsOf:
         constant = self.circuit.area * self.circuit.resistance
         if len(self.nodes) == 1 and not is_there(constant):
             nothing = np.zeros((0, self.fingers))
             return ManyRootsOf(nothing, nothing, np.zeros((0, 1, self.fingers)))
-        found, apart = roots_of(self.nodes, self.total, constant, self.regular, threads)
+        found, apart = roots_of(self.nodes, self.total, constant, self.regular)
         self.regular &= apart
         return found
 

@@ -74,15 +74,13 @@ class FingerTile(NamedTuple):
         draws: Mapping[str, Real],
         reduced: Mapping[str, SharedReduction],
         drive: SharedDrive,
-        *,
-        threads: int | None = None,
     ) -> FingerTile:
         """Expand the stacks of fingers in relaxation modes."""
         columns, fingers = padded(base, draws)
         inner = of_scenario(columns)
         scenario = with_columns(base, inner)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # fingers of another form
-            section = ManySection(scenario, tuple(inner), reduced, max(fingers, FEWEST), threads=threads)
+            section = ManySection(scenario, tuple(inner), reduced, max(fingers, FEWEST))
         return cls(base, scenario, section, columns, fingers, drive, {})
 
     @property
@@ -108,30 +106,28 @@ class FingerTile(NamedTuple):
             transfers = transfers.without_charge()  # charge acts once
         return found
 
-    def write(self, rows: Real, transfers: Transfers, threads: int | None) -> None:
+    def write(self, rows: Real, transfers: Transfers) -> None:
         """Write the response of a quantity.
 
         `rows` (fingers, n).
         """
         responses = self.responses(transfers)
         for some in self.parts():
-            write_sum(rows[some], responses, some, threads=threads)
+            write_sum(rows[some], responses, some)
 
 
-def write_sum(
-    out: Real, responses: list[Response], some: slice, *, factor: Real | None = None, threads: int | None
-) -> None:
+def write_sum(out: Real, responses: list[Response], some: slice, *, factor: Real | None = None) -> None:
     """Write the sum of the responses of some fingers, or a factor times its square.
 
     `out` (fingers, n), `factor` (rows,).
     """
     if len(responses) == 1:
-        responses[0].write(out, some, factor=factor, threads=threads)
+        responses[0].write(out, some, factor=factor)
         return
     total, more = np.empty((2, *out.shape))
-    responses[0].write(total, some, threads=threads)
+    responses[0].write(total, some)
     for response in responses[1:]:
-        response.write(more, some, threads=threads)
+        response.write(more, some)
         total += more
     if factor is not None:
         np.multiply(total, total, out=total)
