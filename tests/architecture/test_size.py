@@ -1,0 +1,82 @@
+"""The size of the package is a figure like its speed: no room holds more lines than `docs/architecture.md` allows."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter
+
+import pytest
+from source import ROOT, SOURCE, nodes_of, text_of
+
+PAGE = ROOT / "docs" / "architecture.md"
+ALL = "all"
+
+
+def docstring_lines(path):
+    """Numbers of the lines of all docstrings of a file."""
+    found = set()
+    for node in nodes_of(path):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and (
+            ast.get_docstring(node, clean=False) is not None
+        ):
+            found.update(range(node.body[0].lineno, node.body[0].end_lineno + 1))
+    return found
+
+
+def lines_of(path):
+    """Lines of code, without blank lines and comments, and lines of docstrings."""
+    told = docstring_lines(path)
+    code = sum(
+        bool(line.strip()) and not line.lstrip().startswith("#") and number not in told
+        for number, line in enumerate(text_of(path).splitlines(), 1)
+    )
+    return code, len(told)
+
+
+def sizes():
+    """Lines of code and of docstrings of each room, and of all."""
+    code, told = Counter(), Counter()
+    for path in SOURCE.rglob("*.py"):
+        inside = path.relative_to(SOURCE).parts
+        room = inside[0] if len(inside) > 1 else "top"
+        own = lines_of(path)
+        for name in (room, ALL):
+            code[name] += own[0]
+            told[name] += own[1]
+    return {room: (code[room], told[room]) for room in code}
+
+
+def allowed():
+    """Rows of the table of the page: room, lines of code, lines of docstrings."""
+    text = PAGE.read_text(encoding="utf-8").split("## Size")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| `?(\w+)/?`? \| (\d+) \| (\d+) \|", text, re.MULTILINE)
+    return {room: (int(code), int(told)) for room, code, told in rows}
+
+
+def test_every_room_is_in_the_table():
+    assert set(sizes()) == set(allowed())
+
+
+@pytest.mark.parametrize("room", sorted(sizes()))
+def test_no_room_grows_without_a_word(room):
+    """To raise a figure takes a sentence on the page that says what it buys; to lower it takes none."""
+    code, told = sizes()[room]
+    most, most_told = allowed()[room]
+    assert code <= most, f"{room}: {code} lines of code, {most} allowed"
+    assert told <= most_told, f"{room}: {told} lines of docstrings, {most_told} allowed"
+
+
+def test_the_table_is_near_what_there_is():
+    """A figure far above what a room holds would let it grow unseen."""
+    now, most = sizes(), allowed()
+    loose = {room: (now[room], most[room]) for room in now if most[room][0] > 1.02 * now[room][0] + 20}
+    assert not loose
+
+
+def test_lines_are_counted_as_described(tmp_path):
+    file = tmp_path / "example.py"
+    file.write_text(
+        '"""Sum."""\n\n# why\nx = 1\n\n\ndef f():\n    """Two.\n\n    Lines.\n    """\n    return x\n'
+    )
+    assert lines_of(file) == (3, 5)
