@@ -101,9 +101,56 @@ def slide_compiled(
     scale = skin.scale(strength=largest, speed=fastest)
     task = radau.Task(stops, np.isin(stops, strength.ends), times, scale, tolerance, 0.0)
     meter = Meter("a friction with bristles", end=float(times[-1]), each=BRISTLE_STEP, remedy=SHORTER)
-    solved = integrate.solved(march, course, state, (1, 1), task, meter)
+    solved = integrate.solved(march, course, _recorded(radau.progress_from(state)), (1, 1), task, meter)
     strengths = np.hypot(strength(times), floor)
     return skin.slide(solved, speeds=bone, strengths=strengths, touches=motion.touches(times))
+
+
+def _recorded(progress: radau.Progress) -> radau.Progress:
+    """Return the state of an integration with its numbers in the form that compiled functions change in place."""
+    numbers = vars(progress.at)
+    kinds = [(name, type(value)) for name, value in numbers.items()]
+    return progress._replace(at=np.rec.array([tuple(numbers.values())], dtype=kinds)[0])
+
+
+def _product(first: Any, second: Any) -> Any:
+    found = np.zeros((first.shape[0], second.shape[1]))
+    for row in range(first.shape[0]):
+        for column in range(second.shape[1]):
+            for other in range(first.shape[1]):
+                found[row, column] += first[row, other] * second[other, column]
+    return found
+
+
+def _put(target: Any, source: Any) -> None:
+    for place, value in np.ndenumerate(source):
+        target[place] = value
+
+
+def _inverse(matrix: Any) -> Any:
+    """Return the inverse after Gauss and Jordan; not finite where there is none."""
+    size = len(matrix)
+    left, found = matrix.copy(), np.eye(size)
+    for column in range(size):
+        best = column
+        for row in range(column + 1, size):
+            if abs(left[row, column]) > abs(left[best, column]):
+                best = row
+        for one in (left, found):
+            for other in range(size):
+                kept = one[best, other]
+                one[best, other], one[column, other] = one[column, other], kept
+        pivot = left[column, column]
+        for other in range(size):
+            left[column, other] /= pivot
+            found[column, other] /= pivot
+        for row in range(size):
+            factor = left[row, column]
+            if row != column:
+                for other in range(size):
+                    left[row, other] -= factor * left[column, other]
+                    found[row, other] -= factor * found[column, other]
+    return found
 
 
 def _given_at(course: Any, time: Any) -> Any:
@@ -130,6 +177,9 @@ def _friction_force(law: Any, deflection: Any, rate: Any, speed: Any) -> Any:
 
 
 _OWN: dict[Callable[..., Any], Callable[..., Any]] = {
+    radau.product: _product,
+    radau.put: _put,
+    radau._inverse: _inverse,
     radau.rates: sliding.skin_rates,
     integrate.watched: sliding.skin_switches,
     integrate.following: sliding.skin_following,
@@ -144,19 +194,27 @@ _OWN: dict[Callable[..., Any], Callable[..., Any]] = {
 def _compile_for(stamp: int) -> Callable[..., Any]:
     """Compile the time stepping; the stamp makes numba's cache, which sees only this file, depend on all functions called."""
     from numba import njit
-    from numba.extending import overload, register_jitable
+    import os
+    from types import FunctionType
 
     # a division by 0 is infinite, as in arrays; wrappers for Python only where Python calls
     options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
     inner: Any = options | {"no_cpython_wrapper": True}
-    for generic, own in _OWN.items():
-        overload(generic, jit_options=inner, strict=False)(lambda *_, own=own: own)
-    whole: list[Any] = [
-        each for module in (radau, integrate) for _, each in inspect.getmembers(module, inspect.isfunction)
-    ]
-    for function in {*whole, strength_at_speed, yielding_rate} - {*_OWN}:
-        register_jitable(**inner)(function)
-    advance, goes_on = integrate.advance, radau.GOES_ON
+    ONCE=os.environ.get('ONCE','').split(',')
+    names: dict[str, Any] = {}
+    for module in (bristle, sliding, radau, integrate):
+        names |= {k: v for k, v in vars(module).items() if not k.startswith("__")}
+    names["__builtins__"] = __builtins__
+    whole = {f for module in (radau, integrate) for _, f in inspect.getmembers(module, inspect.isfunction) if f.__module__ == module.__name__}
+    whole |= {strength_at_speed, yielding_rate, *_OWN.values()}
+    for f in sorted(whole - {*_OWN}, key=lambda f: f.__name__):
+        own = FunctionType(f.__code__, names, f.__name__, f.__defaults__)
+        o = inner | ({"inline": "always"} if f.__name__ in ONCE else {})
+        names[f.__name__] = njit(own, **o)
+    for g, own in _OWN.items():
+        names[g.__name__] = names[own.__name__]
+    integrate_advance = names["advance"]
+    advance, goes_on = integrate_advance, radau.GOES_ON
 
     def march(system: Any, mode: Any, progress: Any, task: Any, out: Any) -> Any:
         until = progress.at.tries + system.at_once + 0 * stamp
