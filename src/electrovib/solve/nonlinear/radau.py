@@ -30,8 +30,8 @@ WEIGHTS = np.array(
     ]
 )
 """Integral of each stage's polynomial from the beginning to each node, as a share of the step (the same place)."""
-_INTEGRALS = np.ascontiguousarray(WEIGHTS.T)
-_FROM_POWERS = np.ascontiguousarray(np.linalg.inv(NODES[:, None] ** np.arange(1, STAGES + 1)).T)
+INTEGRALS = np.ascontiguousarray(WEIGHTS.T)
+FROM_POWERS = np.ascontiguousarray(np.linalg.inv(NODES[:, None] ** np.arange(1, STAGES + 1)).T)
 """Weights of the increments of the stages in the polynomial of a step, by power of the share of the step."""
 _DIFFERENCE = np.array([[-13 - 7 * _ROOT], [-13 + 7 * _ROOT], [-1.0]]) / 3
 """Weights of the increments in the embedded error of third order (the same place, IV.8)."""
@@ -129,6 +129,11 @@ def product(first: Real, second: Real) -> Real:
     return first @ second
 
 
+def added(state: Real, increments: Real) -> Real:
+    """Return the states (states, n) from one state and n increments."""
+    return state.reshape((-1, 1)) + increments
+
+
 def put(target: Real, source: Real) -> None:
     """Write one array into another of the same shape."""
     target[...] = source
@@ -143,7 +148,7 @@ def rates(system: Any, states: Real, mode: Any, times: Real) -> Real:
 def states_on(piece: Piece, shares: Real) -> Real:
     """Return the states (states, n) at shares of a step (n,), on the polynomial through its stages."""
     powers = np.stack((shares, shares**2, shares**3))
-    return piece.before.reshape((-1, 1)) + product(piece.stages, product(_FROM_POWERS, powers))
+    return piece.before.reshape((-1, 1)) + product(piece.stages, product(FROM_POWERS, powers))
 
 
 def restart(system: Any, mode: Any, progress: Progress, task: Task) -> None:
@@ -157,11 +162,12 @@ def restart(system: Any, mode: Any, progress: Progress, task: Task) -> None:
     if task.step > 0:
         at.wanted = (until - at.time) / max(1.0, np.ceil((until - at.time) / task.step * (1 - 1e-9)))
         return
-    sizes = task.scale + np.abs(state)
-    fastest = max(
-        np.max(np.abs(progress.slope) / sizes),
-        np.max(np.abs(progress.jacobian * task.scale) / sizes.reshape((-1, 1))),
-    )
+    fastest = 0.0
+    for row in range(len(state)):
+        quickest = abs(progress.slope[row])
+        for column in range(len(state)):
+            quickest = max(quickest, abs(progress.jacobian[row, column]) * task.scale[column])
+        fastest = max(fastest, quickest / (task.scale[row] + abs(state[row])))
     at.wanted = _FIRST / fastest if fastest > 0 else np.inf
 
 
@@ -216,13 +222,13 @@ def _stages(system: Any, mode: Any, progress: Progress, task: Task, size: float)
     if task.step > 0:
         return to_rounding(system, mode, Piece(at.time, size, state, progress.stages), at.latest, task.scale)
     if abs(at.factored - size) > _ALIKE * size:
-        put(progress.inverse, _inverse_of_stages(progress.jacobian, size))
-        put(progress.filter, _inverse(_REAL_ROOT / size * np.eye(len(state)) - progress.jacobian))
+        put(progress.inverse, inverse_of_stages(progress.jacobian, size))
+        put(progress.filter, inverse_of(_REAL_ROOT / size * np.eye(len(state)) - progress.jacobian))
         at.factored = size
     stages = np.zeros(progress.stages.shape)
     if at.taken > 0:
         on = Piece(at.time, at.taken, np.zeros(len(state)), progress.stages)
-        stages = states_on(on, 1 + size / at.taken * NODES) - progress.stages[:, -1:]
+        stages = added(-progress.stages[:, -1], states_on(on, 1 + size / at.taken * NODES))
     weights = task.tolerance * (task.scale + np.abs(state))
     enough, contraction = (
         min(_ENOUGH, math.sqrt(task.tolerance)),
@@ -239,7 +245,7 @@ def to_rounding(system: Any, mode: Any, piece: Piece, latest: float, scale: Real
     """Solve a step as exactly as numbers allow; return its increments and the iterations, 0 where they do not converge."""
     stages, weights, near = np.zeros(piece.stages.shape), scale + np.abs(piece.before), piece.before
     for _ in range(_MOST_RENEWALS):
-        inverse = _inverse_of_stages(_jacobian(system, mode, near, piece.start, scale), piece.size)
+        inverse = inverse_of_stages(_jacobian(system, mode, near, piece.start, scale), piece.size)
         guess = Piece(piece.start, piece.size, piece.before, stages)
         stages, count, _contraction = _iterated(
             system, mode, guess, latest, inverse, weights, _SETTLED, _ROUNDING, 1.0
@@ -264,10 +270,9 @@ def _iterated(
     """Iterate the stages after Newton; return them, the iterations, 0 if they do not converge, and their contraction."""
     times, stages, last = np.minimum(guess.start + guess.size * NODES, latest), guess.stages, 0.0
     for count in range(1, (2 if rounding > 0 else 1) * _MOST_ITERATIONS + 1):
-        found = rates(system, guess.before.reshape((-1, 1)) + stages, mode, times)
-        missing = guess.size * product(found, _INTEGRALS) - stages
-        change = product(inverse, missing.reshape((-1, 1))).reshape(stages.shape)
-        moved = _root_mean_square(change / weights.reshape((-1, 1)))
+        found = rates(system, added(guess.before, stages), mode, times)
+        change = correction(guess.size, found, stages, inverse)
+        moved = root_mean_square(change, weights)
         if last > 0:
             contraction = moved / last
         grows = last > 0 and contraction >= 1
@@ -279,23 +284,36 @@ def _iterated(
     return stages, 0, 1.0
 
 
+def correction(size: float, found: Real, stages: Real, inverse: Real) -> Real:
+    """Return Newton's correction of the stages from the rates at the stages."""
+    missing = size * (found @ INTEGRALS) - stages
+    return (inverse @ missing.ravel()).reshape(stages.shape)
+
+
 def _jacobian(system: Any, mode: Any, state: Real, time: float, scale: Real) -> Real:
     """Compute the Jacobian of the rates (states, states) by forward differences."""
     size = len(state)
-    states = np.repeat(state, size + 1).reshape((size, size + 1))
+    states, steps = np.empty((size, size + 1)), np.empty(size)
+    for column in range(size + 1):
+        put(states[:, column], state)
     for index in range(size):
         states[index, index] += _MOVED * max(scale[index], abs(state[index]))
-    found = rates(system, states, mode, np.full(size + 1, time))
-    differences: Real = (found[:, :-1] - found[:, -1:]) / (np.diag(states) - state)
+        steps[index] = states[index, index] - state[index]
+    return differences(rates(system, states, mode, np.full(size + 1, time)), steps)
+
+
+def differences(found: Real, steps: Real) -> Real:
+    """Return the derivatives (states, states) from the rates at the moved states and, last, at the state itself."""
+    differences: Real = (found[:, :-1] - found[:, -1:]) / steps
     return differences
 
 
-def _inverse_of_stages(jacobian: Real, size: float) -> Real:
+def inverse_of_stages(jacobian: Real, size: float) -> Real:
     """Return the inverse of Newton's matrix of all stages (3 states, 3 states)."""
-    return _inverse(np.eye(STAGES * len(jacobian)) - size * np.kron(jacobian, WEIGHTS))
+    return inverse_of(np.eye(STAGES * len(jacobian)) - size * np.kron(jacobian, WEIGHTS))
 
 
-def _inverse(matrix: Real) -> Real:
+def inverse_of(matrix: Real) -> Real:
     """Return the inverse; NaN where there is none, so that no iteration with it converges."""
     try:
         return np.linalg.inv(matrix)
@@ -312,13 +330,13 @@ def _error(
     at, state = progress.at, progress.state
     largest = np.maximum(np.abs(state), np.abs(state + stages[:, -1]))
     weights, embedded = task.tolerance * (task.scale + largest), product(stages, _DIFFERENCE) / size
-    error = product(progress.filter, progress.slope.reshape((-1, 1)) + embedded).ravel()
-    if rejected and _root_mean_square(error / weights) > 1:
-        slope = rates(system, (state + error).reshape((-1, 1)), mode, np.full(1, at.time))
-        error = product(progress.filter, slope + embedded).ravel()
-    return _root_mean_square(error / weights)
+    error = product(progress.filter, added(progress.slope, embedded))
+    if rejected and root_mean_square(error, weights) > 1:
+        slope = rates(system, added(state, error), mode, np.full(1, at.time))
+        error = product(progress.filter, added(slope.ravel(), embedded))
+    return root_mean_square(error, weights)
 
 
-def _root_mean_square(values: Real) -> float:
-    flat = values.ravel()
+def root_mean_square(values: Real, weights: Real) -> float:
+    flat = (values / weights.reshape((-1, 1))).ravel()
     return math.sqrt(np.dot(flat, flat) / len(flat))
