@@ -148,10 +148,14 @@ def added(state: Any, increments: Any) -> Any:
 
 
 def states_on(piece: Any, shares: Any) -> Any:
-    powers = np.empty((STAGES, len(shares)))
-    for order in range(STAGES):
-        put(powers[order], shares ** (order + 1))
-    return added(piece.before, product(piece.stages, product(FROM_POWERS, powers)))
+    found = np.empty((len(piece.before), len(shares)))
+    for row, column in np.ndindex(found.shape):
+        found[row, column] = piece.before[row]
+        for stage in range(STAGES):
+            for order in range(STAGES):
+                power = FROM_POWERS[stage, order] * shares[column] ** (order + 1)
+                found[row, column] += piece.stages[row, stage] * power
+    return found
 
 
 def correction(size: Any, found: Any, stages: Any, inverse: Any) -> Any:
@@ -243,7 +247,17 @@ def march(system: Any, mode: Any, progress: Any, task: Any, out: Any) -> Any:
 
 
 _OWN = (
-    *(product, put, added, states_on, correction, differences, inverse_of_stages, inverse_of, root_mean_square),
+    *(
+        product,
+        put,
+        added,
+        states_on,
+        correction,
+        differences,
+        inverse_of_stages,
+        inverse_of,
+        root_mean_square,
+    ),
     *(given_at, deflection_rate, friction_force),
 )
 """What stands in compiled code for the functions of these names: loops, which compile in a quarter of the time; the law."""
@@ -264,16 +278,16 @@ def _compiled() -> Callable[..., Any]:
     # a division by 0 is infinite, as in arrays; wrappers for Python only where Python calls
     options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
     known = {module.__name__: dict(vars(module)) for module in modules} | {__name__: dict(globals())}
-    functions = {
+    functions: dict[str, Any] = {
         name: each
         for module in modules
         for name, each in inspect.getmembers(module, inspect.isfunction)
         if each.__module__ in known
     }
     functions |= {each.__name__: each for each in _OWN} | _ROLES
-    compiled = {}
+    compiled: dict[str, Any] = {}
     for name, each in functions.items():
-        inner = {"no_cpython_wrapper": True, "inline": "always" if name in _ONCE else "never"}
+        inner: dict[str, Any] = {"no_cpython_wrapper": True, "inline": "always" if name in _ONCE else "never"}
         compiled[name] = njit(FunctionType(each.__code__, known[each.__module__], name), **options, **inner)
     for names in known.values():
         names.update(compiled)

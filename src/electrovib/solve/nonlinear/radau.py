@@ -119,9 +119,7 @@ def progress_from(state: Real) -> Progress:
     at = SimpleNamespace(**numbers, **counts, **flags)
     square, all_stages = (count, count), (STAGES * count, STAGES * count)
     stages, slope = np.zeros((count, STAGES)), np.zeros(count)
-    return Progress(
-        at, state.copy(), slope, stages, np.zeros(square), np.zeros(all_stages), np.zeros(square)
-    )
+    return Progress(at, state.copy(), slope, stages, np.zeros(square), np.zeros(all_stages), np.zeros(square))
 
 
 def product(first: Real, second: Real) -> Real:
@@ -287,7 +285,8 @@ def _iterated(
 def correction(size: float, found: Real, stages: Real, inverse: Real) -> Real:
     """Return Newton's correction of the stages from the rates at the stages."""
     missing = size * (found @ INTEGRALS) - stages
-    return (inverse @ missing.ravel()).reshape(stages.shape)
+    change: Real = (inverse @ missing.ravel()).reshape(stages.shape)
+    return change
 
 
 def _jacobian(system: Any, mode: Any, state: Real, time: float, scale: Real) -> Real:
@@ -304,8 +303,8 @@ def _jacobian(system: Any, mode: Any, state: Real, time: float, scale: Real) -> 
 
 def differences(found: Real, steps: Real) -> Real:
     """Return the derivatives (states, states) from the rates at the moved states and, last, at the state itself."""
-    differences: Real = (found[:, :-1] - found[:, -1:]) / steps
-    return differences
+    slopes: Real = (found[:, :-1] - found[:, -1:]) / steps
+    return slopes
 
 
 def inverse_of_stages(jacobian: Real, size: float) -> Real:
@@ -316,7 +315,7 @@ def inverse_of_stages(jacobian: Real, size: float) -> Real:
 def inverse_of(matrix: Real) -> Real:
     """Return the inverse; NaN where there is none, so that no iteration with it converges."""
     try:
-        return np.linalg.inv(matrix)
+        return np.asarray(np.linalg.inv(matrix), dtype=float)
     except np.linalg.LinAlgError:
         return np.full(matrix.shape, np.nan)
 
