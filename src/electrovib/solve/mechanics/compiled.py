@@ -114,7 +114,7 @@ def slide_compiled(
     scale = skin.scale(strength=largest, speed=fastest)
     task = radau.Task(stops, np.isin(stops, strength.ends), times, scale, tolerance, 0.0)
     meter = Meter("a friction with bristles", end=float(times[-1]), each=BRISTLE_STEP, remedy=SHORTER)
-    solved = integrate.solved(_march, course, _recorded(radau.progress_from(state)), (1, 1), task, meter)
+    solved = integrate.solved(march, course, _recorded(radau.progress_from(state)), (1, 1), task, meter)
     strengths = np.hypot(strength(times), floor)
     return skin.slide(solved, speeds=bone, strengths=strengths, touches=motion.touches(times))
 
@@ -238,7 +238,7 @@ def friction_force(law: Any, deflection: Any, rate: Any, speed: Any) -> Any:
     return law.stiffness * deflection + law.bristle_damping * rate + law.viscous_damping * speed
 
 
-def march(system: Any, mode: Any, progress: Any, task: Any, out: Any) -> Any:
+def _some_steps(system: Any, mode: Any, progress: Any, task: Any, out: Any) -> Any:
     """As `integrate.advance`, some steps in one call."""
     until = progress.at.tries + system.at_once
     while progress.at.status == GOES_ON and progress.at.tries < until:
@@ -291,7 +291,7 @@ def _compiled() -> Callable[..., Any]:
         compiled[name] = njit(FunctionType(each.__code__, known[each.__module__], name), **options, **inner)
     for names in known.values():
         names.update(compiled)
-    whole = FunctionType(march.__code__, known[__name__], "march")
+    whole = FunctionType(_some_steps.__code__, known[__name__], "march")
     whole.__qualname__ = f"march_{zlib.crc32(''.join(map(inspect.getsource, modules)).encode())}"
     try:
         return njit(whole, cache=True, **options)  # type: ignore[no-any-return]
@@ -299,4 +299,4 @@ def _compiled() -> Callable[..., Any]:
         return njit(whole, **options)  # type: ignore[no-any-return]
 
 
-_march = _compiled()
+march = _compiled()
