@@ -127,6 +127,7 @@ def _recorded(progress: radau.Progress) -> radau.Progress:
 
 
 def product(first: Any, second: Any) -> Any:
+    """Return the product of two matrices, without BLAS."""
     found = np.zeros((first.shape[0], second.shape[1]))
     for row in range(first.shape[0]):
         for column in range(second.shape[1]):
@@ -136,11 +137,13 @@ def product(first: Any, second: Any) -> Any:
 
 
 def put(target: Any, source: Any) -> None:
+    """Write one array into another, without a test of the shapes."""
     for place, value in np.ndenumerate(source):
         target[place] = value
 
 
 def added(state: Any, increments: Any) -> Any:
+    """Return one state plus n increments, shape (states, n)."""
     found = np.empty(increments.shape)
     for place, value in np.ndenumerate(increments):
         found[place] = state[place[0]] + value
@@ -148,6 +151,7 @@ def added(state: Any, increments: Any) -> Any:
 
 
 def states_on(piece: Any, shares: Any) -> Any:
+    """Return the states (states, n) at shares of a step, on the polynomial through its stages."""
     found = np.empty((len(piece.before), len(shares)))
     for row, column in np.ndindex(found.shape):
         found[row, column] = piece.before[row]
@@ -159,6 +163,7 @@ def states_on(piece: Any, shares: Any) -> Any:
 
 
 def correction(size: Any, found: Any, stages: Any, inverse: Any) -> Any:
+    """Return Newton's correction of the stages (states, 3)."""
     missing = product(found, INTEGRALS)
     for place, value in np.ndenumerate(stages):
         missing[place] = size * missing[place] - value
@@ -166,6 +171,7 @@ def correction(size: Any, found: Any, stages: Any, inverse: Any) -> Any:
 
 
 def differences(found: Any, steps: Any) -> Any:
+    """Return the derivatives (states, states) from differences of the rates."""
     slopes = np.empty((len(steps), len(steps)))
     for row in range(len(steps)):
         for column in range(len(steps)):
@@ -174,6 +180,7 @@ def differences(found: Any, steps: Any) -> Any:
 
 
 def inverse_of_stages(jacobian: Any, size: Any) -> Any:
+    """Return the inverse of Newton's matrix of all stages (3 states, 3 states)."""
     matrix = np.eye(STAGES * len(jacobian))
     for row in range(len(matrix)):
         for column in range(len(matrix)):
@@ -209,6 +216,7 @@ def inverse_of(matrix: Any) -> Any:
 
 
 def root_mean_square(values: Any, weights: Any) -> Any:
+    """Return the root mean square of n columns over the weights (states,)."""
     total = 0.0
     for place, value in np.ndenumerate(values):
         total += (value / weights[place[0]]) ** 2
@@ -216,6 +224,7 @@ def root_mean_square(values: Any, weights: Any) -> Any:
 
 
 def given_at(course: Any, time: Any) -> Any:
+    """Return speed [m/s], strength [N] and contact between two knots."""
     knots, values, slopes, speeds = course.knots, course.values, course.slopes, course.speeds
     place = min(max(np.searchsorted(knots, time, side="right") - 1, 0), len(knots) - 2)
     length = knots[place + 1] - knots[place]
@@ -228,6 +237,7 @@ def given_at(course: Any, time: Any) -> Any:
 
 
 def deflection_rate(law: Any, deflection: Any, speed: Any, strength: Any, direction: Any) -> Any:
+    """Return the rate of the deflection [m/s] from the parameters of the law."""
     level = strength_at_speed(speed, strength, law.excess, law.stribeck_speed)
     return yielding_rate(
         deflection, speed, level, direction, law.stiffness, law.exponent, law.nearest / strength
@@ -235,6 +245,7 @@ def deflection_rate(law: Any, deflection: Any, speed: Any, strength: Any, direct
 
 
 def friction_force(law: Any, deflection: Any, rate: Any, speed: Any) -> Any:
+    """Return the force [N] from the parameters of the law."""
     return law.stiffness * deflection + law.bristle_damping * rate + law.viscous_damping * speed
 
 

@@ -337,5 +337,6 @@ def _error(
 
 
 def root_mean_square(values: Real, weights: Real) -> float:
+    """Return the root mean square of n columns over the weights (states,)."""
     flat = (values / weights.reshape((-1, 1))).ravel()
     return math.sqrt(np.dot(flat, flat) / len(flat))
