@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from electrovib.core.errors import ElectrovibError
+from electrovib.solve.mechanics import compiled
 from electrovib.solve.nonlinear import integrate as integrator
+from electrovib.solve.nonlinear import radau
 from electrovib.solve.nonlinear.integrate import System, integrate, land
 from electrovib.solve.nonlinear.radau import NODES, ORDER, Piece, Task, states_on
 
@@ -94,7 +96,7 @@ def test_order_is_lost_where_landings_are_not_solved_again(monkeypatch):
 
     def read(_system, _mode, piece, _index, share, *_):
         stages = states_on(piece, share * NODES) - piece.before[:, None]
-        return Piece(piece.start, share * piece.size, piece.before, stages)
+        return Piece(piece.start, share * piece.size, piece.before, stages), True
 
     monkeypatch.setattr(integrator, "land", read)
     assert measured_order(Rubbed(), steps=[0.5, 0.25, 0.125, 0.0625]) < ORDER - 0.3
@@ -282,5 +284,16 @@ def test_a_landing_within_the_rounding_of_a_time_is_a_landing():
     start, size = 1.0, np.nextafter(1.0, 2.0) - 1.0
     piece = Piece(start, 0.1, np.zeros(1), np.zeros((1, 3)))
     task = Task(np.array([0.0, 1.1]), np.ones(2, bool), np.ones(1), np.ones(1), 1e-9, 0.0)
-    landed = land(Falling(), (), piece, 0, size / 0.1, 1.1, task)
+    landed, converged = land(Falling(), (), piece, 0, size / 0.1, 1.1, task)
+    assert converged
     assert landed.start + landed.size == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("inverse_of", [radau.inverse_of, compiled.inverse_of])
+def test_a_singular_matrix_has_no_finite_inverse(inverse_of):
+    """The iteration then does not converge, and the step is shortened."""
+    with np.errstate(all="ignore"):
+        assert not np.all(np.isfinite(inverse_of(np.ones((2, 2)))))
+    assert inverse_of(np.array([[0.0, 2.0], [1.0, 1.0]])) == pytest.approx(
+        np.array([[-0.5, 1.0], [0.5, 0.0]])
+    )

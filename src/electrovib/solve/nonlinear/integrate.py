@@ -14,13 +14,16 @@ from electrovib.solve.nonlinear.radau import (
     CHATTERS,
     DONE,
     GOES_ON,
+    LAST_RATE,
     NODES,
     UNSOLVED,
     Piece,
     Progress,
     Task,
     next_piece,
+    product,
     progress_from,
+    put,
     restart,
     states_on,
     to_rounding,
@@ -137,16 +140,16 @@ def integrate(
     task = Task(stops, np.ones(len(stops), bool), times, system.scale, tolerance, step or 0.0)
     what = f"Radau's method on {len(state)} equations"
     meter = Meter(what, end=end, each=radau_step(len(state)), remedy=SHORTER)
-    return solved(advance, system, np.array(state, dtype=float), mode, task, meter)
+    return solved(advance, system, progress_from(np.array(state, dtype=float)), mode, task, meter)
 
 
 def solved(
-    march: Callable[..., Any], system: Any, state: Real, mode: Mode, task: Task, meter: Meter
+    march: Callable[..., Any], system: Any, progress: Progress, mode: Mode, task: Task, meter: Meter
 ) -> Solved:
     """Call `advance`, or many of it compiled together, until the last time."""
-    progress, count = progress_from(state), len(task.times)
+    count = len(task.times)
     out = Output(
-        np.empty((len(state), count)),
+        np.empty((len(progress.state), count)),
         np.empty((count, len(mode)), np.int64),
         np.empty(MOST_EVENTS),
         np.empty(MOST_EVENTS, np.int64),
@@ -195,11 +198,17 @@ def advance(system: Any, mode: Any, progress: Progress, task: Task, out: Output)
     share, index = first_fall(system, mode, piece, at.latest)
     reached, stop = piece.start + piece.size, task.stops[at.following]
     if index >= 0:
-        piece = land(system, mode, piece, index, share, at.latest, task)
+        piece, converged = land(system, mode, piece, index, share, at.latest, task)
+        if not converged:
+            at.wanted, at.is_known = piece.size / 2, False
+            return mode
         reached = min(piece.start + piece.size, stop)
     if piece.size > 0:
         _put_out(mode, progress, task, out, piece, reached)
-        progress.state[:] = piece.before + piece.stages[:, -1]
+        put(progress.state, piece.before + piece.stages[:, -1])
+        put(progress.stages, piece.stages)
+        put(progress.slope, product(piece.stages, LAST_RATE).ravel() / piece.size)
+        at.taken = piece.size
         at.time, at.steps = reached, at.steps + 1
     if index >= 0:
         mode = _switched(system, mode, progress, out, index)
@@ -215,11 +224,11 @@ def advance(system: Any, mode: Any, progress: Progress, task: Task, out: Output)
 def _crossed(system: Any, mode: Any, progress: Progress, task: Task, out: Output) -> Any:
     """Pass a break, and change the mode until it holds, at most once for each switching function; the last break is the end."""
     at, state = progress.at, progress.state
-    state[:] = jump(system, state, at.time)
+    put(state, jump(system, state, at.time))
     at.arrived, at.restarts = False, True
     if at.following == len(task.stops):
         for filled in range(at.filled, len(task.times)):
-            out.states[:, filled] = state
+            put(out.states[:, filled], state)
             for place in range(len(mode)):
                 out.modes[filled, place] = mode[place]
         at.status = DONE
@@ -250,7 +259,7 @@ def _put_out(mode: Any, progress: Progress, task: Task, out: Output, piece: Piec
     first, last = at.filled, np.searchsorted(task.times, reached)
     if last > first:
         shares = (task.times[first:last] - piece.start) / piece.size
-        out.states[:, first:last] = states_on(piece, shares)
+        put(out.states[:, first:last], states_on(piece, shares))
         for place in range(len(mode)):
             out.modes[first:last, place] = mode[place]
         at.filled = last
@@ -305,8 +314,10 @@ def _root(system: Any, mode: Any, piece: Piece, index: int, low: float, high: fl
     return float(min(max(share, low), high))
 
 
-def land(system: Any, mode: Any, piece: Piece, index: int, share: float, latest: float, task: Task) -> Piece:
-    """Solve a step again, with its length corrected until it ends at the event."""
+def land(
+    system: Any, mode: Any, piece: Piece, index: int, share: float, latest: float, task: Task
+) -> tuple[Piece, bool]:
+    """Solve a step again, with its length corrected until it ends at the event; return whether it could be solved."""
     size = share * piece.size
     stages = states_on(piece, share * NODES) - piece.before.reshape((-1, 1))
     landed = Piece(piece.start, size, piece.before, stages)
@@ -314,7 +325,7 @@ def land(system: Any, mode: Any, piece: Piece, index: int, share: float, latest:
         asked = Piece(piece.start, size, piece.before, piece.stages)
         stages, count = to_rounding(system, mode, asked, latest, task.scale)
         if count == 0:
-            break
+            return asked, False
         landed = Piece(piece.start, size, piece.before, stages)
         values = _watched_on(system, mode, landed, np.array([0.875, 1.0]), latest)[index]
         end, slope = values[1], (values[1] - values[0]) / (0.125 * size)
@@ -324,4 +335,4 @@ def land(system: Any, mode: Any, piece: Piece, index: int, share: float, latest:
         if corrected <= 0 or abs(corrected - size) <= _LANDED * task.stops[-1]:
             break
         size = corrected
-    return landed
+    return landed, True

@@ -8,6 +8,7 @@ derivatives of a Jacobian together: on a small system each evaluation costs abou
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -29,14 +30,14 @@ WEIGHTS = np.array(
     ]
 )
 """Integral of each stage's polynomial from the beginning to each node, as a share of the step (the same place)."""
-_INTEGRALS = np.ascontiguousarray(WEIGHTS.T)
-_FROM_POWERS = np.ascontiguousarray(np.linalg.inv(NODES[:, None] ** np.arange(1, STAGES + 1)).T)
+INTEGRALS = np.ascontiguousarray(WEIGHTS.T)
+FROM_POWERS = np.ascontiguousarray(np.linalg.inv(NODES[:, None] ** np.arange(1, STAGES + 1)).T)
 """Weights of the increments of the stages in the polynomial of a step, by power of the share of the step."""
-_DIFFERENCE = np.array([-13 - 7 * _ROOT, -13 + 7 * _ROOT, -1.0]) / 3
+_DIFFERENCE = np.array([[-13 - 7 * _ROOT], [-13 + 7 * _ROOT], [-1.0]]) / 3
 """Weights of the increments in the embedded error of third order (the same place, IV.8)."""
 _REAL_ROOT = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)
 """Real eigenvalue of the inverse of `WEIGHTS`."""
-_LAST_RATE = np.linalg.inv(WEIGHTS)[-1].copy()
+LAST_RATE = np.linalg.inv(WEIGHTS)[-1:].T.copy()
 """Weights of the increments in the rate at the end, times the step."""
 
 GOES_ON, DONE, UNSOLVED, CHATTERS = range(4)
@@ -109,24 +110,31 @@ class Progress(NamedTuple):
     filter: Real
 
 
-_NUMBERS = [
-    (name, float) for name in ("time", "latest", "wanted", "taken", "error", "factored", "contraction")
-]
-_COUNTS = [(name, int) for name in ("following", "filled", "steps", "tries", "events", "status")]
-_FLAGS = [(name, bool) for name in ("arrived", "restarts", "is_known")]
-_AT = np.dtype([*_NUMBERS, *_COUNTS, *_FLAGS])
-
-
 def progress_from(state: Real) -> Progress:
     """Return the beginning of an integration at time 0."""
-    count, at = len(state), np.recarray(1, _AT)
-    at[:] = np.zeros(1, _AT)
-    at.arrived, at.following = True, 1
+    count = len(state)
+    numbers = dict.fromkeys(("time", "latest", "wanted", "taken", "error", "factored", "contraction"), 0.0)
+    counts = dict.fromkeys(("filled", "steps", "tries", "events"), 0) | {"following": 1, "status": GOES_ON}
+    flags = {"arrived": True, "restarts": False, "is_known": False}
+    at = SimpleNamespace(**numbers, **counts, **flags)
     square, all_stages = (count, count), (STAGES * count, STAGES * count)
     stages, slope = np.zeros((count, STAGES)), np.zeros(count)
-    return Progress(
-        at[0], state.copy(), slope, stages, np.zeros(square), np.zeros(all_stages), np.zeros(square)
-    )
+    return Progress(at, state.copy(), slope, stages, np.zeros(square), np.zeros(all_stages), np.zeros(square))
+
+
+def product(first: Real, second: Real) -> Real:
+    """Return the product of two matrices."""
+    return first @ second
+
+
+def added(state: Real, increments: Real) -> Real:
+    """Return the states (states, n) from one state and n increments."""
+    return state.reshape((-1, 1)) + increments
+
+
+def put(target: Real, source: Real) -> None:
+    """Write one array into another of the same shape."""
+    target[...] = source
 
 
 def rates(system: Any, states: Real, mode: Any, times: Real) -> Real:
@@ -137,10 +145,8 @@ def rates(system: Any, states: Real, mode: Any, times: Real) -> Real:
 
 def states_on(piece: Piece, shares: Real) -> Real:
     """Return the states (states, n) at shares of a step (n,), on the polynomial through its stages."""
-    powers = np.empty((STAGES, len(shares)))
-    for order in range(STAGES):
-        powers[order] = shares ** (order + 1)
-    return piece.before.reshape((-1, 1)) + piece.stages @ (_FROM_POWERS @ powers)
+    powers = np.stack((shares, shares**2, shares**3))
+    return piece.before.reshape((-1, 1)) + product(piece.stages, product(FROM_POWERS, powers))
 
 
 def restart(system: Any, mode: Any, progress: Progress, task: Task) -> None:
@@ -148,18 +154,18 @@ def restart(system: Any, mode: Any, progress: Progress, task: Task) -> None:
     at, state = progress.at, progress.state
     until = task.stops[at.following]
     at.latest = np.nextafter(until, at.time)
-    progress.slope[:] = rates(system, state.reshape((-1, 1)), mode, np.full(1, at.time))[:, 0]
-    progress.jacobian[:] = _jacobian(system, mode, state, at.time, task.scale)
-    progress.stages[:] = 0.0
+    put(progress.slope, rates(system, state.reshape((-1, 1)), mode, np.full(1, at.time)).ravel())
+    put(progress.jacobian, _jacobian(system, mode, state, at.time, task.scale))
     at.is_known, at.factored, at.contraction, at.taken = True, 0.0, 1.0, 0.0
     if task.step > 0:
         at.wanted = (until - at.time) / max(1.0, np.ceil((until - at.time) / task.step * (1 - 1e-9)))
         return
-    sizes = task.scale + np.abs(state)
-    fastest = max(
-        np.max(np.abs(progress.slope) / sizes),
-        np.max(np.abs(progress.jacobian * task.scale) / sizes.reshape((-1, 1))),
-    )
+    fastest = 0.0
+    for row in range(len(state)):
+        quickest = abs(progress.slope[row])
+        for column in range(len(state)):
+            quickest = max(quickest, abs(progress.jacobian[row, column]) * task.scale[column])
+        fastest = max(fastest, quickest / (task.scale[row] + abs(state[row])))
     at.wanted = _FIRST / fastest if fastest > 0 else np.inf
 
 
@@ -173,7 +179,7 @@ def next_piece(system: Any, mode: Any, progress: Progress, task: Task) -> Piece:
             at.status = UNSOLVED
             return Piece(at.time, 0.0, state, progress.stages)
         if not at.is_known:
-            progress.jacobian[:] = _jacobian(system, mode, state, at.time, task.scale)
+            put(progress.jacobian, _jacobian(system, mode, state, at.time, task.scale))
             at.is_known, at.factored, at.contraction, fresh = True, 0.0, 1.0, True
         at.tries += 1
         stages, count = _stages(system, mode, progress, task, size)
@@ -194,10 +200,9 @@ def next_piece(system: Any, mode: Any, progress: Progress, task: Task) -> Piece:
         growth < 1 or at.wanted <= size
     ):  # a step that a stop shortens does not limit the next
         at.wanted = size * min(_MOST, growth)
-    at.taken, at.error = size, error
+    at.error = error
     end = at.time + size
     whole = stop - at.time if stop - end <= _SHORTEST * np.spacing(stop) else size
-    progress.stages[:], progress.slope[:] = stages, stages @ _LAST_RATE / whole
     return Piece(at.time, whole, state.copy(), stages)
 
 
@@ -215,13 +220,13 @@ def _stages(system: Any, mode: Any, progress: Progress, task: Task, size: float)
     if task.step > 0:
         return to_rounding(system, mode, Piece(at.time, size, state, progress.stages), at.latest, task.scale)
     if abs(at.factored - size) > _ALIKE * size:
-        progress.inverse[:] = _inverse_of_stages(progress.jacobian, size)
-        progress.filter[:] = _inverse(_REAL_ROOT / size * np.eye(len(state)) - progress.jacobian)
+        put(progress.inverse, inverse_of_stages(progress.jacobian, size))
+        put(progress.filter, inverse_of(_REAL_ROOT / size * np.eye(len(state)) - progress.jacobian))
         at.factored = size
     stages = np.zeros(progress.stages.shape)
     if at.taken > 0:
         on = Piece(at.time, at.taken, np.zeros(len(state)), progress.stages)
-        stages = states_on(on, 1 + size / at.taken * NODES) - progress.stages[:, -1].copy().reshape((-1, 1))
+        stages = added(-progress.stages[:, -1], states_on(on, 1 + size / at.taken * NODES))
     weights = task.tolerance * (task.scale + np.abs(state))
     enough, contraction = (
         min(_ENOUGH, math.sqrt(task.tolerance)),
@@ -238,7 +243,7 @@ def to_rounding(system: Any, mode: Any, piece: Piece, latest: float, scale: Real
     """Solve a step as exactly as numbers allow; return its increments and the iterations, 0 where they do not converge."""
     stages, weights, near = np.zeros(piece.stages.shape), scale + np.abs(piece.before), piece.before
     for _ in range(_MOST_RENEWALS):
-        inverse = _inverse_of_stages(_jacobian(system, mode, near, piece.start, scale), piece.size)
+        inverse = inverse_of_stages(_jacobian(system, mode, near, piece.start, scale), piece.size)
         guess = Piece(piece.start, piece.size, piece.before, stages)
         stages, count, _contraction = _iterated(
             system, mode, guess, latest, inverse, weights, _SETTLED, _ROUNDING, 1.0
@@ -263,10 +268,9 @@ def _iterated(
     """Iterate the stages after Newton; return them, the iterations, 0 if they do not converge, and their contraction."""
     times, stages, last = np.minimum(guess.start + guess.size * NODES, latest), guess.stages, 0.0
     for count in range(1, (2 if rounding > 0 else 1) * _MOST_ITERATIONS + 1):
-        found = rates(system, guess.before.reshape((-1, 1)) + stages, mode, times)
-        missing = guess.size * (found @ _INTEGRALS) - stages
-        change = (inverse @ missing.ravel()).reshape(stages.shape)
-        moved = _root_mean_square(change / weights.reshape((-1, 1)))
+        found = rates(system, added(guess.before, stages), mode, times)
+        change = correction(guess.size, found, stages, inverse)
+        moved = root_mean_square(change, weights)
         if last > 0:
             contraction = moved / last
         grows = last > 0 and contraction >= 1
@@ -278,37 +282,42 @@ def _iterated(
     return stages, 0, 1.0
 
 
+def correction(size: float, found: Real, stages: Real, inverse: Real) -> Real:
+    """Return Newton's correction of the stages from the rates at the stages."""
+    missing = size * (found @ INTEGRALS) - stages
+    change: Real = (inverse @ missing.ravel()).reshape(stages.shape)
+    return change
+
+
 def _jacobian(system: Any, mode: Any, state: Real, time: float, scale: Real) -> Real:
     """Compute the Jacobian of the rates (states, states) by forward differences."""
     size = len(state)
-    states = np.empty((size, size + 1))
-    states[:] = state.reshape((-1, 1))
+    states, steps = np.empty((size, size + 1)), np.empty(size)
+    for column in range(size + 1):
+        put(states[:, column], state)
     for index in range(size):
         states[index, index] += _MOVED * max(scale[index], abs(state[index]))
-    found = rates(system, states, mode, np.full(size + 1, time))
-    differences: Real = (found[:, :-1] - found[:, -1:]) / (np.diag(states) - state)
-    return differences
+        steps[index] = states[index, index] - state[index]
+    return differences(rates(system, states, mode, np.full(size + 1, time)), steps)
 
 
-def _inverse_of_stages(jacobian: Real, size: float) -> Real:
+def differences(found: Real, steps: Real) -> Real:
+    """Return the derivatives (states, states) from the rates at the moved states and, last, at the state itself."""
+    slopes: Real = (found[:, :-1] - found[:, -1:]) / steps
+    return slopes
+
+
+def inverse_of_stages(jacobian: Real, size: float) -> Real:
     """Return the inverse of Newton's matrix of all stages (3 states, 3 states)."""
-    count = len(jacobian)
-    matrix = np.eye(STAGES * count)
-    for row in range(count):
-        for column in range(count):
-            rows, columns = (
-                slice(STAGES * row, STAGES * (row + 1)),
-                slice(STAGES * column, STAGES * (column + 1)),
-            )
-            matrix[rows, columns] -= size * jacobian[row, column] * WEIGHTS
-    return _inverse(matrix)
+    return inverse_of(np.eye(STAGES * len(jacobian)) - size * np.kron(jacobian, WEIGHTS))
 
 
-def _inverse(matrix: Real) -> Real:
-    """Return the inverse; NaN where an entry is not finite, so that no iteration with it converges."""
-    if not np.all(np.isfinite(matrix)):
+def inverse_of(matrix: Real) -> Real:
+    """Return the inverse; NaN where there is none, so that no iteration with it converges."""
+    try:
+        return np.asarray(np.linalg.inv(matrix), dtype=float)
+    except np.linalg.LinAlgError:
         return np.full(matrix.shape, np.nan)
-    return np.ascontiguousarray(np.linalg.inv(matrix))
 
 
 def _error(
@@ -319,13 +328,15 @@ def _error(
         return 0.0
     at, state = progress.at, progress.state
     largest = np.maximum(np.abs(state), np.abs(state + stages[:, -1]))
-    weights, embedded = task.tolerance * (task.scale + largest), stages @ _DIFFERENCE / size
-    error = progress.filter @ (progress.slope + embedded)
-    if rejected and _root_mean_square(error / weights) > 1:
-        slope = rates(system, (state + error).reshape((-1, 1)), mode, np.full(1, at.time))[:, 0]
-        error = progress.filter @ (np.ascontiguousarray(slope) + embedded)
-    return _root_mean_square(error / weights)
+    weights, embedded = task.tolerance * (task.scale + largest), product(stages, _DIFFERENCE) / size
+    error = product(progress.filter, added(progress.slope, embedded))
+    if rejected and root_mean_square(error, weights) > 1:
+        slope = rates(system, added(state, error), mode, np.full(1, at.time))
+        error = product(progress.filter, added(slope.ravel(), embedded))
+    return root_mean_square(error, weights)
 
 
-def _root_mean_square(values: Real) -> float:
-    return math.sqrt(np.sum(values * values) / values.size)
+def root_mean_square(values: Real, weights: Real) -> float:
+    """Return the root mean square of n columns over the weights (states,)."""
+    flat = (values / weights.reshape((-1, 1))).ravel()
+    return math.sqrt(np.dot(flat, flat) / len(flat))
