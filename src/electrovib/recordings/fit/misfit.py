@@ -83,11 +83,11 @@ def misfit_of(
     Noise, also where it is correlated over up to about a hundredth of the record, gives neighbouring
     components the same variance. Tested are the slowest 8 components against the following 24 (F), each
     component against the median of its neighbours, which a misfit under a repeating drive exceeds, the means
-    of short spans, which one beside an edge exceeds, and where the noise is stated the sum of squares and that of the slow components (chi-squared, for a noise up to 5 %
-    above the stated one). Several recordings are tested for parameters that differ between them by the sum of
-    squares that parameters of their own would remove (F). The degrees of freedom are less those that the
-    estimates take. Of a signal that is rounded more coarsely than its noise only what exceeds half a step
-    counts.
+    of short spans, which one beside an edge exceeds, and where the noise is stated the sum of squares and
+    that of the slow components (chi-squared, for a noise up to 5 % above the stated one). Several recordings
+    are tested for parameters that differ between them by the sum of squares that parameters of their own
+    would remove (F). The degrees of freedom are less those that the estimates take. Of a signal that is
+    rounded more coarsely than its noise only what exceeds half a step counts.
     """
     slopes = problem.derivatives(values)
     parts = _parts(slopes, residuals)
