@@ -8,7 +8,7 @@ from twins import COEFFICIENT, COULOMB, GAP, LAGGING, LEAK, PAIRS, TIMES, exact,
 import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.components import Components
+from electrovib.recordings.fit.components import Components, _around
 from electrovib.recordings.fit.measured import Observed
 from electrovib.recordings.fit.residuals import Residuals
 from electrovib.recordings.fit.table import parameter_table
@@ -99,6 +99,19 @@ def test_a_misfit_of_few_samples_beside_an_edge_is_seen(count):
     begin, end = (float(text.split()[0]) for text in brief.reason.split("largest from ")[1].split(" to "))
     assert begin <= 146
     assert end >= 136
+
+
+def test_the_ratio_of_a_brief_misfit_is_that_of_its_span_to_all_samples():
+    """16 of 1600 samples hold all of the sum of squares, as the mean of their span would of 1600 noises."""
+    noise = 1e-6 * np.random.default_rng(42).normal(size=1600)
+    noise[800:816] += 1.0
+    brief = left(noise, stated=None)._of_brief("")[0]
+    assert brief.ratio == pytest.approx(1600, rel=0.01)
+
+
+def test_what_is_more_than_half_of_the_largest_is_around_it():
+    assert _around(np.array([2.0, 1.0, 3.0, 2.0, 2.0])) == (2, 4)
+    assert _around(np.array([2.0, 3.0, 1.0])) == (0, 1)
 
 
 def test_a_value_far_out_alone_is_no_misfit_of_the_model():
