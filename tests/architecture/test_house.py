@@ -56,7 +56,7 @@ def code_lines(node):
 
 def test_functions_fit_a_screen():
     sizes = {
-        f"{path.relative_to(SOURCE)}:{node.name}": code_lines(node)
+        f"{path.relative_to(SOURCE)}:{node.lineno} {node.name}": code_lines(node)
         for path, nodes in modules().items()
         for node in nodes
         if isinstance(node, ast.FunctionDef)

@@ -150,20 +150,11 @@ def fit(
     measured = with_own_names(measured)
     with gathered(problems):
         measured = described(
-            measured,
-            noise or {},
-            offsets,
-            sessions,
-            varying=bool(varying),
-            calibration=calibration,
-            stated=stated,
-        )
-    if output is not None:
-        from electrovib.view.fitted import CHAINS, FILES
-
-        with gathered(problems):
-            files = FILES | (CHAINS if posterior is not None else {})
-            check_folder(Path(output), files, inputs, force=force)
+            measured, noise or {}, offsets, sessions,
+            varying=bool(varying), calibration=calibration, stated=stated,
+        )  # fmt: skip
+    with gathered(problems):
+        _check(output, posterior, inputs, force=force)
     if problems or base is None:
         raise InputError(problems)
     given = _FitRequest(
@@ -177,13 +168,26 @@ def fit(
     )
     result = given.result(_named(scenario, 1), base, others, posterior)
     if output is not None:
-        from electrovib.view.fitted import write_fit
-
-        compared, posterior_of = result.comparison, result.posterior
-        write_fit(
-            Path(output), result.best, result.rows, comparison=compared, posterior=posterior_of, force=force
-        )
+        _write(result, Path(output), force=force)
     return result
+
+
+def _check(
+    output: str | Path | None, posterior: Sampling | None, inputs: Sequence[Path], *, force: bool
+) -> None:
+    """Refuse a folder in which the files of a fit cannot be written."""
+    if output is not None:
+        from electrovib.view.fitted import CHAINS, FILES
+
+        check_folder(Path(output), FILES | (CHAINS if posterior is not None else {}), inputs, force=force)
+
+
+def _write(result: FitResult, folder: Path, *, force: bool) -> None:
+    """Write a fit into a folder."""
+    from electrovib.view.fitted import write_fit
+
+    compared, posterior = result.comparison, result.posterior
+    write_fit(folder, result.best, result.rows, comparison=compared, posterior=posterior, force=force)
 
 
 @dataclass(frozen=True, kw_only=True)
