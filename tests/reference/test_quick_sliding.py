@@ -10,10 +10,10 @@ from electrovib.core.budget import budget
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
 from electrovib.physics.motion import Motion
-from electrovib.solve.mechanics import compiled
 from electrovib.solve.mechanics.between import Between
-from electrovib.solve.mechanics.compiled import slide_compiled
-from electrovib.solve.mechanics.sliding import sliding
+from electrovib.solve.mechanics.stick_slip import compiled_march, quick_sliding
+from electrovib.solve.mechanics.stick_slip.quick_sliding import slide_quickly
+from electrovib.solve.mechanics.stick_slip.sliding import sliding
 
 COULOMB = Coulomb(coefficient=0.5)
 FINGER = {"mass": 1.5e-3, "stiffness": 1000.0, "damping": 0.05}
@@ -55,7 +55,7 @@ def strength(motion):
 def both(law, motion, finger):
     corners = np.array(sorted({*motion.breaks(), JUMP}))
     between = Between(strength(motion), TIMES, corners, shortest=5e-3)
-    quick = slide_compiled(law, motion=motion, strength=between, times=TIMES, **finger)
+    quick = slide_quickly(law, motion=motion, strength=between, times=TIMES, **finger)
     exact = sliding(
         law,
         speed=motion.speeds,
@@ -91,16 +91,16 @@ def test_many_calls_are_one_march(monkeypatch):
     """The march returns now and then, so that it can be interrupted."""
     motion = Motion(speed=0.03)
     between = Between(strength(motion), TIMES, np.array([JUMP]), shortest=5e-3)
-    whole = slide_compiled(LAWS["LuGre"], motion=motion, strength=between, times=TIMES, **FINGER)
-    honest, calls = compiled.march, []
+    whole = slide_quickly(LAWS["LuGre"], motion=motion, strength=between, times=TIMES, **FINGER)
+    honest, calls = compiled_march.march, []
 
     def counted(*given):
         calls.append(1)
         return honest(*given)
 
-    monkeypatch.setattr(compiled, "march", counted)
-    monkeypatch.setattr(compiled, "AT_ONCE", 100)
-    parts = slide_compiled(LAWS["LuGre"], motion=motion, strength=between, times=TIMES, **FINGER)
+    monkeypatch.setattr(compiled_march, "march", counted)
+    monkeypatch.setattr(quick_sliding, "AT_ONCE", 100)
+    parts = slide_quickly(LAWS["LuGre"], motion=motion, strength=between, times=TIMES, **FINGER)
     assert len(calls) > 10
     assert parts.events == whole.events
     assert np.array_equal(parts.lateral_force, whole.lateral_force)

@@ -11,7 +11,8 @@ from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
-from electrovib.solve.mechanics.sliding import FRICTION, OVER_PLATE, Sliding, skin_of, skin_rates, sliding
+from electrovib.solve.mechanics.stick_slip.kinds import CompliantSlidingSkin
+from electrovib.solve.mechanics.stick_slip.sliding import Sliding, sliding
 from electrovib.solve.nonlinear.radau import ORDER
 
 COULOMB = Coulomb(coefficient=0.5)
@@ -227,17 +228,13 @@ def test_order_on_a_stick_slip_cycle():
 def test_order_is_lost_where_reversals_are_not_located(monkeypatch):
     exact = march_steps([STEPS[-1]])[0]
 
-    def rates(self, states, _mode, *, times):
-        columns = [
-            skin_rates(
-                self, states[:, [place]], (-1 if states[OVER_PLATE, place] < 0 else 1, 1), times[[place]]
-            )
-            for place in range(len(times))
-        ]
-        return np.hstack(columns)
+    def rate(self, state, mode, *, time):
+        direction = -1 if self.skin.speed_over_plate(state, speed=0.0) < 0 else 1
+        speed, strength = float(self.speed(time)), float(self.strength_of(time))
+        return self.skin.rate(state, speed=speed, strength=strength, direction=direction)
 
-    monkeypatch.setattr(Sliding, "rates", rates)
-    monkeypatch.setattr(Sliding, "watched", lambda _, __, ___, *, times: np.empty((0, len(times))))
+    monkeypatch.setattr(Sliding, "rate", rate)
+    monkeypatch.setattr(Sliding, "switches", lambda *_, **__: np.empty(0))
     times, errors, steps = np.array([0.0, 0.05]), [], STEPS[:3]
     for step in steps:
         slide = sliding(
@@ -335,34 +332,16 @@ def test_friction_takes_energy_and_none_is_lost(speed, stiffness, ratio, damping
 
 def test_a_wrong_heat_is_noticed(monkeypatch):
     """The balance fails where a law's heat is counted one percent too low."""
-    honest = Sliding.rates
+    honest = CompliantSlidingSkin.rate
 
-    def rates(self, states, mode, *, times):
-        found = honest(self, states, mode, times=times)
-        found[FRICTION] *= 0.99
-        return found
+    def rate(self, now, **at):
+        return honest(self, now, **at) * [1, 1, 1, 1, 1, 0.99]
 
-    monkeypatch.setattr(Sliding, "rates", rates)
+    monkeypatch.setattr(CompliantSlidingSkin, "rate", rate)
     slide = sliding(
         STICKY, speed=always(0.02), strength=always(STRENGTH), times=np.linspace(0, 0.05, 11), **FINGER
     )
     assert slide.energy_residual > 1000 * BALANCE
-
-
-@pytest.mark.parametrize(("share", "side"), [(1.0, 1), (-0.5, 1), (-1.5, -1)])
-def test_a_reversal_leaves_the_bristles_where_they_are(share, side):
-    """From sliding along to sliding back, with bristles at a share of the strength: beyond it if they push that far back."""
-    law = Dahl(steady=COULOMB, stiffness=500.0, exponent=0.7)
-    system = Sliding(
-        skin=skin_of(law),
-        speed=always(0.02),
-        strength=always(STRENGTH),
-        corners=(),
-        largest_strength=STRENGTH,
-        largest_speed=0.02,
-    )
-    state = np.array([share * STRENGTH / 500.0, 0.0, 0.0])
-    assert system.following(0, state, (1, 1), time=0.0) == (-1, side)
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1e3])

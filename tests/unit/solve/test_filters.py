@@ -87,7 +87,7 @@ def test_second_order_over_frequency(damping):
 
 def test_interpolation_at_critical_damping_keeps_what_it_states(monkeypatch):
     """Error 0.6 CRITICAL^2 (the curvature is largest at w0/sqrt 2, 32/27): seen with a hundredfold CRITICAL."""
-    from electrovib.solve.mechanics import filters as declared
+    from electrovib.solve.mechanics.filters import declared
 
     frequency = np.geomspace(1.0, 1e6, 400)
     formula = Resonance(FREQUENCY, 1.0).at(frequency)

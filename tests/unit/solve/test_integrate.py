@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.mechanics import compiled
 from electrovib.solve.nonlinear import integrate as integrator
-from electrovib.solve.nonlinear import radau
-from electrovib.solve.nonlinear.integrate import System, integrate, land
-from electrovib.solve.nonlinear.radau import NODES, ORDER, Piece, Task, states_on
+from electrovib.solve.nonlinear.collocation import Piece, march
+from electrovib.solve.nonlinear.events import land
+from electrovib.solve.nonlinear.integrate import integrate
+from electrovib.solve.nonlinear.radau import NODES, ORDER
+from electrovib.solve.nonlinear.system import System
 
 
 class Plain(System):
@@ -94,9 +95,16 @@ def test_order_is_lost_where_events_are_not_located():
 def test_order_is_lost_where_landings_are_not_solved_again(monkeypatch):
     """The polynomial of a step is of order 3 inside: a state read from it would cost the fifth order."""
 
-    def read(_system, _mode, piece, _index, share, *_):
-        stages = states_on(piece, share * NODES) - piece.before[:, None]
-        return Piece(piece.start, share * piece.size, piece.before, stages), True
+    def read(rate, system, state, mode, *, index, before, when, after):
+        piece = march(rate, state, start=before, size=after - before, scale=system.scale)[0]
+        return (
+            Piece(
+                start=before,
+                size=when - before,
+                before=state,
+                stages=piece(before + (when - before) * NODES).T - state,
+            ),
+        )
 
     monkeypatch.setattr(integrator, "land", read)
     assert measured_order(Rubbed(), steps=[0.5, 0.25, 0.125, 0.0625]) < ORDER - 0.3
@@ -143,22 +151,6 @@ def test_order_across_a_jump_of_the_rate_at_a_break():
     assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(ORDER, abs=0.1)
 
 
-class Pulse(Plain):
-    """y' = a pulse of 30 ms about 0.5 s, after a calm in which the steps have grown long."""
-
-    scale = np.ones(1)
-
-    def rate(self, _state, _mode, *, time):
-        return np.array([0.1 * np.sin(time) + np.exp(-(((time - 0.5) / 3e-2) ** 2))])
-
-
-def test_a_step_whose_error_is_too_large_is_not_taken():
-    times, tolerance = np.array([0.0, 1.0]), 1e-8
-    solved = integrate(Pulse(), np.zeros(1), (), times, tolerance=tolerance)
-    exact = 0.1 * (1 - np.cos(1.0)) + 3e-2 * np.sqrt(np.pi)
-    assert solved.states[0, -1] == pytest.approx(exact, abs=10 * tolerance)  # ten local errors
-
-
 class Window(Plain):
     """y' = 1: below 0.4, inside, above 0.45; a single step jumps over all of it."""
 
@@ -179,13 +171,14 @@ def test_events_at_output_times():
     solved = integrate(Window(), np.array([0.0]), (0,), times)
     np.testing.assert_allclose(solved.states[0], times, rtol=0, atol=1e-14)
     np.testing.assert_allclose([when for when, _ in solved.events], [0.4, 0.45], rtol=0, atol=1e-14)
-    assert solved.modes[[0, -1], 0].tolist() == [0, 2]
+    assert solved.modes[0] == (0,)
+    assert solved.modes[-1] == (2,)
 
 
 def test_a_mode_that_does_not_hold_ends_at_once():
     solved = integrate(Window(), np.array([0.42]), (0,), np.array([0.0, 1.0]))
     assert solved.events[0] == (0.0, 0)
-    assert solved.modes[0, 0] == 1
+    assert solved.modes[0] == (1,)
 
 
 class Dip(Plain):
@@ -272,28 +265,20 @@ def test_nothing_depends_on_the_unit(unit):
 def test_a_landing_within_the_rounding_of_a_time_is_a_landing():
     """From 1 s to the next number: there is no earlier time to take the slope from."""
 
-    class Falling(Plain):
+    class Falling:
         scale = np.ones(1)
 
-        def rate(self, _state, _mode, **_):
-            return -np.ones(1)
+        def switches(self, state, mode, **_):
+            return np.array([state[0] if not mode else 0.0])
 
-        def switches(self, state, _mode, **_):
-            return state
-
-    start, size = 1.0, np.nextafter(1.0, 2.0) - 1.0
-    piece = Piece(start, 0.1, np.zeros(1), np.zeros((1, 3)))
-    task = Task(np.array([0.0, 1.1]), np.ones(2, bool), np.ones(1), np.ones(1), 1e-9, 0.0)
-    landed, converged = land(Falling(), (), piece, 0, size / 0.1, 1.1, task)
-    assert converged
-    assert landed.start + landed.size == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("inverse_of", [radau.inverse_of, compiled.inverse_of])
-def test_a_singular_matrix_has_no_finite_inverse(inverse_of):
-    """The iteration then does not converge, and the step is shortened."""
-    with np.errstate(all="ignore"):
-        assert not np.all(np.isfinite(inverse_of(np.ones((2, 2)))))
-    assert inverse_of(np.array([[0.0, 2.0], [1.0, 1.0]])) == pytest.approx(
-        np.array([[-0.5, 1.0], [0.5, 0.0]])
+    landed = land(
+        lambda _, states: -np.ones_like(states),
+        Falling(),
+        np.zeros(1),
+        (),
+        before=1.0,
+        when=np.nextafter(1.0, 2.0),
+        after=1.1,
+        index=0,
     )
+    assert landed[-1].end == pytest.approx(1.0)

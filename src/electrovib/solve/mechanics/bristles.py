@@ -11,7 +11,8 @@ from electrovib.physics.finger import MassSpringDamper
 from electrovib.scenario import PeriodicState
 from electrovib.solve.mechanics.between import Between
 from electrovib.solve.mechanics.lateral import shortest_time
-from electrovib.solve.mechanics.sliding import Slide, sliding
+from electrovib.solve.mechanics.stick_slip.quick_sliding import slide_quickly
+from electrovib.solve.mechanics.stick_slip.sliding import Slide, sliding
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,9 +43,7 @@ def slide(
 
     def march(wanted: Real) -> Slide:
         if law.bristles is not None:
-            from electrovib.solve.mechanics.compiled import slide_compiled
-
-            return slide_compiled(law, motion=motion, strength=strength, times=wanted, **skin)
+            return slide_quickly(law, motion=motion, strength=strength, times=wanted, **skin)
         settled = float(motion.speeds(0.0)) > 0
         return sliding(
             law,

@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.finger import Finger, MassSpringDamper
 from electrovib.physics.friction import BristleFriction, SteadyFriction
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import PeriodicState
+from electrovib.solve.mechanics.answer import Mechanics
 from electrovib.solve.mechanics.between import Between
-from electrovib.solve.mechanics.filters import Filter, cascade, of_stages
+from electrovib.solve.mechanics.chain import Measured, finger_filters, measured, respond_mechanically
+from electrovib.solve.mechanics.filters.declared import cascade, of_stages
+from electrovib.solve.mechanics.filters.filter import Filter
 from electrovib.solve.mechanics.lateral import (
-    COUNTS,
     along_the_motion,
     friction_filter,
     memory_changes,
-    not_known,
-    resting,
     shortest_time,
 )
-from electrovib.solve.mechanics.response import respond_mechanically
-from electrovib.solve.mechanics.rig import Measured, finger_filters, measured
+from electrovib.solve.mechanics.unknown import COUNTS, not_known, resting
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -41,29 +39,6 @@ FORGOTTEN = 25.0
 """Time constants after which an initial state counts as decayed: 1e-11 of it remains."""
 MOST_PERIODS = 3000
 """Largest number of periods of the drive that are computed to reach the periodic state."""
-
-
-@dataclass
-class Mechanics:
-    """Results of the mechanics over time.
-
-    Parameters
-    ----------
-    signals : dict
-        Dimensions and values of every signal.
-    how : dict
-        Errors and events, for the attributes of the Trace.
-    diagnostics : list of Diagnostic
-        Diagnostics of the mechanics.
-    """
-
-    signals: dict[str, Any] = field(default_factory=dict)
-    how: dict[str, Any] = field(default_factory=dict)
-    diagnostics: list[Diagnostic] = field(default_factory=list)
-
-    def add(self, rows: dict[str, Real]) -> None:
-        """Add signals over time."""
-        self.signals |= {name: (("time",), row) for name, row in rows.items()}
 
 
 class FrictionChain:

@@ -10,8 +10,9 @@ from electrovib.core.errors import InputError
 from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
-from electrovib.solve.mechanics.friction_chain import MOST, FrictionChain, Mechanics
-from electrovib.solve.mechanics.rig import refuse_readings
+from electrovib.solve.mechanics.answer import Mechanics
+from electrovib.solve.mechanics.chain import refuse_readings
+from electrovib.solve.mechanics.friction_chain import MOST, FrictionChain
 
 if TYPE_CHECKING:
     from collections.abc import Callable

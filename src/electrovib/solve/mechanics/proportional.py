@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from electrovib.physics.friction import FollowingFriction, SteadyFriction
-from electrovib.solve.mechanics.lateral import resting
+from electrovib.solve.mechanics.unknown import resting
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario

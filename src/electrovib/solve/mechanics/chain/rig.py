@@ -12,8 +12,10 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.mechanics.filters import cascade, finite, of_stages, through_pieces
-from electrovib.solve.mechanics.response import increasing, respond_mechanically
+from electrovib.solve.mechanics.chain.grid import increasing
+from electrovib.solve.mechanics.chain.respond import respond_mechanically
+from electrovib.solve.mechanics.filters.declared import cascade, of_stages
+from electrovib.solve.mechanics.filters.follow import finite, through_pieces
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.finger import Finger
     from electrovib.physics.rig import Digitiser, Rig
-    from electrovib.solve.mechanics.filters import Filter
+    from electrovib.solve.mechanics.filters.filter import Filter
 
 
 def finger_filters(finger: Finger) -> dict[str, Filter]:

@@ -1,0 +1,1 @@
+"""Stick-slip motion of a skin with bristle friction, solved by time stepping."""

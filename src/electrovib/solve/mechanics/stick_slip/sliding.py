@@ -1,0 +1,225 @@
+"""Stick-slip motion of fingertip and bristles as one stiff system, with every reversal located."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.solve.mechanics.stick_slip.skin import SlidingSkin
+from electrovib.solve.mechanics.stick_slip.skin_of import OverTime, _always, lifted, skin_of
+from electrovib.solve.nonlinear.integrate import integrate
+from electrovib.solve.nonlinear.system import System
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from electrovib.core.arrays import Real
+    from electrovib.physics.friction import BristleFriction
+    from electrovib.solve.mechanics.stick_slip.skin import Energies
+    from electrovib.solve.nonlinear.system import Mode
+
+
+TOLERANCE = 1e-8
+"""Local error of a step, relative; the energy balance then closes to some 1e-8 of the work."""
+SMALLEST = 1e-9
+"""Smallest strength of the friction over the largest, which avoids a division by zero without load or contact."""
+DEAD_BAND = 1e-10
+"""Relative excess of the bristle force over the strength below which the excess is rounding."""
+EVENTS = ("turns", "passes the strength")
+"""Events of a slide: the skin reverses over the plate, the bristle force passes the strength of the friction."""
+_LOOKS = 4096
+"""Number of output times at which speed and strength are checked beforehand."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sliding(System):
+    """Equations of a skin that slides over the plate under a given strength of the friction.
+
+    Parameters
+    ----------
+    skin : SlidingSkin
+        Equations of the skin.
+    speed, strength : callable
+        Speed of the bone over the plate [m/s] and strength of the friction [N], smooth between the corners.
+    corners : tuple of float
+        Times at which they are not smooth [s].
+    largest_strength, largest_speed : float
+        Scales of strength [N] and speed [m/s], above 0.
+
+    Notes
+    -----
+    The mode is (sign of the speed of the skin over the plate, sign of the strength minus the bristle force).
+    """
+
+    skin: SlidingSkin
+    speed: OverTime
+    strength: OverTime
+    corners: tuple[float, ...]
+    largest_strength: float
+    largest_speed: float
+    touches: Callable[[float | Real], Any] = _always
+
+    @property
+    def scale(self) -> Real:
+        """Scale of each state."""
+        return self.skin.scale(strength=self.largest_strength, speed=self.largest_speed)
+
+    def breaks(self, end: float) -> Sequence[float]:
+        """Return the corners of speed and strength before an end [s]."""
+        return [corner for corner in self.corners if 0 < corner < end]
+
+    def jump(self, state: Real, *, time: float) -> Real:
+        """Return the state just after a time [s]; off the plate the deflection of the bristles is 0."""
+        return state if self.touches(time) else self.skin.let_go(state)
+
+    def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
+        """Return the rate of change of each state at a time [s]."""
+        skin = self.skin if self.touches(time) else lifted(self.skin)
+        return skin.rate(
+            state, speed=float(self.speed(time)), strength=float(self.strength_of(time)), direction=mode[0]
+        )
+
+    def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
+        """Return speed [m/s] and remaining share of the strength [1] at a time [s], each times its sign in the mode."""
+        direction, side = mode
+        along = direction * self.skin.speed_over_plate(state, speed=float(self.speed(time)))
+        if self.skin.law.yields_smoothly:
+            return np.array([along])
+        left = self.skin.left(state, strength=float(self.strength_of(time)), direction=direction)
+        return np.array([along, side * left + DEAD_BAND])
+
+    def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
+        """Return the mode after a reversal, or after the bristle force has passed the strength, at a time [s]."""
+        direction, side = mode
+        if index == 1:
+            return (direction, -side)
+        turned = -direction
+        left = self.skin.left(state, strength=float(self.strength_of(time)), direction=turned)
+        return (turned, 1 if left >= 0 else -1)
+
+    def strength_of(self, time: float | Real) -> Real:
+        """Return the strength at times [s], above 0 also without load [N]."""
+        return np.hypot(self.strength(time), SMALLEST * self.largest_strength)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slide:
+    """Motion, forces and energies of a sliding skin.
+
+    Parameters
+    ----------
+    skin_displacement : ndarray, shape (n,)
+        Displacement of the skin relative to the bone, positive against the motion [m].
+    skin_speed : ndarray, shape (n,)
+        Its rate of change [m/s].
+    lateral_force : ndarray, shape (n,)
+        Friction force [N].
+    bristle_deflection : ndarray, shape (n,)
+        Deflection of the contact [m].
+    energies : Energies
+        Energy balance.
+    energy_residual : float
+        Largest error of the energy balance, over the largest work [1].
+    events : tuple of (float, str)
+        Times [s] and kinds of the events, as in `EVENTS`.
+    steps, evaluations : int
+        Number of time steps, and of evaluations of the equations.
+    """
+
+    skin_displacement: Real
+    skin_speed: Real
+    lateral_force: Real
+    bristle_deflection: Real
+    energies: Energies
+    energy_residual: float
+    events: tuple[tuple[float, str], ...]
+    steps: int
+    evaluations: int
+
+
+def sliding(
+    law: BristleFriction,
+    *,
+    speed: OverTime,
+    strength: OverTime,
+    times: Real,
+    mass: float | None = None,
+    stiffness: float | None = None,
+    damping: float | None = None,
+    breaks: Sequence[float] = (),
+    touches: Callable[[float | Real], Any] = _always,
+    settled: bool = False,
+    tolerance: float = TOLERANCE,
+    step: float | None = None,
+) -> Slide:
+    """Compute the stick-slip motion of a skin with bristle friction, with its energy balance.
+
+    `times` (n,) [s].
+
+    m w' = k x + c x' - F(z, z', w), x' = u - w, with z' from the law; u and w are the speeds of the bone and of the skin
+    over the plate. In the frame of the plate the power of the hand is (k x + c x') u; it changes m w^2/2, k x^2/2 and
+    stiffness z^2/2, and is dissipated as c x'^2 and F w - stiffness z z'. Without load the strength is 1e-9 of the
+    largest one (`SMALLEST`); a viscous damping of the law is independent of the load and acts as long as the finger
+    touches.
+    """
+    looks = _looks(times, breaks)
+    strengths = np.asarray(strength(looks), dtype=float) + np.zeros(len(looks))
+    not_negative(looks, strengths)
+    skin = skin_of(law, mass=mass, stiffness=stiffness, damping=damping)
+    fastest = float(np.max(np.abs(speed(looks))))
+    largest_strength = float(strengths.max()) or skin.natural_force(fastest) or 1.0
+    largest_speed = fastest or skin.natural_speed(largest_strength)
+    system = Sliding(
+        skin=skin,
+        speed=speed,
+        strength=strength,
+        corners=tuple(breaks),
+        largest_strength=largest_strength,
+        largest_speed=largest_speed,
+        touches=touches,
+    )
+    at_start, strength_at_start = float(speed(0.0)), float(system.strength_of(0.0))
+    at_first = skin if touches(0.0) else lifted(skin)
+    state = at_first.settled(speed=at_start, strength=strength_at_start) if settled else np.zeros(skin.states)
+    direction = -1 if settled and at_start < 0 else 1
+    solved = integrate(system, state, (direction, 1), times, tolerance=tolerance, step=step)
+    speeds = np.asarray(speed(times), dtype=float) + np.zeros(len(times))
+    directions = np.array([mode[0] for mode in solved.modes], dtype=float)
+    over_plate = np.asarray(skin.speed_over_plate(solved.states, speed=speeds))
+    deflection = skin.deflection(solved.states)
+    rate = law.deflection_rate(deflection, over_plate, system.strength_of(times), directions)
+    energies = skin.energies(solved.states)
+    return Slide(
+        skin_displacement=skin.displacement(solved.states),
+        skin_speed=speeds - over_plate,
+        lateral_force=np.where(touches(times), law.force(deflection, rate, over_plate), 0.0),
+        bristle_deflection=deflection,
+        energies=energies,
+        energy_residual=energies.residual,
+        events=tuple((when, EVENTS[index]) for when, index in solved.events),
+        steps=solved.steps,
+        evaluations=solved.evaluations,
+    )
+
+
+def _looks(times: Real, breaks: Sequence[float]) -> Real:
+    """Return the times at which speed and strength are checked beforehand [s]."""
+    every = max(1, len(times) // _LOOKS)
+    inside = [when for when in breaks if 0 <= when <= times[-1]]
+    return np.unique([0.0, *times[::every], float(times[-1]), *inside])
+
+
+def not_negative(times: Real, strengths: Real) -> None:
+    """Refuse a strength that is negative or not a number.
+
+    `times`, `strengths` (n,) [s].
+    """
+    wrong = np.flatnonzero(~(strengths >= 0))
+    if len(wrong):
+        raise InputError(
+            f"friction.steady: its strength is {strengths[wrong[0]]:.6g} N at {times[wrong[0]]:.6g} s; a sliding contact"
+            " needs a strength of 0 or above, so check load, attraction and contact"
+        )
