@@ -30,6 +30,8 @@ _SHORTEST: Final = 4
 """Samples of the shortest span in which a brief misfit is looked for: of fewer, one value far out would count."""
 _FEWEST: Final = 15
 """Spans of one length from whose median the size of noise in a span is known."""
+_BRIEF: Final = 0.1
+"""Weight of the test of short spans: what it is for is far beyond noise, and the other tests keep their power."""
 _NORMAL: Final = 0.6744898
 """Median of the magnitude of a normal variable over its standard deviation."""
 _EFFICIENCY: Final = 0.37
@@ -43,12 +45,16 @@ _MEDIAN: Final = {1: 0.454936, 2: 1.386294}
 
 @dataclass(frozen=True, kw_only=True)
 class Sign:
-    """What one test found, with the probability `chance` and the ratio of the variance to that by noise alone."""
+    """What one test found, with the probability `chance` and the ratio of the variance to that by noise alone.
+
+    `weight` is its share of the probability that a test of noise finds something, over that of other tests.
+    """
 
     chance: float
     ratio: float
     subject: str
     reason: str
+    weight: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -216,6 +222,7 @@ class Components:
                 ratio=float(risen.max()) ** 2 / max(self._mean(self.energy, 0)[0], 1e-300),
                 subject=subject,
                 reason=f"residuals of {self._size(self.of.root_mean_square)} rms that are no noise{self._span(x)}",
+                weight=_BRIEF,
             )
         ]
 

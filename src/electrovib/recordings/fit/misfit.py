@@ -99,7 +99,9 @@ def misfit_of(
     real = [each for each in parts if not each.is_computed]
     between, scatter = _between(problem, values, slopes, parts)
     tests = [sign for each in real for sign in each.signs()] + scatter
-    signs = sorted((each for each in tests if each.chance * len(tests) < LEVEL), key=lambda each: each.chance)
+    total = sum(each.weight for each in tests)
+    signs = [each for each in tests if each.chance / each.weight * total < LEVEL]
+    signs.sort(key=lambda each: each.chance)
     inflation = max([*(each.ratio for each in signs), *(each.correlated for each in real)])
     first = {each.subject: each for each in reversed(signs)}
     return Misfit(
