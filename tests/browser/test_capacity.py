@@ -92,7 +92,9 @@ def test_connections_that_come_at_once_are_limited(server):
     async def run():
         status, visitor = await opened(server.port)
         assert status == 200
-        async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as http:
+        # a connection on which the server refused a page is closed by it, and cannot be used again
+        connector = aiohttp.TCPConnector(limit=0, force_close=True)
+        async with aiohttp.ClientSession(connector=connector) as http:
             for query, others in (("", 0), (f"&client_id={visitor.client}", 1)):
                 found = await asyncio.gather(*(_connected(http, server.port, query) for _ in range(150)))
                 assert sum(each is not None for each in found) == MOST_CONNECTIONS - others
