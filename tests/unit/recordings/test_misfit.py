@@ -8,8 +8,9 @@ from twins import COEFFICIENT, COULOMB, GAP, LAGGING, LEAK, PAIRS, TIMES, exact,
 import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.components import Components, _around
+from electrovib.recordings.fit.components import Components, Sign, _around
 from electrovib.recordings.fit.measured import Observed
+from electrovib.recordings.fit.misfit import significant
 from electrovib.recordings.fit.residuals import Residuals
 from electrovib.recordings.fit.table import parameter_table
 
@@ -112,6 +113,17 @@ def test_the_ratio_of_a_brief_misfit_is_that_of_its_span_to_all_samples():
 def test_what_is_more_than_half_of_the_largest_is_around_it():
     assert _around(np.array([2.0, 1.0, 3.0, 2.0, 2.0])) == (2, 4)
     assert _around(np.array([2.0, 3.0, 1.0])) == (0, 1)
+
+
+@pytest.mark.parametrize(("chance", "weight", "counts"), [
+    (0.0014, 1.0, True), (0.0015, 1.0, False), (1.4e-4, 0.1, True), (1.5e-4, 0.1, False),
+])  # fmt: skip
+def test_a_test_has_its_share_of_the_false_alarms(chance, weight, counts):
+    """Of 0.003 for all tests, in the proportion of their weights, here 1, 1 and 0.1."""
+    weights = {1.0: (1.0, 0.1), 0.1: (1.0, 1.0)}[weight]
+    others = [Sign(chance=0.5, ratio=1.0, subject="", reason="", weight=each) for each in weights]
+    found = Sign(chance=chance, ratio=9.0, subject="", reason="", weight=weight)
+    assert significant([*others, found]) == ([found] if counts else [])
 
 
 def test_a_value_far_out_alone_is_no_misfit_of_the_model():

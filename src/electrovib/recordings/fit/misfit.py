@@ -99,9 +99,7 @@ def misfit_of(
     real = [each for each in parts if not each.is_computed]
     between, scatter = _between(problem, values, slopes, parts)
     tests = [sign for each in real for sign in each.signs()] + scatter
-    total = sum(each.weight for each in tests)
-    signs = [each for each in tests if each.chance / each.weight * total < LEVEL]
-    signs.sort(key=lambda each: each.chance)
+    signs = significant(tests)
     inflation = max([*(each.ratio for each in signs), *(each.correlated for each in real)])
     first = {each.subject: each for each in reversed(signs)}
     return Misfit(
@@ -112,6 +110,13 @@ def misfit_of(
         between=between if any(each in signs for each in scatter) else {},
         recordings=recordings,
     )
+
+
+def significant(tests: Sequence[Sign]) -> list[Sign]:
+    """Return what noise does not explain, the clearest first: all tests together find something in noise at `LEVEL`."""
+    total = sum(each.weight for each in tests)
+    found = [each for each in tests if each.chance / each.weight * total < LEVEL]
+    return sorted(found, key=lambda each: each.chance)
 
 
 def _basis(columns: Real) -> Real:
