@@ -12,7 +12,7 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.slab import Slab
+from electrovib.solve.stack.modes import Slab
 
 AREA = 1e-4
 

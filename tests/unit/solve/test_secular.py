@@ -295,7 +295,7 @@ def test_more_weight_pushes_every_root_away():
         ([0, 1], [1, 1], 1e-60, "constant"),
         ([0, 1], [1], 0.0, "shapes"),
         ([], [], 0.0, "shapes"),
-        ([[0, 1]], [[1, 1]], 0.0, "shapes"),
+        ([0, 1], [[1, 1]], 0.0, "shapes"),
     ],
 )
 def test_refuses(nodes, weights, constant, named):

@@ -12,7 +12,7 @@ from electrovib.export.spice.start import Start
 from electrovib.export.spice.text import Names, number, remark
 from electrovib.solve.stack.expand import Surroundings, reductions
 from electrovib.solve.stack.reduce import Reduction
-from electrovib.solve.stack.slab import merged_terms
+from electrovib.solve.stack.modes import merged_terms
 
 if TYPE_CHECKING:
     from electrovib.export.spice.timing import Timing

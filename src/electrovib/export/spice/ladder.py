@@ -10,7 +10,7 @@ from electrovib.core.units import format_quantity
 from electrovib.export.spice.equation import written
 from electrovib.export.spice.formula import Formula
 from electrovib.export.spice.text import continued, number, remark
-from electrovib.solve.stack.slab import merged_terms
+from electrovib.solve.stack.modes import merged_terms
 
 if TYPE_CHECKING:
     from electrovib.physics.stack import Layer

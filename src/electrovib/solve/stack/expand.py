@@ -18,7 +18,14 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.interface import interface_place, roles_of
 from electrovib.physics.stack import Layer
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.modes import StackModes
+from electrovib.solve.stack.modes import (
+    StackModes,
+    bound_residues,
+    row_of,
+    slab_impedance,
+    slots,
+    spread,
+)
 from electrovib.solve.stack.reduce import HIGHEST, LOWEST, Reduction, reduce_material, run_band
 from electrovib.solve.stack.section import (
     ChargedSection,
@@ -30,8 +37,7 @@ from electrovib.solve.stack.section import (
     section_of,
     slabs_of,
 )
-from electrovib.solve.stack.slab import bound_residues, slab_impedance
-from electrovib.solve.stack.transfer import INTEGRATING, Transfer
+from electrovib.solve.stack.transfer import INTEGRATING, Column, Transfer, side_by_side
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Indices
@@ -160,12 +166,18 @@ def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, 
     """Return the stack without leaks as modes per unit of the drive, and the largest error of a bound permittivity."""
     found = reductions(scenario, times)
     debye = {name: reduction.debye for name, reduction in found.items()}
-    error = max(reduction.largest_error for reduction in found.values())
+    return modes_of(scenario, debye), max(reduction.largest_error for reduction in found.values())
+
+
+def modes_of(scenario: Scenario, debye: dict[str, DebyeSum]) -> ModalSection:
+    """Return the stack without leaks as modes per unit of the drive, for given relaxations of its layers.
+
+    A number of the scenario, or of the relaxations, may be a column with one value for each case.
+    """
     around, layers = Surroundings.of(scenario), scenario.stack.layers
     if scenario.drive.quantity == "current":
-        return current_section(layers, debye, area=around.area), error
-    section = modal_section(layers, debye, area=around.area, element=around.element, second=around.second)
-    return section, error
+        return current_section(layers, debye, area=around.area)
+    return modal_section(layers, debye, area=around.area, element=around.element, second=around.second)
 
 
 def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
@@ -179,7 +191,7 @@ def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
     return PhasorSection(section.frequency, states, section.roles, section.voltage * volts, density)
 
 
-def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: float) -> ModalSection:
+def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: Column) -> ModalSection:
     """Expand the stack in the modes of its layers, per ampere of the drive.
 
     E_k T_k = z_k (J + Q_k), with Q_k the free charge at time 0 on the interfaces on the plate's side of layer
@@ -187,31 +199,29 @@ def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, are
     """
     slabs = slabs_of(layers, debye)
     expanded = [slab_impedance(slab) for slab in slabs]
-    nodes = np.unique(np.concatenate([rates for rates, _ in expanded]))
-    rates = np.append(np.where(nodes == 0, INTEGRATING, nodes), 0.0)  # the last: trapped charge
-    held = np.concatenate([[0.0], np.cumsum([slab.charge for slab in slabs])[:-1]])
+    nodes, places = slots([rates for rates, _ in expanded])
+    rates = side_by_side(np.where(nodes == 0, INTEGRATING, nodes), np.zeros(1))  # the last: trapped charge
+    # the last layer carries no charge towards the finger
+    charges = [0.0, *(slab.charge for slab in slabs[:-1]), 0.0]
+    held = np.cumsum(side_by_side(*(row_of(charge) for charge in charges)), axis=-1)
     fields, displacements = [], []
-    for slab, (own, residues), charge in zip(slabs, expanded, held.tolist(), strict=True):
-        places = np.searchsorted(nodes, own)
-        field = _spread(places, residues / slab.thickness, len(nodes))
-        displacement = _spread(places, bound_residues(slab, own, residues), len(nodes))
-        fields.append(_answer(rates, field / area, field * charge))
-        displacements.append(_answer(rates, displacement / area, displacement * charge))
-    current = Transfer(rates=rates, gains=np.zeros(len(rates)), direct=1 / area)
-    before = np.append(held, held[-1])  # the last layer carries no charge towards the finger
-    modes = StackModes(rates, tuple(fields), tuple(displacements), current, len(nodes), before)
+    for index, (slab, each, mine) in enumerate(zip(slabs, expanded, places, strict=True)):
+        charge = held[..., index : index + 1]
+        for found, residues in (
+            (fields, each[1] / slab.thickness),
+            (displacements, bound_residues(slab, *each)),
+        ):
+            spread_out = spread(residues, mine, nodes.shape[-1])
+            found.append(_answer(rates, spread_out / area, spread_out * charge))
+    current = Transfer(rates=rates, gains=np.zeros(rates.shape[-1]), direct=1 / area)
+    modes = StackModes(rates, tuple(fields), tuple(displacements), current, nodes.shape[-1], held)
     return section_of(layers, debye, modes)
-
-
-def _spread(places: Indices, values: Real, count: int) -> Real:
-    found = np.zeros(count)
-    found[places] = values
-    return found
 
 
 def _answer(rates: Real, residues: Real, free: Real) -> Transfer:
     """Return sum residue/(s + rate); the free part at a rate of 0 is constant."""
-    integrates = rates[:-1] == INTEGRATING
-    gains = np.append(residues / rates[:-1], 0.0)
-    fading = np.append(np.where(integrates, 0.0, free), float(np.sum(free[integrates])))
-    return Transfer(rates=rates, gains=gains, direct=0.0, slope=0.0, free=fading)
+    integrates = rates[..., :-1] == INTEGRATING
+    gains = side_by_side(residues / rates[..., :-1], np.zeros(1))
+    constant = np.where(integrates, free, 0.0).sum(axis=-1, keepdims=True)
+    fading = side_by_side(np.where(integrates, 0.0, free), constant)
+    return Transfer(rates=rates, gains=gains, free=fading)

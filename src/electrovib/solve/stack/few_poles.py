@@ -18,15 +18,15 @@ class Roots:
 
     Parameters
     ----------
-    nodes : ndarray, shape (nodes,)
+    nodes : ndarray, shape (..., nodes)
         Poles of the sum.
-    values : ndarray, shape (roots,)
+    values : ndarray, shape (..., roots)
         Roots, increasing; a root closer to its node than rounding allows equals that node.
-    origin : ndarray of int, shape (roots,)
+    origin : ndarray of int, shape (..., roots)
         Index of the nearer end of the bracket of each root.
-    offset : ndarray, shape (roots,)
+    offset : ndarray, shape (..., roots)
         Root minus ``nodes[origin]``, signed, never 0.
-    slope : ndarray, shape (roots,)
+    slope : ndarray, shape (..., roots)
         :math:`-f'` at each root, > 0; its inverse is the residue of :math:`-1/f`.
 
     Notes
@@ -43,16 +43,16 @@ class Roots:
     def differences(self) -> Real:
         """Return the distance of each root from each node, without cancellation.
 
-        Returns `differences` (roots, nodes).
+        Returns `differences` (..., roots, nodes).
         """
         return _differences(self.nodes, self.origin, self.offset)
 
 
-def _roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
+def roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
     """Return roots whose distance from the nearer node is known."""
     difference = _differences(node, origin, offset)
-    slope: Real = (weight / difference / difference).sum(axis=1)
-    values: Real = node[origin] + offset
+    slope: Real = (weight[..., None, :] / difference / difference).sum(axis=-1)
+    values: Real = np.take_along_axis(node, origin, -1) + offset
     for array in (node, values, origin, offset, slope):
         array.flags.writeable = False
     return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
@@ -62,12 +62,12 @@ def _between_two_poles(node: Real, weight: Real) -> Roots:
     """Return the root between two poles for a constant of 0, in closed form."""
     nearer = int(weight[0] > weight[1])
     distance = (node[1] - node[0]) * (weight[nearer] / (weight[0] + weight[1]))
-    return _roots_at(node, weight, np.array([nearer]), np.array([-distance if nearer else distance]))
+    return roots_at(node, weight, np.array([nearer]), np.array([-distance if nearer else distance]))
 
 
 def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
     """Return the root above a single pole, in closed form."""
-    return _roots_at(node, weight, np.zeros(1, np.intp), weight / constant)
+    return roots_at(node, weight, np.zeros(1, np.intp), weight / constant)
 
 
 def _of_two_poles(node: Real, weight: Real, constant: float) -> Roots | None:
@@ -90,9 +90,10 @@ def _of_two_poles(node: Real, weight: Real, constant: float) -> Roots | None:
         other = reach + below + above
         between = math.hypot(reach + above - below, 2 * math.sqrt(below * above))
         origin, offset = [0, 1], [2 * below * gap / (other + between), up]
-    return _roots_at(node, weight, np.array(origin), np.array(offset))
+    return roots_at(node, weight, np.array(origin), np.array(offset))
 
 
 def _differences(node: Real, origin: Indices, offset: Real) -> Real:
-    result: Real = (node[origin][:, None] - node) + offset[:, None]
+    begins = np.take_along_axis(node, origin, -1)
+    result: Real = (begins[..., :, None] - node[..., None, :]) + offset[..., :, None]
     return result

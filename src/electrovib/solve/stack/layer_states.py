@@ -20,7 +20,7 @@ from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.interface import INTERFACE, beside_interface, interface_place, roles_of
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.section import slabs_of
-from electrovib.solve.stack.slab import Slab, merged_terms
+from electrovib.solve.stack.modes import Slab, merged_terms
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.interface import Role, interface_place, roles_of
 from electrovib.solve.stack.inverse_root import inverse_root_thickness
 from electrovib.solve.stack.modes import StackModes, stack_modes
-from electrovib.solve.stack.slab import Slab
-from electrovib.solve.stack.transfer import Transfer, integrated
+from electrovib.solve.stack.modes import Slab
+from electrovib.solve.stack.transfer import Column, Transfer, integrated, summed
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.material import Material
@@ -32,9 +32,9 @@ IDLE = 1e-12
 
 @dataclass(frozen=True)
 class PhasorLayer:
-    """State of a layer as complex amplitudes per volt of the drive, shape (frequencies,)."""
+    """State of a layer as complex amplitudes per volt of the drive, shape (frequencies,) or (cases, frequencies)."""
 
-    thickness: float
+    thickness: Column
     material: Material
     field: Complex
     displacement: Complex
@@ -67,8 +67,7 @@ class PhasorSection:
     def inverse_root_thickness(self, names: Sequence[str]) -> Complex:
         """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2]."""
         parts = [self[n].thickness / self[n].material.bound_permittivity(self.frequency) for n in names]
-        total: Complex = np.sum(parts, axis=0) ** -0.5
-        return total
+        return np.asarray(total_of(parts) ** -0.5)
 
 
 @dataclass(frozen=True)
@@ -84,11 +83,11 @@ class ChargedSection(PhasorSection):
 
 
 def phasor_section(
-    layers: dict[str, Layer], *, area: float, element: SeriesElement, second: float, frequency: Real
+    layers: dict[str, Layer], *, area: Column, element: SeriesElement, second: Column, frequency: Real
 ) -> PhasorSection:
     """Return the stack over frequency, as a voltage divider of impedances."""
     drops = {name: layer.impedance(frequency) for name, layer in layers.items()}
-    stack = np.sum(list(drops.values()), axis=0)
+    stack = total_of(drops.values())
     current = 1 / (stack * (1 + second) + area * element.impedance(frequency))
     states = {}
     for name, layer in layers.items():
@@ -98,11 +97,17 @@ def phasor_section(
     return PhasorSection(frequency, states, roles_of(layers), stack * current, current)
 
 
+def total_of(parts: Iterable[Any]) -> Any:
+    """Return the sum of numbers and arrays of different shapes."""
+    first, *rest = parts
+    return sum(rest, start=first)
+
+
 @dataclass(frozen=True)
 class ModalLayer:
     """State of a layer as transfer functions."""
 
-    thickness: float
+    thickness: Column
     material: Material
     field: Transfer
     displacement: Transfer
@@ -146,7 +151,8 @@ class ModalSection:
     @property
     def interface_displacement(self) -> Transfer:
         """Displacement at the interface without a gap: initial charge and charge delivered by the current."""
-        start = float(self.modes.charges[interface_place(self.roles.values())])
+        place = interface_place(self.roles.values())
+        start = summed(self.modes.charges[..., place : place + 1])
         return integrated(self.modes.current_density, start=start)
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Transfer:
@@ -154,7 +160,7 @@ class ModalSection:
         known = tuple(names)
         if known not in self._roots:
             slabs = [(self[name].thickness, self.debye[name]) for name in names]
-            self._roots[known] = inverse_root_thickness(slabs, avoid=self.modes.rates)
+            self._roots[known] = inverse_root_thickness(slabs, avoid=self.modes.rates.ravel())
         return self._roots[known]
 
 
@@ -162,9 +168,9 @@ def modal_section(
     layers: dict[str, Layer],
     debye: dict[str, DebyeSum],
     *,
-    area: float,
+    area: Column,
     element: SeriesElement,
-    second: float,
+    second: Column,
 ) -> ModalSection:
     """Expand the stack in modes."""
     modes = stack_modes(slabs_of(layers, debye), area=area, element=element, second=second)
@@ -207,8 +213,7 @@ def _gap_phasor(section: PhasorSection, thickness: float, conductivity: float) -
     layers = section.layers.values()
     parts = [layer.thickness / layer.material.complex_permittivity(section.frequency) for layer in layers]
     leaking = 1 + conductivity / (2j * np.pi * section.frequency * eps0)
-    field: Complex = section.voltage / (thickness + np.sum(parts, axis=0) * leaking)
-    return field
+    return np.asarray(section.voltage / (thickness + total_of(parts) * leaking))
 
 
 def _gap_transfer(section: ModalSection, thickness: float, conductivity: float) -> Transfer:
@@ -228,6 +233,9 @@ def _gap_transfer(section: ModalSection, thickness: float, conductivity: float) 
 
 def _busy(transfer: Transfer) -> Transfer:
     """Omit modes that the drive does not excite, because a product divides by the distance between rates."""
-    scale = abs(transfer.direct) + float(np.sum(np.abs(transfer.gains)))
+    scale = np.abs(transfer.direct) + summed(np.abs(transfer.gains))
     kept = (np.abs(transfer.gains) > IDLE * scale) & (transfer.rates > 0)
-    return Transfer(rates=transfer.rates[kept], gains=transfer.gains[kept], direct=transfer.direct)
+    kept = np.any(kept, axis=tuple(range(kept.ndim - 1)))
+    return Transfer(
+        rates=transfer.rates[..., kept], gains=transfer.gains[..., kept], direct=transfer.direct
+    )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from electrovib.core.arrays import Indices, Numbers, Real
 from electrovib.core.errors import InputError
-from electrovib.solve.stack.few_poles import Roots, _between_two_poles, _of_one_pole, _of_two_poles, _roots_at
+from electrovib.solve.stack.few_poles import Roots, _between_two_poles, _of_one_pole, _of_two_poles, roots_at
 from electrovib.solve.stack.secular_input import _checked, refuse_beyond_reach
 from electrovib.solve.stack.secular_step import step_with
 
@@ -19,6 +19,7 @@ _ROUNDING = float(np.finfo(float).eps)
 
 _ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than about 1e-14
 _SLACK = 8 * _ROUNDING
+_COMPILED = 4096  # number of roots from which compiled loops are faster than they take to load
 _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
 _TINY = decimal.Decimal("1e-25")
 _step = step_with(np.where)
@@ -59,12 +60,12 @@ class _Sums:
     steepness: Numbers  # minus the derivative of the rest
 
 
-def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> Roots:
+def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: Any) -> Roots:
     r"""Find the roots at which a sum of poles with positive weights equals a constant.
 
     They are the zeros of the impedance of layers in series.
 
-    `nodes` (nodes,), `weights` (nodes,).
+    `nodes`, `weights` (nodes,); or `nodes` (cases, nodes) in any order, and weights and constant of as many cases or one.
 
     .. math:: f(x) = -c + \sum_l \frac{w_l}{x - n_l}
 
@@ -74,6 +75,8 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
     where cancellation prevents 53 bits from resolving the root, it is computed again with 150 digits. Offset,
     differences and slope are therefore accurate to better than 1e-13 relative, whatever the conditioning.
     """
+    if np.ndim(nodes) == 2:
+        return _of_cases(np.asarray(nodes, float), np.asarray(weights, float), constant)
     node, weight = _checked(nodes, weights, constant)
     if node.size == 1 and constant > 0:
         return _of_one_pole(node, weight, float(constant))
@@ -83,11 +86,31 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: float) -> R
         return found
     offset, origin = _roots(node[:, None], weight[:, None], np.array([float(constant)]))
     count = node.size - (constant == 0)
-    return _roots_at(node, weight, origin[:count, 0], offset[:count, 0])
+    return roots_at(node, weight, origin[:count, 0], offset[:count, 0])
+
+
+def _of_cases(nodes: Real, weights: Real, constant: Any) -> Roots:
+    """Return the roots of many cases; a node that equals another in a case is moved by its rounding."""
+    cases, count = np.broadcast_shapes(nodes.shape, weights.shape, np.shape(constant))
+    node, weight = np.broadcast_to(nodes, (cases, count)), np.broadcast_to(weights, (cases, count))
+    level = np.broadcast_to(np.asarray(constant, float), (cases, 1))
+    order = np.argsort(node, axis=1, kind="stable")
+    ordered, heavy = np.take_along_axis(node, order, 1), np.take_along_axis(weight, order, 1)
+    for place in range(1, count):
+        ordered[:, place] = np.maximum(ordered[:, place], np.nextafter(ordered[:, place - 1], np.inf))
+    apart = np.empty_like(ordered)
+    np.put_along_axis(apart, order, ordered, 1)
+    has_last = np.ndim(constant) > 0 or constant > 0
+    if count == 1 and has_last:
+        return roots_at(apart, weight, np.zeros((cases, 1), np.intp), weight / level)
+    find = _roots if cases * count < _COMPILED else secular_offsets
+    offsets, origins = find(ordered.T, heavy.T, level[:, 0])
+    some = slice(count if has_last else count - 1)
+    return roots_at(apart, weight, np.take_along_axis(order, origins[some].T, 1), offsets[some].T)
 
 
 def secular_offsets(nodes: Real, weights: Real, constants: Real) -> tuple[Real, Indices]:
-    """Find the roots of many problems of `secular_roots` with equal numbers of nodes.
+    """Find the roots of many problems with equal numbers of increasing nodes, in compiled loops.
 
     `nodes`, `weights` (nodes, problems), `constants` (problems,); returns `offsets`, `origins` (nodes, problems): the
     distance of each root from the nearer end of its bracket, infinite for the last root where the constant is 0, and the

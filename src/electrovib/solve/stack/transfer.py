@@ -1,9 +1,9 @@
-"""Transfer function from the drive to a linear quantity, with real poles, and its integral over time as a mode."""
+"""Transfer functions from the drive to a linear quantity, with real poles, and their integral over time as a mode."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike
 from electrovib.core.arrays import Complex, Real
 
 if TYPE_CHECKING:
-    pass
+    from collections.abc import Sequence
 
 INTEGRATING: Final = 1e-30
 """Rate that represents an integrator [1/s]: its decay in 1e5 s is far below the rounding of 53 bits."""
 _NOTHING = 1e-13
 """Response at zero frequency over the largest mode, below which it is the rounding of the sum of modes."""
+Column = Any
+"""A number that all cases share, or a column of shape (cases, 1) with one for each."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -25,66 +27,71 @@ class Transfer:
 
     Parameters
     ----------
-    rates : ndarray, shape (n,)
+    rates : ndarray, shape (n,) or (cases, n)
         Minus the poles, >= 0 [1/s]; a rate of 0 is trapped charge, which the drive does not excite.
-    gains : ndarray, shape (n,)
+    gains : ndarray, shape (n,) or (cases, n)
         Contribution of each mode to the response at zero frequency.
-    direct : float
+    direct : float or ndarray, shape (cases, 1)
         Response at infinite frequency.
-    slope : float
+    slope : float or ndarray, shape (cases, 1)
         Response to the rate of change of the drive.
-    free : ndarray, shape (n,), optional
+    free : ndarray, shape (n,) or (cases, n), optional
         Amplitudes at time 0 of the response to initial charge.
-    static : float, optional
+    static : float or ndarray, shape (cases, 1), optional
         Response at zero frequency, where the sum of `direct` and `gains` would lose it by cancellation, as for a current.
 
     Notes
     -----
+    Cases are scenarios that differ in numbers; what they share has no axis of cases.
     With `static` the transfer function is static + slope s - sum gain s/(s + rate), which loses no digits at low
     frequency.
     Without a free part it is a filter; two transfer functions can be multiplied when at most one has a free part or a
     slope, and they have no rate in common.
     """
 
+    __array_ufunc__ = None  # a column times a transfer function is a transfer function
+
     rates: Real
     gains: Real
-    direct: float = 0.0
-    slope: float = 0.0
+    direct: Column = 0.0
+    slope: Column = 0.0
     free: Real = field(default_factory=lambda: np.zeros(0))
-    static: float | None = None
+    static: Column | None = None
 
     def __post_init__(self) -> None:
         """Replace an absent free part by zeros."""
-        if len(self.free) != len(self.rates):
-            object.__setattr__(self, "free", np.zeros(len(self.rates)))
+        if self.free.shape[-1] != self.rates.shape[-1]:
+            object.__setattr__(self, "free", np.zeros(self.rates.shape[-1]))
 
     def at(self, frequency: ArrayLike) -> Complex:
-        """Evaluate the forced part at frequencies [Hz], any shape."""
-        s = 2j * np.pi * np.asarray(frequency, dtype=float)
+        """Evaluate the forced part at frequencies [Hz], any shape; cases have an axis before it."""
+        given = np.asarray(frequency, dtype=float)
+        s = 2j * np.pi * given.reshape(-1)
         level = self.direct if self.static is None else self.static
-        driven = self.gains != 0
-        rates, gains = self.rates[driven], self.gains[driven]
-        parts = (rates if self.static is None else -s[..., None]) / (s[..., None] + rates)
+        driven = np.any(self.gains != 0, axis=tuple(range(self.gains.ndim - 1)))
+        rates, gains = self.rates[..., None, driven], self.gains[..., None, driven]
+        parts = (rates if self.static is None else -s[:, None]) / (s[:, None] + rates)
         summed = np.sum(parts * gains, axis=-1)  # a matrix product would start threads, which take longer
-        return np.asarray(level + self.slope * s + summed, dtype=complex)
+        found = np.asarray(level + self.slope * s + summed, dtype=complex)
+        return found.reshape(found.shape[:-1] + given.shape)
 
     def free_at(self, frequency: ArrayLike) -> Complex:
         """Evaluate the Laplace transform of the free part at j w, frequencies [Hz] above 0, any shape."""
         s = 2j * np.pi * np.asarray(frequency, dtype=float)
         return np.asarray(1 / (s[..., None] + self.rates) @ self.free, dtype=complex)
 
-    def at_rest(self) -> float:
+    def at_rest(self) -> Column:
         """Return the response at zero frequency."""
-        return float(self.direct + self.gains.sum()) if self.static is None else self.static
+        return self.direct + summed(self.gains) if self.static is None else self.static
 
     def __add__(self, other: Transfer) -> Transfer:
         """Return the sum; transfer functions of one stack keep their common modes."""
         if self.rates is other.rates or np.array_equal(self.rates, other.rates):
             gains, free, rates = self.gains + other.gains, self.free + other.free, self.rates
         else:
-            rates = np.concatenate([self.rates, other.rates])
-            gains = np.concatenate([self.gains, other.gains])
-            free = np.concatenate([self.free, other.free])
+            rates = side_by_side(self.rates, other.rates)
+            gains = side_by_side(self.gains, other.gains)
+            free = side_by_side(self.free, other.free)
         apart = self.static is None and other.static is None
         static = None if apart else self.at_rest() + other.at_rest()
         return Transfer(
@@ -100,49 +107,66 @@ class Transfer:
         """Return the difference."""
         return self + other * -1.0
 
-    def __mul__(self, other: Transfer | float) -> Transfer:
-        """Return the product with a factor, or with another transfer function."""
+    def __neg__(self) -> Transfer:
+        """Return the opposite."""
+        return self * -1.0
+
+    def __mul__(self, other: Transfer | Column) -> Transfer:
+        """Return the product with a number or a column, or with another transfer function."""
         if isinstance(other, Transfer):
             return _product(self, other)
-        factor = float(other)
         return Transfer(
             rates=self.rates,
-            gains=self.gains * factor,
-            direct=self.direct * factor,
-            slope=self.slope * factor,
-            free=self.free * factor,
-            static=None if self.static is None else self.static * factor,
+            gains=self.gains * other,
+            direct=self.direct * other,
+            slope=self.slope * other,
+            free=self.free * other,
+            static=None if self.static is None else self.static * other,
         )
 
     __rmul__ = __mul__
 
+    def __truediv__(self, divisor: Column) -> Transfer:
+        """Return the quotient by a number or a column."""
+        return self * (1 / divisor)
+
+
+def summed(rows: Real) -> Column:
+    """Return the sum over the last axis: a number, or a column for cases."""
+    return float(rows.sum()) if rows.ndim == 1 else rows.sum(axis=-1, keepdims=True)
+
+
+def side_by_side(*rows: Real) -> Real:
+    """Return arrays side by side along their last axis; what cases share is repeated for each."""
+    lead = np.broadcast_shapes(*(each.shape[:-1] for each in rows))
+    return np.concatenate([np.broadcast_to(each, (*lead, each.shape[-1])) for each in rows], axis=-1)
+
 
 def _product(filter_: Transfer, signal: Transfer) -> Transfer:
     """Return the product by partial fractions: each residue of one times the value of the other at that pole."""
-    if filter_.slope or np.any(filter_.free):
+    if np.any(filter_.slope) or np.any(filter_.free):
         filter_, signal = signal, filter_
-    if filter_.slope or signal.slope or np.any(filter_.free):
+    if np.any(filter_.slope) or np.any(signal.slope) or np.any(filter_.free):
         raise ValueError("only one factor may have a free part, and none a slope")
-    if not len(filter_.rates):
+    if not filter_.rates.shape[-1]:
         return signal * filter_.direct
     known = filter_.static is not None or signal.static is not None
-    apart = filter_.rates[:, None] - signal.rates[None, :]  # filter rate minus signal rate
-    of_filter = filter_.direct + np.sum((filter_.gains * filter_.rates)[:, None] / apart, axis=0)
-    of_signal = signal.direct - np.sum((signal.gains * signal.rates)[None, :] / apart, axis=1)
-    free_here = signal.free * of_filter
+    apart = filter_.rates[..., :, None] - signal.rates[..., None, :]  # filter rate minus signal rate
     weights = filter_.gains * filter_.rates
-    free_there = -weights * np.sum(signal.free[None, :] / apart, axis=1)
+    of_filter = filter_.direct + np.sum(weights[..., :, None] / apart, axis=-2)
+    of_signal = signal.direct - np.sum((signal.gains * signal.rates)[..., None, :] / apart, axis=-1)
+    free_here = signal.free * of_filter
+    free_there = -weights * np.sum(signal.free[..., None, :] / apart, axis=-1)
     return Transfer(
-        rates=np.concatenate([signal.rates, filter_.rates]),
-        gains=np.concatenate([signal.gains * of_filter, filter_.gains * of_signal]),
+        rates=side_by_side(signal.rates, filter_.rates),
+        gains=side_by_side(signal.gains * of_filter, filter_.gains * of_signal),
         direct=filter_.direct * signal.direct,
-        slope=0.0,
-        free=np.concatenate([free_here, free_there]),
+        free=side_by_side(free_here, free_there),
         static=filter_.at_rest() * signal.at_rest() if known else None,
     )
 
 
-def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
+def integrated(rate: Transfer, *, start: Column = 0.0) -> Transfer:
     """Return the integral over time of a linear quantity, for instance the charge delivered by a current.
 
     H = static + slope s - sum gain s/(s + rate) gives H/s = static/s + slope - sum gain/(s + rate).
@@ -150,23 +174,29 @@ def integrated(rate: Transfer, *, start: float = 0.0) -> Transfer:
     rates, safe = rate.rates, np.where(rate.rates > 0, rate.rates, 1.0)
     static = resting(rate)
     gains, free = -rate.gains / safe, -rate.free / safe
-    constant = start - float(np.sum(free))
-    if static:
-        rates, gains = np.append(rates, INTEGRATING), np.append(gains, static / INTEGRATING)
-        free = np.append(free, 0.0)
-    if constant:
-        rates, gains = np.append(rates, 0.0), np.append(gains, 0.0)
-        free = np.append(free, constant)
-    return Transfer(rates=rates, gains=gains, direct=rate.slope, slope=0.0, free=free)
+    constant = start - summed(free)
+    if np.any(static):
+        rates, gains = side_by_side(rates, _one(INTEGRATING)), side_by_side(gains, _one(static / INTEGRATING))
+        free = side_by_side(free, _one(0.0))
+    if np.any(constant):
+        rates, gains = side_by_side(rates, _one(0.0)), side_by_side(gains, _one(0.0))
+        free = side_by_side(free, _one(constant))
+    return Transfer(rates=rates, gains=gains, direct=rate.slope, free=free)
 
 
-def resting(transfer: Transfer) -> float:
+def _one(number: Column) -> Real:
+    """Return a number as an array of one mode, shape (1,) or (cases, 1)."""
+    return np.atleast_1d(np.asarray(number, dtype=float))
+
+
+def resting(transfer: Transfer) -> Column:
     """Return the response at zero frequency, 0 where it is only the rounding of the sum of modes."""
     if transfer.static is not None:
         return transfer.static
     level = transfer.at_rest()
-    largest = max(abs(transfer.direct), float(np.max(np.abs(transfer.gains), initial=0.0)))
-    return level if abs(level) > _NOTHING * largest else 0.0
+    largest = np.maximum(abs(transfer.direct), np.max(np.abs(transfer.gains), axis=-1, initial=0.0, keepdims=True))
+    found = np.where(np.abs(level) > _NOTHING * largest, level, 0.0)
+    return found if np.ndim(level) else float(found[0])
 
 
 def without_integrators(transfer: Transfer) -> Transfer:
@@ -174,6 +204,6 @@ def without_integrators(transfer: Transfer) -> Transfer:
     return replace(transfer, gains=np.where(transfer.rates == INTEGRATING, 0.0, transfer.gains))
 
 
-def integral_weight(transfer: Transfer) -> float:
+def integral_weight(transfer: Transfer) -> Column:
     """Return the factor of the drive's integral over time in a quantity [its unit per unit of the drive and s]."""
-    return float(np.sum((transfer.gains * transfer.rates)[transfer.rates == INTEGRATING]))
+    return summed(np.where(transfer.rates == INTEGRATING, transfer.gains * transfer.rates, 0.0))

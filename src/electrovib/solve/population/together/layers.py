@@ -11,7 +11,7 @@ from electrovib.core.constants import eps0
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.population.together.arrays import ManyDebye, flat
 from electrovib.solve.population.together.roots import roots_of
-from electrovib.solve.stack.slab import Slab, merged_terms, slab_impedance
+from electrovib.solve.stack.modes import Slab, merged_terms, slab_impedance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
