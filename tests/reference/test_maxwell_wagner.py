@@ -11,8 +11,7 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes
-from electrovib.solve.stack.modes import stack_modes
-from electrovib.solve.stack.modes import Slab
+from electrovib.solve.stack.modes import Slab, stack_modes
 
 EPS0 = 8.8541878128e-12
 PRECISION = 1e-10  # demanded; measured below 1e-14 of the larger of the two ends

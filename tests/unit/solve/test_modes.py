@@ -9,8 +9,7 @@ import pytest
 
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.solve.stack.modes import stack_modes
-from electrovib.solve.stack.modes import Slab, merged_terms, slab_impedance
+from electrovib.solve.stack.modes import Slab, merged_terms, slab_impedance, stack_modes
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4

@@ -129,7 +129,7 @@ class ReadSection:
     def _filtered(self, transfer: Transfer, signal: MeterReading) -> MeterReading:
         """Add a filter after a reading: first-order sections in parallel, and the signal itself."""
         if not len(transfer.rates):
-            return signal * transfer.direct
+            return signal * float(transfer.direct)
         self.filters += 1
         name = f"filter_{self.filters}"
         said = f"square root of the layers' capacitance: {len(transfer.rates)} first-order sections, to {PRECISION:g}"

@@ -221,4 +221,4 @@ def axis(frequency: ArrayLike) -> Complex:
 
 def level(value: float, *, frequency: ArrayLike) -> Complex:
     """Return the same number at all frequencies, as a complex array; NaN where the frequency is NaN."""
-    return np.full(np.shape(frequency), value, complex) + 0 * axis(frequency)
+    return np.asarray(value + 0 * axis(frequency))

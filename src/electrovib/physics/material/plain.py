@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -67,5 +66,5 @@ class ConstantPhase(Material):
         """Relative permittivity of the bound charge alone."""
         power = self.exponent - 1
         ratio = 1j * np.asarray(frequency, dtype=float) / self.reference_frequency
-        total: Complex = self.permittivity * ratio**power / math.cos(power * math.pi / 2)
+        total: Complex = self.permittivity * ratio**power / np.cos(power * np.pi / 2)
         return total

@@ -61,16 +61,19 @@ def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Rea
     return np.asarray(pull * contact.outline(pressed(contact, forces, pressing)))
 
 
-def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: float) -> Real:
+def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: Any) -> Real:
     """Compute the time mean of the attraction under one sine.
 
-    `amplitude` is the peak value of the drive; returns the force [N] at each frequency of the section.
+    `amplitude` is the peak value of the drive, one for each case if it is a column; returns the force [N] at each frequency
+    of the section.
     """
     count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
-    turns = np.exp(2j * np.pi * np.arange(count) / count)[:, None]
     phasor: dict[str, Complex] = scenario.force.amplitudes(section)
-    waves = {name: np.real(amplitude * value * turns) for name, value in phasor.items()}
-    return np.asarray(np.mean(attraction(scenario, total_pull(scenario, waves)), axis=0))
+    total: Any = 0.0
+    for turn in np.exp(2j * np.pi * np.arange(count) / count).tolist():
+        waves = {name: np.real(amplitude * value * turn) for name, value in phasor.items()}
+        total = total + attraction(scenario, total_pull(scenario, waves))
+    return np.asarray(total / count)
 
 
 def pressed(contact: Contact, load: Real, pull: Real) -> Real:

@@ -28,9 +28,8 @@ from electrovib.solve.electrics.transient import transient
 from electrovib.solve.recursion import hold_weights
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import FieldOf
-from electrovib.solve.stack.modes import StackModes
+from electrovib.solve.stack.modes import StackModes, bound_residues, slab_impedance
 from electrovib.solve.stack.section import ModalSection, section_of, slabs_of
-from electrovib.solve.stack.modes import bound_residues, slab_impedance
 from electrovib.solve.stack.transfer import INTEGRATING, Transfer
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -12,35 +12,52 @@ from electrovib.solve.electrics.attraction import mean_force, total_pull
 from electrovib.solve.electrics.solution import ONE_SINE, Solution
 from electrovib.solve.stack.expand import behind_amplifier, per_volt_of, phasors
 from electrovib.solve.stack.harmonics import count_harmonics, spectrum
+from electrovib.solve.stack.modes import stacked
 from electrovib.solve.stack.section import PhasorSection
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.force import ForceLaw
     from electrovib.solve.electrics.solution import Question
+    from electrovib.solve.stack.transfer import Column
 
 
-def over_frequency(scenario: Scenario, section: PhasorSection) -> dict[str, Any]:
-    """Compute the signals over frequency."""
-    area = scenario.contact_area
-    plate = per_volt_of(scenario, section.frequency)
+OVER_FREQUENCY: Final = frozenset(
+    {"mean_force", "impedance", "field_gain", "effective_voltage_gain", "permittivity"}
+)
+"""Signals over frequency."""
+
+
+def over_frequency(
+    scenario: Scenario,
+    section: PhasorSection,
+    *,
+    amplitude: Column | None = None,
+    wanted: frozenset[str] = OVER_FREQUENCY,
+) -> dict[str, Any]:
+    """Compute signals over frequency; a number of the scenario may be a column with one value for each case.
+
+    `amplitude` is the largest value of the drive, by default that of the scenario.
+    """
+    frequency, found = section.frequency, dict[str, Any]()
+    if "mean_force" in wanted:
+        largest = scenario.drive.largest() if amplitude is None else amplitude
+        force = mean_force(scenario, behind_amplifier(scenario, section), amplitude=largest)
+        found["mean_force"] = (("frequency",), force)
+    if wanted <= found.keys():
+        return found
+    plate = per_volt_of(scenario, frequency)
     per_volt = behind_amplifier(scenario, plate)
-    section = behind_amplifier(scenario, section)
-    variables: dict[str, Any] = {}
+    layers = per_volt.layers.values()
     effective = scenario.force.effective_voltage(per_volt)
     if effective is not None:
-        variables["effective_voltage_gain"] = (("frequency",), effective)
-    layers = per_volt.layers.values()
-    gains = np.array([state.field * state.thickness for state in layers])
-    permittivities = np.array([state.material.complex_permittivity(section.frequency) for state in layers])
-    variables["field_gain"] = (("layer", "frequency"), gains)
-    variables["mean_force"] = (
-        ("frequency",),
-        mean_force(scenario, section, amplitude=scenario.drive.largest()),
-    )
-    variables["impedance"] = (("frequency",), 1 / (plate.current_density * area))
-    variables["permittivity"] = (("layer", "frequency"), permittivities)
-    return variables
+        found["effective_voltage_gain"] = (("frequency",), effective)
+    gains = [np.asarray(state.field * state.thickness) for state in layers]
+    permittivities = [state.material.complex_permittivity(frequency) for state in layers]
+    found["field_gain"] = (("layer", "frequency"), stacked(gains))
+    found["impedance"] = (("frequency",), 1 / (plate.current_density * scenario.contact_area))
+    found["permittivity"] = (("layer", "frequency"), stacked(permittivities))
+    return found
 
 
 def sine_of(scenario: Scenario) -> Real | None:

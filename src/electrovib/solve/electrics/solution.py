@@ -219,7 +219,7 @@ def fields(scenario: Scenario, section: Any) -> dict[Key, Any]:
 def _grown_without_end(scenario: Scenario, displacement: Transfer) -> bool:
     """Return whether the interface charge is unbounded: a mean voltage over conducting layers in the periodic state."""
     settled = scenario.time.settled
-    return settled and bool(integral_weight(displacement)) and bool(drive_mean(scenario.drive))
+    return settled and bool(np.any(integral_weight(displacement)) and drive_mean(scenario.drive))
 
 
 def name_interface(scenario: Scenario, found: dict[Key, Real]) -> None:

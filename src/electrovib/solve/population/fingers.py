@@ -11,11 +11,10 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
+from electrovib.solve.population.arrays import Arrays
+from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
-from electrovib.solve.population.together.compare import compare
-from electrovib.solve.population.together.over_frequency import OverFrequency
-from electrovib.solve.population.together.over_time import OverTime
-from electrovib.solve.population.together.refusal import NotTogetherError
+from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -83,7 +82,7 @@ class Population:
 
     Notes
     -----
-    The numbers of a finger are bit for bit independent of the other fingers in a call.
+    The numbers of a finger do not depend on the other fingers in a call, to rounding.
     """
 
     def __init__(
@@ -109,25 +108,12 @@ class Population:
         else:
             raise InputError("time: signals over frequency have no output times; omit it")
         self._alone = OneByOne(scenario, self.free, self.names, self.time, band)
-        self._band = self.time if band is None else band
-        self.method, self.kernel = TOGETHER, KERNEL
-        self._together: OverTime | OverFrequency | None = None
+        self.method, self.kernel = TOGETHER, kernel_name()
+        self._together: Arrays | None = None
         try:
-            self._together = self._in_arrays()
-            self.kernel = self._together.kernel
-        except NotTogetherError as reason:
-            self.method = f"one by one: {reason}"
-
-    def _in_arrays(self) -> OverTime | OverFrequency:
-        """Return the computation in arrays, after a comparison with one by one for two fingers."""
-        found: OverTime | OverFrequency
-        if self.time is not None:
-            found = OverTime(self.scenario, self.free, self.names, self.time, self._alone, band=self._band)
-        else:
-            assert self.frequency is not None
-            found = OverFrequency(self.scenario, self.free, self.names, self.frequency)
-        compare(found, self._alone, self.scenario)
-        return found
+            self._together = Arrays(scenario, self.free, self.names, self._alone)
+        except NotInArraysError as reason:
+            self.method, self.kernel = f"one by one: {reason}", KERNEL
 
     def signals(
         self,

@@ -40,7 +40,6 @@ from electrovib.solve.stack.section import (
 from electrovib.solve.stack.transfer import INTEGRATING, Column, Transfer, side_by_side
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Indices
     from electrovib.physics.debye_sum import DebyeSum
 
 
@@ -180,14 +179,14 @@ def modes_of(scenario: Scenario, debye: dict[str, DebyeSum]) -> ModalSection:
     return modal_section(layers, debye, area=around.area, element=around.element, second=around.second)
 
 
-def per_ampere(section: PhasorSection, *, area: float) -> PhasorSection:
+def per_ampere(section: PhasorSection, *, area: Column) -> PhasorSection:
     """Return the stack at given frequencies per ampere of the drive."""
     volts = 1 / (section.current_density * area)
     states = {
         name: PhasorLayer(state.thickness, state.material, state.field * volts, state.displacement * volts)
         for name, state in section.layers.items()
     }
-    density = np.full(np.shape(section.frequency), 1 / area, complex)
+    density = np.zeros(np.shape(section.frequency), complex) + 1 / area
     return PhasorSection(section.frequency, states, section.roles, section.voltage * volts, density)
 
 
@@ -204,7 +203,8 @@ def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, are
     # the last layer carries no charge towards the finger
     charges = [0.0, *(slab.charge for slab in slabs[:-1]), 0.0]
     held = np.cumsum(side_by_side(*(row_of(charge) for charge in charges)), axis=-1)
-    fields, displacements = [], []
+    fields: list[Transfer] = []
+    displacements: list[Transfer] = []
     for index, (slab, each, mine) in enumerate(zip(slabs, expanded, places, strict=True)):
         charge = held[..., index : index + 1]
         for found, residues in (

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.solve.stack.secular import secular_roots
 from electrovib.solve.stack.modes import merged_terms
+from electrovib.solve.stack.secular import secular_roots
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:

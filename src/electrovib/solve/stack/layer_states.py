@@ -19,8 +19,8 @@ from electrovib.physics.conduction import PolarityConduction
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.interface import INTERFACE, beside_interface, interface_place, roles_of
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
-from electrovib.solve.stack.section import slabs_of
 from electrovib.solve.stack.modes import Slab, merged_terms
+from electrovib.solve.stack.section import slabs_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

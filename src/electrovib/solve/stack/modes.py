@@ -23,10 +23,12 @@ from electrovib.core.constants import eps0
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.stack.few_poles import Roots
 from electrovib.solve.stack.secular import secular_roots
-from electrovib.solve.stack.transfer import Column, Transfer, side_by_side, summed
+from electrovib.solve.stack.transfer import Column, NotInArraysError, Transfer, side_by_side, summed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from electrovib.core.arrays import Indices
     from electrovib.physics.circuit import SeriesElement
@@ -55,8 +57,10 @@ class Slab:
 
 
 def is_there(number: Column) -> bool:
-    """Return whether a number is not 0; a column is not 0 in any case."""
-    return isinstance(number, np.ndarray) or bool(number)
+    """Return whether a number is not 0, in every case or in none."""
+    if isinstance(number, np.ndarray) and np.any(number) and not np.all(number):
+        raise NotInArraysError("a number that is 0 in some cases gives these fewer modes")
+    return bool(np.any(number))
 
 
 def merged_terms(debye: DebyeSum) -> tuple[Real, Real]:
@@ -65,13 +69,16 @@ def merged_terms(debye: DebyeSum) -> tuple[Real, Real]:
     Each is (terms,), increasing, or (cases, terms).
     """
     totals: dict[Any, Any] = {}
-    for place, (strength, time) in enumerate(zip(debye.strengths, debye.relaxation_times, strict=True)):
-        if isinstance(time, np.ndarray):
+    terms: list[tuple[Column, Column]] = list(zip(debye.strengths, debye.relaxation_times, strict=True))
+    for place, (strength, time) in enumerate(terms):
+        if not is_there(strength):
+            continue
+        if np.ndim(time):
             totals[place, "column"] = 1 / time, strength
-        elif is_there(strength):
+        else:
             totals[1 / time] = 1 / time, totals.get(1 / time, (0.0, 0.0))[1] + strength
-    terms = sorted(totals.values(), key=_first) if totals else []
-    rates, strengths = ([row_of(each[side]) for each in terms] for side in (0, 1))
+    merged = sorted(totals.values(), key=_first)
+    rates, strengths = ([row_of(each[side]) for each in merged] for side in (0, 1))
     return side_by_side(np.zeros(0), *rates), side_by_side(np.zeros(0), *strengths)
 
 
@@ -88,7 +95,7 @@ def row_of(number: Column) -> Real:
 def slab_impedance(slab: Slab) -> tuple[Real, Real]:
     """Return the impedance times area of a slab as sum residue/(s + rate), each (poles,) or (cases, poles)."""
     numbers = (slab.debye.high, *slab.debye.strengths, *slab.debye.relaxation_times, slab.conductivity)
-    is_column = any(isinstance(number, np.ndarray) for number in numbers)
+    is_column = any(np.ndim(number) for number in numbers)
     rates, shares = (_relaxations if is_column else _shared_relaxations)(slab.debye, slab.conductivity)
     return rates, slab.thickness / eps0 / shares
 
@@ -165,7 +172,7 @@ def stack_modes(
     is neutral at time 0 unless `SeriesElement.charge` declares a charge.
     """
     parts = _in_series(slabs, area, element, second)
-    resistance = area * element.resistance
+    resistance = area * element.resistance if is_there(element.resistance) else 0.0
     roots = None
     if parts.nodes.shape[-1] > 1 or is_there(resistance):
         lead = np.broadcast_shapes(parts.nodes.shape[:-1], parts.total.shape[:-1], np.shape(resistance)[:-1])
@@ -204,7 +211,7 @@ def _in_series(slabs: Sequence[Slab], area: Column, element: SeriesElement, seco
         for slab, each, mine in zip(slabs, expanded, places, strict=False)
     ]
     body = spread(row_of(area * element.elastance), places[-1], count) if has_body else np.zeros(count)
-    layers = _stacked(rows)
+    layers = stacked(rows)
     total = layers.sum(axis=-2) * (1 + second) + body
     sharing = np.bincount(np.concatenate(places), minlength=count)
     if is_there(second):
@@ -213,11 +220,11 @@ def _in_series(slabs: Sequence[Slab], area: Column, element: SeriesElement, seco
     return _InSeries(
         nodes=nodes,
         layers=layers,
-        bound=_stacked(bound),
+        bound=stacked(bound),
         body=body,
         total=total,
         shared=np.flatnonzero(sharing > 1).tolist(),
-        blocks=bool(np.any(np.all(nodes == 0, axis=tuple(range(nodes.ndim - 1))))),
+        blocks=bool(np.any(blocked(nodes))),
         charges=_before_layers(charges, layers, body, on_body),
         on_body=on_body,
         has_charge=any(is_there(each) for each in (*charges, on_body)),
@@ -226,17 +233,23 @@ def _in_series(slabs: Sequence[Slab], area: Column, element: SeriesElement, seco
 
 def slots(rates: Sequence[Real]) -> tuple[Real, list[Indices]]:
     """Return common nodes, (nodes,) or (cases, nodes), and the place of each pole of each part among them."""
-    nodes = np.unique(np.concatenate([np.zeros(0), *(each for each in rates if each.ndim == 1)]))
-    columns, places = [nodes], []
-    count = len(nodes)
+    shared = [each if each.ndim == 1 else np.zeros(int(np.any(blocked(each)))) for each in rates]
+    nodes = np.unique(np.concatenate([np.zeros(0), *shared]))
+    columns, places, count = [nodes], [], len(nodes)
     for each in rates:
         if each.ndim == 1:
             places.append(np.searchsorted(nodes, each))
-        else:
-            places.append(np.arange(count, count + each.shape[-1]))
-            columns.append(each)
-            count += each.shape[-1]
+            continue
+        own = ~blocked(each)  # a rate of 0 is that of every layer that does not conduct
+        places.append(np.where(own, count - 1 + np.cumsum(own), 0))
+        columns.append(each[:, own])
+        count += int(np.count_nonzero(own))
     return side_by_side(*columns), places
+
+
+def blocked(rates: Real) -> NDArray[np.bool_]:
+    """Return which rates are 0 in every case, (n,)."""
+    return np.asarray(np.all(np.atleast_2d(rates) == 0, axis=0))
 
 
 def spread(values: Real, places: Indices, count: int) -> Real:
@@ -246,7 +259,7 @@ def spread(values: Real, places: Indices, count: int) -> Real:
     return found
 
 
-def _stacked(rows: Sequence[Real]) -> Real:
+def stacked(rows: Sequence[Any]) -> Any:
     """Return rows (n,) or (cases, n) as one array (layers, n) or (cases, layers, n)."""
     lead = np.broadcast_shapes(*(row.shape for row in rows))
     return np.stack([np.broadcast_to(row, lead) for row in rows], axis=-2)
@@ -265,7 +278,7 @@ def _before_layers(charges: Sequence[Column], layers: Real, body: Real, of_body:
 
 def _column(rows: Real) -> Real:
     """Return the sum over the last axis, which it keeps."""
-    return rows.sum(axis=-1, keepdims=True)
+    return np.asarray(rows.sum(axis=-1, keepdims=True))
 
 
 def _over_layers(weights: Real, rows: Real) -> Real:
@@ -273,7 +286,9 @@ def _over_layers(weights: Real, rows: Real) -> Real:
     return np.asarray((weights[..., :, None] * rows).sum(axis=-2))
 
 
-def _assembled(slabs: Sequence[Slab], parts: _InSeries, roots: Roots | None, resistance: Column) -> StackModes:
+def _assembled(
+    slabs: Sequence[Slab], parts: _InSeries, roots: Roots | None, resistance: Column
+) -> StackModes:
     nothing, shared = np.zeros(0), parts.shared
     driven = nothing if roots is None else roots.values
     inverse = np.zeros((len(nothing), parts.nodes.shape[-1])) if roots is None else 1 / roots.differences()
@@ -281,10 +296,10 @@ def _assembled(slabs: Sequence[Slab], parts: _InSeries, roots: Roots | None, res
     rates = side_by_side(driven, parts.nodes[..., shared])
     across = np.swapaxes(inverse, -1, -2)
     drops, bound = -(parts.layers @ across), -(parts.bound @ across)  # z_k at the zeros of Z, (layers, modes)
-    thickness = _stacked([row_of(slab.thickness) for slab in slabs])
-    limit = 0.0
+    thickness = stacked([row_of(slab.thickness) for slab in slabs])
+    limit: Any = 0.0
     if not is_there(resistance):
-        limit = _stacked([_column(row) / _column(parts.total) for row in np.moveaxis(parts.layers, -2, 0)])
+        limit = stacked([_column(row) / _column(parts.total) for row in np.moveaxis(parts.layers, -2, 0)])
     direct = limit / thickness  # (..., layers, 1)
     left = np.zeros(rates.shape[-1])
     free = bound_free = np.zeros((len(slabs), rates.shape[-1]))

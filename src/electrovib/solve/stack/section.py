@@ -13,8 +13,7 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.interface import Role, interface_place, roles_of
 from electrovib.solve.stack.inverse_root import inverse_root_thickness
-from electrovib.solve.stack.modes import StackModes, stack_modes
-from electrovib.solve.stack.modes import Slab
+from electrovib.solve.stack.modes import Slab, StackModes, stack_modes
 from electrovib.solve.stack.transfer import Column, Transfer, integrated, summed
 
 if TYPE_CHECKING:
@@ -140,8 +139,8 @@ class ModalSection:
     @property
     def voltage(self) -> Transfer:
         """Voltage across all layers."""
-        drops = [layer.field * layer.thickness for layer in self.layers.values()]
-        return sum(drops[1:], start=drops[0])
+        drops: Transfer = total_of(layer.field * layer.thickness for layer in self.layers.values())
+        return drops
 
     @property
     def current_density(self) -> Transfer:
@@ -236,6 +235,4 @@ def _busy(transfer: Transfer) -> Transfer:
     scale = np.abs(transfer.direct) + summed(np.abs(transfer.gains))
     kept = (np.abs(transfer.gains) > IDLE * scale) & (transfer.rates > 0)
     kept = np.any(kept, axis=tuple(range(kept.ndim - 1)))
-    return Transfer(
-        rates=transfer.rates[..., kept], gains=transfer.gains[..., kept], direct=transfer.direct
-    )
+    return Transfer(rates=transfer.rates[..., kept], gains=transfer.gains[..., kept], direct=transfer.direct)

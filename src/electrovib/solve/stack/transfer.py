@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from electrovib.core.arrays import Complex, Real
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    pass
 
 INTEGRATING: Final = 1e-30
 """Rate that represents an integrator [1/s]: its decay in 1e5 s is far below the rounding of 53 bits."""
@@ -105,13 +105,13 @@ class Transfer:
 
     def __sub__(self, other: Transfer) -> Transfer:
         """Return the difference."""
-        return self + other * -1.0
+        return self + -other
 
     def __neg__(self) -> Transfer:
         """Return the opposite."""
         return self * -1.0
 
-    def __mul__(self, other: Transfer | Column) -> Transfer:
+    def __mul__(self, other: Any) -> Transfer:
         """Return the product with a number or a column, or with another transfer function."""
         if isinstance(other, Transfer):
             return _product(self, other)
@@ -128,7 +128,8 @@ class Transfer:
 
     def __truediv__(self, divisor: Column) -> Transfer:
         """Return the quotient by a number or a column."""
-        return self * (1 / divisor)
+        quotient: Transfer = self * (1 / divisor)
+        return quotient
 
 
 def summed(rows: Real) -> Column:
@@ -194,7 +195,9 @@ def resting(transfer: Transfer) -> Column:
     if transfer.static is not None:
         return transfer.static
     level = transfer.at_rest()
-    largest = np.maximum(abs(transfer.direct), np.max(np.abs(transfer.gains), axis=-1, initial=0.0, keepdims=True))
+    largest = np.maximum(
+        abs(transfer.direct), np.max(np.abs(transfer.gains), axis=-1, initial=0.0, keepdims=True)
+    )
     found = np.where(np.abs(level) > _NOTHING * largest, level, 0.0)
     return found if np.ndim(level) else float(found[0])
 
@@ -207,3 +210,7 @@ def without_integrators(transfer: Transfer) -> Transfer:
 def integral_weight(transfer: Transfer) -> Column:
     """Return the factor of the drive's integral over time in a quantity [its unit per unit of the drive and s]."""
     return summed(np.where(transfer.rates == INTEGRATING, transfer.gains * transfer.rates, 0.0))
+
+
+class NotInArraysError(Exception):
+    """A scenario, or what differs between cases, that arrays over cases do not cover; the message is the reason."""

@@ -7,7 +7,6 @@ import numpy as np
 
 import electrovib as ev
 from electrovib.physics.force import ForceLaw
-from electrovib.solve.population.together.quadratic import is_quadratic
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)
@@ -34,13 +33,6 @@ def test_a_law_that_would_mix_fingers_is_found_out():
     assert found == 0
 
 
-def test_a_law_that_is_not_quadratic_is_found_out():
-    member = ev.load(GAP).replace({"force": {"model": "MixesFingers"}})
-    assert not is_quadratic(member.force)
-    assert is_quadratic(ev.load(GAP).force)
-    assert is_quadratic(ev.load("vardar_2017/square").force)
-
-
 class ThresholdLaw(ForceLaw):
     """A law that is quadratic up to a field that is not reached before."""
 
@@ -52,5 +44,4 @@ class ThresholdLaw(ForceLaw):
 
 def test_a_law_that_is_quadratic_up_to_a_limit_is_not_quadratic():
     member = ev.load(GAP).replace({"force": {"model": "ThresholdLaw"}})
-    assert not is_quadratic(member.force)
     assert difference(member, ["stack.gap.thickness"])[0] < EQUAL

@@ -115,4 +115,4 @@ def test_what_is_not_computed_in_arrays_is_solved_one_by_one():
     many = made(scenario, "mean electrostatic_force", ("time.duration",))
     assert "time grid differs" in many.method
     np.testing.assert_array_equal(many(draws), alone(scenario, "mean electrostatic_force", draws))
-    assert "one finger at a time" in made(scenario, "peak current").method
+    assert "one finger at a time" in made(scenario, "peak plate_voltage").method

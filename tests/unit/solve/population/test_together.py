@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.solve.population import population
-from electrovib.solve.population.together import pairs, steady_sines
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)
@@ -57,6 +56,12 @@ SKIN = {
 }
 
 
+def close(one, other):
+    """Whether signals agree to 1e-12 of the peak, NaN included."""
+    peak = np.nanmax(np.abs(other), initial=0.0)
+    return np.allclose(one, other, rtol=0, atol=EQUAL * peak, equal_nan=True)
+
+
 def is_together(method):
     return method.startswith("together")
 
@@ -66,6 +71,15 @@ def test_all_paths_at_once_agree_with_one_by_one(scenario):
     found, method = difference(scenario, CASES[scenario])
     assert is_together(method)
     assert found < EQUAL
+
+
+@pytest.mark.parametrize("scenario", [*CASES, "kim_2015/current"])
+def test_currents_agree_with_one_by_one(scenario):
+    """To 1e-10: rounding of the time decides what remains of the fastest mode after a corner."""
+    free = CASES.get(scenario, ("stack.insulator.thickness", "stack.stratum_corneum.thickness"))
+    found, method = difference(scenario, free, ["current"])
+    assert is_together(method)
+    assert found < 1e-10
 
 
 @settings(max_examples=20, deadline=None)
@@ -107,7 +121,11 @@ def test_every_path_of_every_scenario_agrees_with_one_by_one(scenario):
         rng = np.random.default_rng(seed)
         free = [path for path in several if rng.random() < 0.5]
         if free:
-            found, method = difference(scenario, free, count=3, seed=seed, time=time)
+            try:
+                found, method = difference(scenario, free, count=3, seed=seed, time=time)
+            except InputError as refused:  # a leaky film under a voltage with a mean has no periodic field
+                assert "no 'interface_field'" in str(refused) or "has a mean" in str(refused)
+                continue
             assert found < limit, (free, method)
             assert is_together(method)
 
@@ -279,7 +297,7 @@ def test_outputs_at_and_beside_corners_agree():
 
 @pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "strong_1970/display_gap", "vardar_2017/square"])
 def test_a_finger_does_not_depend_on_the_others(scenario):
-    """Bit for bit, for every signal, in calls of 1, 7 and 1024 fingers."""
+    """For every signal, in calls of 1, 7 and 1024 fingers."""
     member = ev.load(scenario)
     free, names = (CASES | SKIN)[scenario], fingers_of.OVER_TIME
     many = population(member, free, names, times_of(member, 100))
@@ -289,10 +307,10 @@ def test_a_finger_does_not_depend_on_the_others(scenario):
         for begin in places:
             part = many.signals({path: values[begin : begin + size] for path, values in given.items()})
             for name in names:
-                np.testing.assert_array_equal(part[name], whole[name][begin : begin + size])
+                assert close(part[name], whole[name][begin : begin + size])
     backwards = many.signals({path: values[::-1] for path, values in given.items()})
     for name in names:
-        np.testing.assert_array_equal(backwards[name][::-1], whole[name])
+        assert close(backwards[name][::-1], whole[name])
 
 
 def test_fingers_of_another_form_are_computed_one_by_one():
@@ -308,7 +326,7 @@ def test_fingers_of_another_form_are_computed_one_by_one():
     whole = many.signals(given)["electrostatic_force"]
     for finger in range(12):
         one = many.signals({path: values[[finger]] for path, values in given.items()})
-        np.testing.assert_array_equal(one["electrostatic_force"][0], whole[finger])
+        assert close(one["electrostatic_force"][0], whole[finger])
 
 
 @pytest.mark.parametrize(
@@ -316,13 +334,8 @@ def test_fingers_of_another_form_are_computed_one_by_one():
     [
         (GAP, "drive.rise", "electrostatic_force", "changes more of the drive than its amplitude"),
         ("bau_2010/sine", "drive.phase", "electrostatic_force", "not linear in drive.phase"),
-        (GAP, "stack.gap.thickness", "current", "the signal current"),
-        (
-            "kim_2015/current",
-            "contact.area",
-            "electrostatic_force",
-            "the electrical solver is 'current drive'",
-        ),
+        (GAP, "stack.gap.thickness", "capacitance", "the signal capacitance"),
+        ("kim_2015/current", "contact.area", "drive_voltage", "the drive is a current"),
         (
             "kaczmarek_2006/gap_positive",
             "contact.area",
@@ -330,13 +343,6 @@ def test_fingers_of_another_form_are_computed_one_by_one():
             "solver is 'nonlinear branch'",
         ),
         ("shultz_2018/sliding", "motion.speed", "lateral_force", "motion.speed is no number of"),
-        ("persson_2018/coating", "contact.area", "electrostatic_force", "does not run on arrays"),
-        (
-            "meyer_2013/first_order",
-            "stack.insulator.material.conductivity",
-            "interface_field",
-            "has no period",
-        ),
     ],
 )
 def test_what_is_one_by_one_has_a_reason(scenario, free, names, words):
@@ -347,7 +353,7 @@ def test_what_is_one_by_one_has_a_reason(scenario, free, names, words):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("file", "count"), [("laws_of_users", 3), ("models_of_users", 26)])
+@pytest.mark.parametrize(("file", "count"), [("laws_of_users", 2), ("models_of_users", 26)])
 def test_models_of_users_pass_their_tests(file, count):
     """In a process of their own, because a model that is declared is offered everywhere from then on."""
     file = Path(__file__).with_name(f"{file}.py")
@@ -365,36 +371,6 @@ def test_values_outside_their_range_are_refused():
     ) as error:
         many.signals({"stack.gap.thickness": [1e-6, 1.0], "contact.area": [np.nan, 1e-4]})
     assert len(error.value.problems) == 2
-
-
-def test_sums_of_pairs_and_sines_are_their_formulas():
-    rng = np.random.default_rng(4)
-    nodes, begins = rng.uniform(0, 10, (5, 13)), rng.uniform(0, 10, (4, 13))
-    given = nodes, rng.uniform(0.1, 1, (5, 13)), begins, rng.uniform(0.1, 1, (4, 13))
-    waves = {"cosines": rng.normal(size=(3, 37)), "sines": rng.normal(size=(3, 37))}
-    options = waves | {"in_phase": rng.normal(size=(3, 13)), "behind": rng.normal(size=(3, 13))}
-    kinds = [
-        {"start": start, "level": level, "factor": factor}
-        for start in (None, rng.normal(size=(13, 37)))
-        for level in (None, rng.normal(size=13))
-        for factor in (None, rng.normal(size=13))
-    ]
-
-    nodes, weights, begins, offsets = given
-    slope, inverses = pairs.slopes_and_inverses(*given)
-    apart = (begins[:, None] - nodes) + offsets[:, None]
-    np.testing.assert_allclose(inverses, 1 / apart, rtol=1e-15)
-    np.testing.assert_allclose(slope, (weights / apart**2).sum(axis=1), rtol=1e-13)
-    sines = np.einsum("tf,tn->fn", options["in_phase"], waves["cosines"])
-    sines += np.einsum("tf,tn->fn", options["behind"], waves["sines"])
-    for kind in kinds:
-        start, level, factor = kind.values()
-        expected = sines + (0 if start is None else start) + (0 if level is None else level[:, None])
-        expected = expected if factor is None else factor[:, None] * expected**2
-        for dtype, off in ((np.float64, 1e-13), (np.float32, 1e-6)):
-            for out in (np.empty((13, 37), dtype), np.empty((37, 13), dtype).T):
-                steady_sines.write_sines(out, **options, **kind)
-                np.testing.assert_allclose(out, expected, atol=off * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kaczmarek_2006/biphasic", "kim_2015/current"])

@@ -1,7 +1,6 @@
 """Arrays in, arrays out: what is computed for many fingers at once, in loops compiled by numba."""
 
 from electrovib.solve.population.kernels.histogram import Histogram
-from electrovib.solve.population.kernels.over_frequency import mean_square_over_frequency
 from electrovib.solve.population.kernels.statistics import quantiles
 from electrovib.solve.population.kernels.stepping import TimeSteps, first_order_hold_many, time_steps
 from electrovib.solve.population.kernels.threads import kernel_name
@@ -11,7 +10,6 @@ __all__ = [
     "TimeSteps",
     "first_order_hold_many",
     "kernel_name",
-    "mean_square_over_frequency",
     "quantiles",
     "time_steps",
 ]

@@ -28,7 +28,8 @@ _TERMS: Final = 19  # order of the last term of the series of exp(u) for u up to
 def step_weights(rate: Any, duration: Any, far: Any) -> Any:
     """Return the weights that advance ``s' = -rate s + v`` exactly by one step of a straight drive.
 
-    They are the decay of s, and the weights [s] of the drive at the beginning and at the end of the step. With u = rate h
+    They are the decay of s, the weights [s] of the drive at the beginning and at the end of the step, and the mean of the
+    decay over the step. With u = rate h
     and q = 1/2! + u/3! + u^2/4! + ...::      decay = exp(-u),  mean = (1 - exp(-u))/u, earlier = h (mean - exp(-u))/u =
     h exp(-u) q  and later = h mean - earlier. For u < 1 they follow from the series q, whose terms are all positive, since
     exp(u) = 1 + u + u^2 q and mean = (1 + u q) exp(-u); no difference cancels. `far` is exp(-u) where u >= 1. A rate of 0
@@ -44,16 +45,16 @@ def step_weights(rate: Any, duration: Any, far: Any) -> Any:
     decay = near if u < 1.0 else far
     mean = risen * near if u < 1.0 else (1.0 - far) / large
     earlier = near * series if u < 1.0 else (mean - far) / large
-    return decay, duration * earlier, duration * (mean - earlier)
+    return decay, duration * earlier, duration * (mean - earlier), mean
 
 
-# Arrays of a tile are flat, row after row of `LANES` numbers: rates, residues, and one row for direct share and factor;
+# Arrays of a tile are flat, row after row of `LANES` numbers: rates, residues, and one row for the direct share;
 # the weights of a step: decay, scale, later and correction of all modes, and one row for the direct share with that of
 # the states; states; and responses. Indices are unsigned where a loop is to use vectors.
 
 
 @inner
-def _write_weights(tile: Any, modes: Any, duration: Any, weights: Any, at: Any) -> Any:
+def _write_weights(tile: Any, modes: Any, duration: Any, lags: Any, weights: Any, at: Any) -> Any:
     """Write the weights of a tile for steps of one duration.
 
     With the weights a of the state, and A and C of the drive at both ends, w = (s - C v)/scale with scale = a C + A
@@ -68,9 +69,10 @@ def _write_weights(tile: Any, modes: Any, duration: Any, weights: Any, at: Any) 
         weights[decays + place] = math.exp(-u) if u >= 1.0 else 1.0
     for place in range(np.uint64(0), size):
         rate, residue = tile[place], tile[size + place]
-        decay, earlier, later = step_weights(rate, duration, weights[decays + place])
-        scale = residue * (decay * later + earlier)
-        error = (1.0 - decay) - rate * (earlier + later)
+        decay, earlier, later, mean = step_weights(rate, duration, weights[decays + place])
+        later = 0.0 if lags else later
+        scale = -residue * mean if lags else residue * (decay * later + earlier)
+        error = (1.0 - decay) - rate * duration * mean
         weights[decays + place] = decay
         weights[scales + place] = scale if abs(scale) >= _SMALLEST else _SMALLEST
         weights[laters + place] = residue * later
@@ -83,7 +85,7 @@ def _write_weights(tile: Any, modes: Any, duration: Any, weights: Any, at: Any) 
 
 
 @inner
-def _gather(fingers: Any, factor: Any, first: Any, end: Any, tile: Any) -> Any:
+def _gather(fingers: Any, first: Any, end: Any, tile: Any) -> Any:
     """Write the parameters of a tile of fingers; beyond the last finger it is repeated."""
     rates, residues, direct, _ = fingers
     size = rates.shape[1] * LANES
@@ -93,7 +95,6 @@ def _gather(fingers: Any, factor: Any, first: Any, end: Any, tile: Any) -> Any:
             tile[mode * LANES + lane] = rates[finger, mode]
             tile[size + mode * LANES + lane] = residues[finger, mode]
         tile[2 * size + lane] = direct[finger]
-        tile[2 * size + LANES + lane] = factor[finger]
 
 
 @inner
@@ -109,18 +110,18 @@ def _begin(state: Any, first: Any, end: Any, states: Any) -> Any:
 def _advance(memory: Any, modes: Any, states: Any, grid: Any, chunk: Any) -> Any:
     """Advance a tile by the pieces of a chunk of times, and write the responses at these times."""
     tile, weights, found = memory
-    voltage, chunks, pieces, durations = grid
+    voltage, given, lags, chunks, pieces, durations = grid
     size, start = modes * LANES, chunk * TIMES
     for piece in range(chunks[chunk], chunks[chunk + 1]):
         begin, end, slot, is_new, is_compensated = pieces[piece]
         at = slot * (4 * size + LANES)
         if is_new:
-            _write_weights(tile, modes, durations[piece], weights, at)
+            _write_weights(tile, modes, durations[piece], lags, weights, at)
         for place in range(np.uint64(0), np.uint64(size)):
             later = weights[np.uint64(at + 2 * size) + place] * voltage[begin]
             scale = weights[np.uint64(at + size) + place]
             states[place] = (states[place] - later) / scale
-        _follow(states, weights, at, modes, voltage, begin, end, found, (begin - start) * LANES)
+        _follow(states, weights, at, modes, voltage, given, begin, end, found, (begin - start) * LANES)
         level = voltage[min(end, len(voltage) - 1)]
         for place in range(np.uint64(0), np.uint64(size)):
             scaled = states[place] * weights[np.uint64(at + size) + place]
@@ -137,12 +138,13 @@ def _follow(
     at: Any,
     modes: Any,
     voltage: Any,
+    given: Any,
     begin: Any,
     end: Any,
     found: Any,
     to: Any,
 ) -> Any:
-    """Advance by equal steps: response = direct v + sum of scale w, w' = decay w + v; four at a time while possible."""
+    """Advance by equal steps: response = direct v + sum of scale w, w' = decay w + given; four at a time while possible."""
     size = modes * LANES
     level, one = np.uint64(at + 4 * size), np.uint64(LANES)
     for step in range(end - begin):
@@ -154,7 +156,7 @@ def _follow(
         state, decays = np.uint64(mode * LANES), np.uint64(at + mode * LANES)
         scales, y = np.uint64(at + size + mode * LANES), np.uint64(to)
         for step in range(begin, whole, 4):
-            v0, v1, v2, v3 = voltage[step], voltage[step + 1], voltage[step + 2], voltage[step + 3]
+            v0, v1, v2, v3 = given[step], given[step + 1], given[step + 2], given[step + 3]
             for lane in range(np.uint64(0), one):
                 w, decay, scale = states[state + lane], weights[decays + lane], weights[scales + lane]
                 found[y + lane] += scale * w
@@ -167,23 +169,12 @@ def _follow(
                 states[state + lane] = decay * w + v3
             y += np.uint64(4 * LANES)
         for step in range(whole, end):
-            v = voltage[step]
+            v = given[step]
             for lane in range(np.uint64(0), one):
                 w = states[state + lane]
                 found[y + lane] += weights[scales + lane] * w
                 states[state + lane] = weights[decays + lane] * w + v
             y += one
-
-
-@inner
-def _square(memory: Any, modes: Any, times: Any) -> Any:
-    """Replace responses by factor times their square."""
-    tile, _, found = memory
-    factor = np.uint64((2 * modes + 1) * LANES)
-    for time in range(times):
-        at = np.uint64(time * LANES)
-        for lane in range(np.uint64(0), np.uint64(LANES)):
-            found[at + lane] = tile[factor + lane] * found[at + lane] * found[at + lane]
 
 
 @inner
@@ -201,16 +192,14 @@ def _turn(found: Any, times: Any, rows: Any, first: Any) -> Any:
 
 
 @outer
-def responses(fingers: Any, factor: Any, squared: Any, grid: Any, memory: Any, out: Any) -> Any:
-    """Write the responses of fingers, or factor times their squares, into the table (fingers, times)."""
+def responses(fingers: Any, grid: Any, memory: Any, out: Any) -> Any:
+    """Write the responses of fingers into the table (fingers, times)."""
     found, modes, (end, last) = memory[2], fingers[0].shape[1], out.shape
     states = np.empty(LANES * modes)
     for first in range(0, end, LANES):
-        _gather(fingers, factor, first, end, memory[0])
+        _gather(fingers, first, end, memory[0])
         _begin(fingers[3], first, end, states)
         for time in range(0, last, TIMES):
             times = min(TIMES, last - time)
             _advance(memory, modes, states, grid, time // TIMES)
-            if squared:
-                _square(memory, modes, times)
             _turn(found, times, out[first : min(first + LANES, end)], time)

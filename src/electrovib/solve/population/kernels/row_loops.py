@@ -106,39 +106,3 @@ def add_moments(values: Any, shift: Any, total: Any, square: Any) -> Any:
             apart = row[sample] - shift[sample]
             total[sample] += apart
             square[sample] += apart * apart
-
-
-@outer
-def mean_squares(rates: Any, residues: Any, direct: Any, half: Any, angular: Any, out: Any) -> Any:
-    """Write a factor times the squared magnitude of sums of modes for some fingers, (fingers, frequencies)."""
-    real, imaginary = np.empty((2, len(angular)))
-    for finger in range(len(out)):
-        real[:] = direct[finger]
-        imaginary[:] = 0.0
-        for mode in range(rates.shape[1]):
-            rate, residue = rates[finger, mode], residues[finger, mode]
-            for place in range(len(angular)):
-                share = residue / (rate * rate + angular[place] * angular[place])
-                real[place] += rate * share
-                imaginary[place] += share
-        for place in range(len(angular)):
-            across = angular[place] * imaginary[place]
-            out[finger, place] = half[finger] * (real[place] * real[place] + across * across)
-
-
-@outer
-def sines(
-    out: Any, start: Any, in_phase: Any, behind: Any, cosines: Any, sines_: Any, level: Any, factor: Any
-) -> Any:
-    """Write sums of sines of each finger, or a factor times their squares; empty arrays stand for None."""
-    fingers, samples = out.shape
-    row = np.zeros(samples)
-    for finger in range(fingers):
-        row[:] = level[finger] if level.size else 0.0
-        for tone in range(len(in_phase)):
-            along, across = in_phase[tone, finger], behind[tone, finger]
-            for sample in range(samples):
-                row[sample] += along * cosines[tone, sample] + across * sines_[tone, sample]
-        for sample in range(samples):
-            total = row[sample] + start[finger, sample] if start.size else row[sample]
-            out[finger, sample] = total * total * factor[finger] if factor.size else total

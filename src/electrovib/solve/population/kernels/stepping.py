@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, DTypeLike, NDArray
+    from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Indices, Real
 
@@ -112,57 +112,6 @@ def time_steps(time: ArrayLike) -> TimeSteps:
     return TimeSteps(group[kind.reshape(-1)].astype(np.intp), total)
 
 
-class _Fingers(NamedTuple):
-    """Sums of relaxing modes of many fingers, and the drive that all of them share, as `first_order_hold_many` takes them."""
-
-    rates: Real
-    residues: Real
-    direct: Real
-    state: Real
-    voltage: Real
-    steps: TimeSteps
-    factor: Real
-
-    @property
-    def arrays(self) -> tuple[Real, Real, Real, Real]:
-        """The arrays of the fingers as the loops expect them."""
-        return self.rates, self.residues, self.direct, self.state
-
-
-def _gathered(
-    rates: ArrayLike,
-    residues: ArrayLike,
-    direct: ArrayLike,
-    state: ArrayLike,
-    voltage: ArrayLike,
-    time: ArrayLike | TimeSteps,
-    factor: ArrayLike,
-) -> _Fingers:
-    """Convert the arguments of `first_order_hold_many` into contiguous arrays, and refuse arguments that disagree."""
-    rate, residue, level, begin, drive = (
-        np.ascontiguousarray(each, np.float64) for each in (rates, residues, direct, state, voltage)
-    )
-    steps = time if isinstance(time, TimeSteps) else time_steps(time)
-    if (
-        rate.ndim != 2
-        or residue.shape != rate.shape
-        or begin.shape != rate.shape
-        or level.shape != rate.shape[:1]
-    ):
-        raise InputError(
-            f"rates, residues and state have the shapes {rate.shape}, {residue.shape} and {begin.shape}, direct "
-            f"{level.shape}: expected (fingers, modes) three times, and (fingers,)."
-        )
-    if drive.shape != (steps.kind.size + 1,):
-        raise InputError(
-            f"voltage has shape {drive.shape}: expected one value for each of {steps.kind.size + 1} times."
-        )
-    if not (np.isfinite(rate).all() and (rate >= 0.0).all()):
-        raise InputError("rates has a value that is negative or not finite: expected minus the poles [1/s].")
-    factors = np.ascontiguousarray(np.broadcast_to(np.asarray(factor, np.float64), level.shape))
-    return _Fingers(rate, residue, level, begin, drive, steps, factors)
-
-
 def first_order_hold_many(
     rates: ArrayLike,
     residues: ArrayLike,
@@ -171,33 +120,44 @@ def first_order_hold_many(
     voltage: ArrayLike,
     time: ArrayLike | TimeSteps,
     *,
-    factor: ArrayLike | None = None,
-    dtype: DTypeLike = np.float64,
-    out: NDArray[Any] | None = None,
-) -> NDArray[Any]:
+    rises: ArrayLike | None = None,
+) -> Real:
     """Compute the responses of many fingers to one piecewise linear drive, exact at every time.
 
-    `rates` (fingers, modes), `residues` (fingers, modes), `direct` (fingers,), `state` (fingers, modes),
-    `voltage` (n,) [V], `time` (n,) [s], `factor` (fingers,), `out` (fingers, n); returns `response` (fingers, n), or
-    factor times its square.
+    `rates`, `residues`, `state` (fingers, modes), `direct` (fingers,), `voltage` (n,) [V], `time` (n,) [s]; returns
+    `response` (fingers, n).
 
-    Each mode is advanced by its exact weights for a straight drive.
+    The response is direct v + sum residue s with s' = v - rate s from residue s = `state`. With `rises` (n,) [V], those of
+    the drive from each time to the next, the second term is sum residue l with l = rate s - v, which loses no digits where
+    modes follow a slow drive.
     """
     from electrovib.solve.population.kernels import loops
 
-    fingers = _gathered(rates, residues, direct, state, voltage, time, 1.0 if factor is None else factor)
-    shape = len(fingers.direct), fingers.voltage.size
-    result = np.empty(shape, dtype) if out is None else out
-    if result.shape != shape or result.dtype != np.dtype(dtype) or not result.flags.c_contiguous:
+    rate, residue, level, begin, drive = (
+        np.ascontiguousarray(each, np.float64) for each in (rates, residues, direct, state, voltage)
+    )
+    steps = time if isinstance(time, TimeSteps) else time_steps(time)
+    shapes = residue.shape, begin.shape, (*level.shape, rate.shape[-1])
+    if (
+        rate.ndim != 2
+        or any(shape != rate.shape for shape in shapes)
+        or drive.shape != (len(steps.kind) + 1,)
+    ):
         raise InputError(
-            f"out has shape {result.shape} and type {result.dtype}: expected {shape} and {np.dtype(dtype)}."
+            f"rates, residues, state, direct and voltage have the shapes {rate.shape}, {residue.shape}, {begin.shape}, "
+            f"{level.shape} and {drive.shape}: expected (fingers, modes) three times, (fingers,) and"
+            f" ({len(steps.kind) + 1},)."
         )
-    chunks, pieces, duration, slots = fingers.steps.pieces
-    grid, lanes, modes = (fingers.voltage, chunks, pieces, duration), loops.LANES, fingers.rates.shape[1]
+    if not (np.isfinite(rate).all() and (rate >= 0.0).all()):
+        raise InputError("rates has a value that is negative or not finite: expected minus the poles [1/s].")
+    chunks, pieces, duration, slots = steps.pieces
+    given = drive if rises is None else np.ascontiguousarray(rises, np.float64)
+    lanes, modes, result = loops.LANES, rate.shape[1], np.empty((len(rate), len(drive)))
     memory = (  # for the parameters of a tile, the weights of its steps, and its responses
-        np.empty((2 * modes + 2) * lanes),
+        np.empty((2 * modes + 1) * lanes),
         np.empty(slots * (4 * modes + 1) * lanes),
         np.empty(loops.TIMES * lanes),
     )
-    loops.responses(fingers.arrays, fingers.factor, factor is not None, grid, memory, result)
+    grid = drive, given, rises is not None, chunks, pieces, duration
+    loops.responses((rate, residue, level, begin), grid, memory, result)
     return result

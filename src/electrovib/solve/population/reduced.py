@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.together.arrays import ManyDebye, ManyMaterial, value_of
-from electrovib.solve.population.together.refusal import NotTogetherError
+from electrovib.physics.debye_sum import DebyeSum
+from electrovib.solve.population.columns import value_of
 from electrovib.solve.stack.expand import reductions
+from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Real
-    from electrovib.physics.debye_sum import DebyeSum
+    from electrovib.physics.material import Material
     from electrovib.scenario import Scenario
 
 
@@ -45,14 +46,35 @@ class SharedReduction:
     level: float
     is_scaled: bool
 
-    def of_fingers(self, material: ManyMaterial) -> ManyDebye:
+    def of_fingers(self, material: Material) -> DebyeSum:
         """Return the terms for each finger, with the relaxation times and the relative error of the scenario."""
         known = self.debye
         if not self.is_scaled:
-            return ManyDebye(known.high, known.strengths, known.relaxation_times)
-        factor = np.abs(material.bound_permittivity(np.array([AT]))) / self.level
+            return known
+        factor: Any = np.abs(material.bound_permittivity(np.array([AT]))) / self.level
         strengths = tuple(strength * factor for strength in known.strengths)
-        return ManyDebye(known.high * factor, strengths, known.relaxation_times)
+        return DebyeSum(known.high * factor, strengths, known.relaxation_times)
+
+
+def debye_of(
+    scenario: Scenario, reduced: Mapping[str, SharedReduction], free: tuple[str, ...]
+) -> dict[str, DebyeSum]:
+    """Return the relaxations of every layer of a scenario with columns."""
+    found = {}
+    for name, layer in scenario.stack.layers.items():
+        try:
+            exact = reduced[name].of_fingers(layer.material) if name in reduced else layer.material.debye()
+        except (TypeError, ValueError):
+            exact = None
+        if exact is None:
+            start = f"stack.{name}.material."
+            mine = [path for path in free if path.startswith(start)]
+            raise NotInArraysError(
+                f"{(mine or [start])[0]} is not a term of a finite sum of relaxations, so that each finger needs a"
+                " formula of its own"
+            )
+        found[name] = exact
+    return found
 
 
 def shared_reductions(scenario: Scenario, free: tuple[str, ...], time: Real) -> dict[str, SharedReduction]:
@@ -67,11 +89,11 @@ def shared_reductions(scenario: Scenario, free: tuple[str, ...], time: Real) -> 
         changed = [path.removeprefix(start) for path in free if path.startswith(start)]
         shape = [path for path in changed if path != "conductivity"]
         if "conductivity" in changed and not _is_apart(layers[name].material):
-            raise NotTogetherError(
+            raise NotInArraysError(
                 f"the bound permittivity of stack.{name}.material depends on its conductivity"
             )
         if shape and not _is_factor(layers[name].material, shape):
-            raise NotTogetherError(
+            raise NotInArraysError(
                 f"{start}{shape[0]} changes a permittivity that each finger has to reduce by itself"
             )
         scaled[name] = bool(shape)
@@ -104,15 +126,6 @@ def _is_factor(material: Any, paths: list[str]) -> bool:
         if other.slowest_relaxation != material.slowest_relaxation:
             return False
     return True
-
-
-def count_poles(scenario: Scenario, reduced: Mapping[str, SharedReduction]) -> int:
-    """Return the number of poles of all layers of a scenario, with its reduced permittivities."""
-    sums = [
-        reduced[name].debye if name in reduced else layer.material.debye()
-        for name, layer in scenario.stack.layers.items()
-    ]
-    return sum(1 + len(each.strengths) for each in sums if each is not None)
 
 
 def _is_apart(material: Any) -> bool:

@@ -1,0 +1,324 @@
+"""Signals of many fingers in arrays over fingers: columns -> modes or phasors -> responses -> force -> friction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.changes import derived_at, stored_path
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.paths import quantity_at, value_at
+from electrovib.physics.friction import SteadyFriction
+from electrovib.physics.interface import INTERFACE
+from electrovib.solve.choice import chosen
+from electrovib.solve.electrics.attraction import attraction, total_pull
+from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, over_frequency
+from electrovib.solve.electrics.solution import Solution, linear_quantities
+from electrovib.solve.mechanics.friction_chain import FrictionChain
+from electrovib.solve.mechanics.unknown import resting
+from electrovib.solve.population.columns import check_values, stored_columns, with_columns
+from electrovib.solve.population.drives import shared_drive
+from electrovib.solve.population.reduced import debye_of, shared_reductions
+from electrovib.solve.population.response import respond, some_of
+from electrovib.solve.stack.expand import modes_of, phasors
+from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf
+from electrovib.solve.stack.transfer import NotInArraysError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.solve.population.one_by_one import OneByOne
+    from electrovib.solve.stack.keys import Key
+    from electrovib.solve.stack.transfer import Transfer
+
+LAYERED: Final[dict[str, type[FieldOf | DisplacementOf]]] = {"field": FieldOf, "displacement": DisplacementOf}
+OVER_TIME: Final = frozenset(
+    {
+        "drive_voltage",
+        "electrostatic_force",
+        "stack_voltage",
+        "current",
+        "interface_field",
+        "effective_voltage",
+    }
+) | {*LAYERED, "normal_force", "sliding_speed", "lateral_force"}
+"""Signals over time that are computed in arrays."""
+STACKS: Final = 1024
+"""Fingers whose modes are in memory together."""
+RESPONSES: Final = 64
+"""Fingers whose responses are in memory together."""
+AGREE: Final = 1e-9
+"""Largest difference over the peak of a signal: rounding of the time after a corner gives some 1e-10 of a current. A formula
+that is no formula of one finger differs by more."""
+_NUDGE: Final = 0.05
+_FAINT: Final = 1e-9
+"""Share of the largest value that is compared for a parameter whose value is 0."""
+_COLUMNS: Final = ("stack.", "circuit.", "contact.area", "drive.", "force.", "friction.", "load.normal_force")
+"""Beginnings of the paths that may be columns."""
+
+
+class Arrays:
+    """Fingers of a scenario of the linear chain, in arrays.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment with the values that all fingers share.
+    free : tuple of str
+        Dotted paths of the parameters that differ between fingers.
+    names : tuple of str
+        Signals, all over time or all over frequency.
+    alone : OneByOne
+        The same fingers one by one, with which two are compared.
+
+    Raises
+    ------
+    NotInArraysError
+        If arrays do not cover the scenario or what differs, with the reason.
+    """
+
+    def __init__(
+        self, scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...], alone: OneByOne
+    ) -> None:
+        _refuse(scenario, free, names)
+        self.scenario, self.free, self.names, self.alone = scenario, free, names, alone
+        self.time = alone.time
+        self.frequency = scenario.frequency.frequencies()
+        self._quantities = {path: quantity_at(scenario, path) for path in free}
+        of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
+        times = scenario.time.times(scenario.drive) if self.time is None else self.time
+        self._largest: Any = scenario.drive.largest() if self.time is None else 0.0
+        if self.time is not None or of_drive:
+            self._drive = shared_drive(scenario, of_drive, times, settled=scenario.time.settled)
+        if self.time is None and of_drive:
+            self._largest = self._largest_per_parameter()
+        band = self.time if alone.band is None else alone.band
+        self._reduced = {} if band is None else shared_reductions(scenario, free, band)
+        self._compare()
+
+    def signals(self, draws: Mapping[str, Real], *, out: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Return the signals of fingers, written into given arrays where there are any."""
+        check_values(self.scenario, self._quantities, draws)
+        count = len(next(iter(draws.values())))
+        found: dict[str, Any] = dict(out or {})
+        for fingers in _of_one_form(draws):
+            for begin in range(0, len(fingers), STACKS):
+                chosen_ones = fingers[begin : begin + STACKS]
+                some = {path: values[chosen_ones] for path, values in draws.items()}
+                try:
+                    parts = self._parts(some, len(chosen_ones))
+                    for first, rows in parts:
+                        _keep(found, rows, chosen_ones[first:], count)
+                except NotInArraysError:  # fingers with fewer modes among others
+                    _keep(found, self.alone.signals(some), chosen_ones, count)
+        return {name: found[name] for name in self.names}
+
+    def _parts(self, draws: Mapping[str, Real], rows: int) -> Any:
+        """Yield the first finger and the signals of some fingers after the other."""
+        columns = stored_columns(self.scenario, draws)
+        inner = {path: column for path, column in columns.items() if not path.startswith("drive.")}
+        member = with_columns(self.scenario, inner)
+        asked = {} if self.time is None else self._asked(member)
+        for first in range(0, rows, RESPONSES):
+            part = slice(first, min(first + RESPONSES, rows))
+            some = with_columns(self.scenario, {path: each[part] for path, each in inner.items()})
+            mine = {path: each[part] for path, each in columns.items()}
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                found = (
+                    self._over_frequency(some, mine)
+                    if self.time is None
+                    else self._over_time(some, mine, some_of(asked, part))
+                )
+            size = part.stop - part.start
+            yield (
+                first,
+                {
+                    name: np.broadcast_to(each, (size, *each.shape[each.ndim - self._axes(name) :]))
+                    for name, each in found.items()
+                },
+            )
+
+    def _axes(self, name: str) -> int:
+        """Return the number of axes of a signal of one finger."""
+        return 2 if name in LAYERED or name in {"field_gain", "permittivity"} else 1
+
+    def _asked(self, member: Scenario) -> dict[Key, Transfer]:
+        """Return the linear quantities that the signals need."""
+        debye = debye_of(member, self._reduced, self.free)
+        known = linear_quantities(member, modes_of(member, debye))
+        wanted: set[Key] = set()
+        for name in self.names:
+            if name in {"electrostatic_force", "lateral_force"}:
+                wanted |= {key for key in known if isinstance(key, AmplitudeOf)}
+            elif name in LAYERED:
+                wanted |= {LAYERED[name](layer) for layer in member.stack.layers}
+            elif name == "interface_field":
+                wanted.add(FieldOf(member.stack.gap_name or INTERFACE))
+            elif name in {"stack_voltage", "current", "effective_voltage"}:
+                wanted.add(name)
+        missing = [str(key) for key in wanted if key not in known]
+        if missing:
+            raise NotInArraysError(f"the scenario has no {missing[0]}")
+        return {key: known[key] for key in known if key in wanted}
+
+    def _over_time(
+        self, member: Scenario, columns: Mapping[str, Real], asked: Mapping[Key, Transfer]
+    ) -> dict[str, Any]:
+        """Return the signals over time of some fingers."""
+        time = self.time
+        assert time is not None
+        terms = self._drive.terms(columns)
+        rows = respond(asked, terms)
+        found: dict[str, Any] = {}
+        amplitudes = {key.name: row for key, row in rows.items() if isinstance(key, AmplitudeOf)}
+        force = attraction(member, total_pull(member, amplitudes), time) if amplitudes else None
+        for name in self.names:
+            if name == "electrostatic_force":
+                found[name] = force
+            elif name == "lateral_force":
+                found[name] = self._friction(member, force)
+            elif name == "drive_voltage":
+                found[name] = sum(factor * drive.values() for factor, drive in terms)
+            elif name == "normal_force":
+                found[name] = member.load.forces(time)
+            elif name == "sliding_speed":
+                found[name] = member.motion.speeds(time)
+            elif name in LAYERED:
+                layers = [rows[LAYERED[name](layer)] for layer in member.stack.layers]
+                found[name] = np.stack(np.broadcast_arrays(*layers), axis=-2)
+            else:
+                of_gap = name == "interface_field"
+                found[name] = rows[FieldOf(member.stack.gap_name or INTERFACE) if of_gap else name]
+        return found
+
+    def _friction(self, member: Scenario, force: Any) -> Real:
+        """Return a friction without memory."""
+        solution = Solution(found={}, method=chosen(self.scenario).method, reason="", force=force)
+        assert self.time is not None
+        chain = FrictionChain(member, self.time, solution, lambda _: solution)
+        return chain.known(chain.steady(self.time, force))
+
+    def _over_frequency(self, member: Scenario, columns: Mapping[str, Real]) -> dict[str, Any]:
+        """Return the signals over frequency of some fingers."""
+        largest: Any = self._largest
+        if not isinstance(largest, float):
+            largest = np.abs(columns[largest[0]]) * largest[1]
+        found = over_frequency(
+            member, phasors(member, self.frequency), amplitude=largest, wanted=frozenset(self.names)
+        )
+        missing = [name for name in self.names if name not in found]
+        if missing:
+            raise NotInArraysError(f"the scenario has no {missing[0]}")
+        return {name: found[name][1] for name in self.names}
+
+    def _largest_per_parameter(self) -> tuple[str, float]:
+        """Return the path to which the largest value of the drive [V] is proportional, and the factor."""
+        if self._drive.fixed is not None or len(self._drive.shares) != 1:
+            raise NotInArraysError("the largest voltage is not proportional to one parameter of the drive")
+        (path,) = self._drive.shares
+        value = abs(float(value_at(self.scenario, path)))
+        if not value:
+            raise NotInArraysError("the largest voltage of the scenario is 0")
+        return path, self.scenario.drive.largest() / value
+
+    def _compare(self) -> None:
+        """Refuse arrays whose fingers differ from the same fingers one by one."""
+        draws = self._two()
+        try:
+            expected = self.alone.signals(draws)
+        except ElectrovibError as error:
+            raise NotInArraysError(
+                f"not all values next to those of the scenario are allowed: {error}"
+            ) from None
+        try:
+            ((_, found),) = self._parts(draws, 2)
+        except (TypeError, ValueError, AttributeError, AssertionError) as error:
+            raise NotInArraysError(
+                f"a formula of the scenario does not run on arrays ({type(error).__name__})"
+            ) from None
+        for name, rows in expected.items():
+            for mine, its in zip(found[name], rows, strict=True):
+                if not _agree(mine, its):
+                    raise NotInArraysError(f"{name} in arrays differs from that of one finger")
+
+    def _two(self) -> dict[str, Real]:
+        """Return the values of the scenario, and values next to them within the ranges."""
+        found = {}
+        for path, value in self.alone.prepared.begin.items():
+            if not isinstance(value, float):
+                raise NotInArraysError(f"{path} has no value in the scenario")
+            quantity = self._quantities[path]
+            step = _NUDGE * abs(value) or _FAINT * max(abs(quantity.low), abs(quantity.high))
+            begin = value or step  # a number of 0 may give fewer modes than others
+            found[path] = np.array([begin, begin - step if begin + step > quantity.high else begin + step])
+        return found
+
+
+def _of_one_form(draws: Mapping[str, Real]) -> list[Any]:
+    """Return groups of fingers whose values of 0 are those of the same parameters: these may have fewer modes."""
+    zero = np.array([values == 0 for values in draws.values()])
+    _, group = np.unique(zero, axis=1, return_inverse=True)
+    group = group.reshape(-1)
+    return [np.flatnonzero(group == each) for each in range(int(group.max()) + 1)]
+
+
+def _keep(found: dict[str, Any], rows: Mapping[str, Any], fingers: Any, count: int) -> None:
+    """Write the signals of the first of some fingers into the arrays of all."""
+    for name, each in rows.items():
+        if name not in found:
+            found[name] = np.empty((count, *each.shape[1:]), each.dtype)
+        some = fingers[: len(each)]
+        whole = some[-1] - some[0] + 1 == len(some)  # a range is written faster than a list
+        found[name][slice(some[0], some[-1] + 1) if whole else some] = each
+
+
+def _agree(mine: Any, its: Any) -> bool:
+    """Return whether the signals of one finger agree, NaN included."""
+    unknown = np.isnan(its)
+    if mine.shape != its.shape or not np.array_equal(unknown, np.isnan(mine)):
+        return False
+    peak = float(np.max(np.abs(its[~unknown]), initial=0.0))
+    return bool(np.all(np.abs(mine[~unknown] - its[~unknown]) <= AGREE * peak))
+
+
+def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -> None:
+    """Refuse scenarios, signals and parameters that arrays do not cover."""
+    foreign = [name for name in names if name not in OVER_TIME | OVER_FREQUENCY]
+    if foreign:
+        raise NotInArraysError(f"the signal {foreign[0]} is computed for one finger at a time")
+    method, over_time = chosen(scenario).method, OVER_TIME.issuperset(names)
+    if not method.by_modes or (over_time and not scenario.force.causal):
+        raise NotInArraysError(f"the electrical solver is '{method.name}'")
+    if "drive_voltage" in names and scenario.drive.quantity == "current":
+        raise NotInArraysError("the drive is a current, whose voltage is computed for one finger at a time")
+    if scenario.circuit.amplifier is not None:
+        raise NotInArraysError("there is an amplifier before the plate")
+    _refuse_columns(scenario, free)
+    if "sliding_speed" in names and scenario.motion.speed is None:
+        raise InputError("signals: this scenario has no 'sliding_speed'. Declare motion.speed")
+    if "lateral_force" in names:
+        _refuse_memory(scenario)
+
+
+def _refuse_columns(scenario: Scenario, free: tuple[str, ...]) -> None:
+    """Refuse parameters whose values cannot be a column."""
+    if scenario.moisture is not None:
+        raise NotInArraysError("moisture sets other parameters of each finger")
+    for path in free:
+        if derived_at(scenario, path) is not None and not path.startswith("drive."):
+            raise NotInArraysError(f"{path} is derived from other parameters")
+        if not stored_path(scenario, path).startswith(_COLUMNS):
+            raise NotInArraysError(
+                f"{path} is no number of the layers, the circuit, the drive, the law, the area, the load or the friction"
+            )
+
+
+def _refuse_memory(scenario: Scenario) -> None:
+    """Refuse frictions that depend on the past."""
+    if not isinstance(scenario.friction, SteadyFriction):
+        raise NotInArraysError(f"{type(scenario.friction).__name__} has a memory")
+    if resting(scenario.motion) and scenario.finger is not None:
+        raise NotInArraysError("the skin holds a friction while the finger rests")
