@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.section import PhasorSection
 
 PHASES = 32
-"""Points per period of the average of a force: exact for a pressure of second degree on a constant area."""
+"""Points per period of the average of a force on a constant area; four are exact for a pressure of second degree."""
 LARGEST = 10.0
 """Area [m2] beyond which a contact counts as growing without bound."""
 FAR, NEAR = 4.0, 1 + 1 / 64
@@ -67,7 +67,9 @@ def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: Any) ->
     `amplitude` is the peak value of the drive, one for each case if it is a column; returns the force [N] at each frequency
     of the section.
     """
-    count = PHASES if isinstance(scenario.contact, FixedArea) else 16 * PHASES
+    count = 16 * PHASES
+    if isinstance(scenario.contact, FixedArea):
+        count = 4 if scenario.force.of_second_degree else PHASES
     phasor: dict[str, Complex] = scenario.force.amplitudes(section)
     total: Any = 0.0
     for turn in np.exp(2j * np.pi * np.arange(count) / count).tolist():

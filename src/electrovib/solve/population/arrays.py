@@ -48,8 +48,10 @@ OVER_TIME: Final = frozenset(
 """Signals over time that are computed in arrays."""
 STACKS: Final = 1024
 """Fingers whose modes are in memory together."""
-RESPONSES: Final = 64
-"""Fingers whose responses are in memory together."""
+RESPONSES: Final = 1 << 16
+"""Numbers of the responses in memory together, about."""
+FEWEST: Final = 64
+"""Smallest number of fingers whose responses are computed together."""
 AGREE: Final = 1e-9
 """Largest difference over the peak of a signal: rounding of the time after a corner gives some 1e-10 of a current. A formula
 that is no formula of one finger differs by more."""
@@ -122,8 +124,10 @@ class Arrays:
         inner = {path: column for path, column in columns.items() if not path.startswith("drive.")}
         member = with_columns(self.scenario, inner)
         asked = {} if self.time is None else self._asked(member)
-        for first in range(0, rows, RESPONSES):
-            part = slice(first, min(first + RESPONSES, rows))
+        numbers = len(self.frequency) if self.time is None else len(self.time)
+        at_once = max(FEWEST, RESPONSES // numbers)
+        for first in range(0, rows, at_once):
+            part = slice(first, min(first + at_once, rows))
             some = with_columns(self.scenario, {path: each[part] for path, each in inner.items()})
             mine = {path: each[part] for path, each in columns.items()}
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -9,6 +9,7 @@ import numpy as np
 
 from electrovib.solve.population.kernels import first_order_hold_many
 from electrovib.solve.recursion.hold import hold_weights
+from electrovib.solve.stack.section import total_of
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral_weight, without_integrators
 
 if TYPE_CHECKING:
@@ -24,13 +25,14 @@ if TYPE_CHECKING:
 def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, Excitation]]) -> dict[K, Real]:
     """Compute the response of linear quantities to a sum of drives with factors.
 
-    `terms` are factors, a number or a column (fingers, 1), and drives with common moments; returns rows (fingers, n), or
+    `terms` are factors, 1 or a column (fingers, 1), and drives with common moments; returns rows (fingers, n), or
     (1, n) for what does not differ.
     """
     known: dict[Any, Real] = {}
     found = {}
     for key, transfer in transfers.items():
-        total = sum(factor * _driven(transfer, drive, known) for factor, drive in terms)
+        rows = [(factor, _driven(transfer, drive, known)) for factor, drive in terms]
+        total = total_of(row if np.ndim(factor) == 0 else factor * row for factor, row in rows)
         found[key] = total + _left(transfer, terms[0][1]) if np.any(transfer.free) else total
     return found
 
@@ -81,7 +83,8 @@ def _driven(transfer: Transfer, drive: Excitation, known: dict[Any, Real]) -> Re
     if moments.is_straight or np.any(state):
         direct = np.broadcast_to(at_once, (len(rates), 1))[:, 0]
         found = _stepped(drive, rates, gains if lags else gains * rates, direct, state, lags=lags)
-        found = found + transfer.slope * drive.slopes
+        if np.any(transfer.slope):
+            found = found + transfer.slope * drive.slopes
     if drive.level:
         found = found + np.atleast_1d(transfer.at(0.0)).real[:, None] * drive.level
     if len(moments.frequencies):

@@ -19,7 +19,7 @@ _ROUNDING = float(np.finfo(float).eps)
 
 _ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than about 1e-14
 _SLACK = 8 * _ROUNDING
-_COMPILED = 4096  # number of roots from which compiled loops are faster than they take to load
+_COMPILED = 1024  # number of roots from which compiled loops are faster than they take to load
 _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
 _TINY = decimal.Decimal("1e-25")
 _step = step_with(np.where)
