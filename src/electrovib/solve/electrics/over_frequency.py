@@ -82,7 +82,7 @@ def capacitance(scenario: Scenario, times: Real) -> dict[str, tuple[tuple[str], 
     return {"capacitance": (("time",), admittance.imag / (2 * np.pi * frequency))}
 
 
-def _loudest_tone(scenario: Scenario) -> tuple[Real, complex]:
+def loudest_tone(scenario: Scenario) -> tuple[Real, complex]:
     """Return frequency [Hz] and complex amplitude of a drive of one harmonic; its other harmonics have no amplitude."""
     frequencies, tones = spectrum(scenario.drive, harmonics=1)
     loudest = int(np.argmax(np.abs(tones)))
@@ -95,7 +95,7 @@ def refuse_more_than_one_sine(scenario: Scenario) -> None:
     settled = scenario.time.settled
     if not settled or count_harmonics(drive) != 1:
         raise NotCausalError(_refusal(law, drive.__class__.__name__, settled=settled))
-    if _loudest_tone(scenario)[0][0] == 0:
+    if loudest_tone(scenario)[0][0] == 0:
         raise NotCausalError(_refusal(law, "constant voltage", settled=settled))
     if scenario.circuit.amplifier is not None and scenario.circuit.amplifier.is_limited:
         raise NotCausalError(
@@ -106,7 +106,7 @@ def refuse_more_than_one_sine(scenario: Scenario) -> None:
 def one_sine(question: Question, fields: Solution) -> Solution:
     """Compute the steady response to one sine by magnitudes, for a law without a time-domain form."""
     scenario, times = question.scenario, question.times
-    law, (frequency, tone) = scenario.force, _loudest_tone(scenario)
+    law, (frequency, tone) = scenario.force, loudest_tone(scenario)
     exact = behind_amplifier(scenario, phasors(scenario, frequency))
     wave = tone * np.exp(2j * np.pi * frequency[0] * times)
     given = {name: np.real(value[0] * wave) for name, value in law.amplitudes(exact).items()}

@@ -13,16 +13,18 @@ from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.interface import INTERFACE
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, over_frequency
+from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone, over_frequency
 from electrovib.solve.electrics.solution import Solution, linear_quantities
 from electrovib.solve.mechanics.friction_chain import FrictionChain
 from electrovib.solve.mechanics.unknown import resting
 from electrovib.solve.population.columns import check_values, stored_columns, with_columns
-from electrovib.solve.population.drives import shared_drive
+from electrovib.solve.population.drives import SharedDrive, excitation, shared_drive
 from electrovib.solve.population.reduced import debye_of, shared_reductions
-from electrovib.solve.population.response import respond, some_of
+from electrovib.solve.population.response import joined, respond, some_of
 from electrovib.solve.stack.expand import modes_of, phasors
+from electrovib.solve.stack.harmonics import refuse_unrepeated
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf
+from electrovib.solve.stack.section import total_of
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
@@ -93,13 +95,35 @@ class Arrays:
         of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
         times = scenario.time.times(scenario.drive) if self.time is None else self.time
         self._largest: Any = scenario.drive.largest() if self.time is None else 0.0
+        self._drive: SharedDrive | None = None
         if self.time is not None or of_drive:
-            self._drive = shared_drive(scenario, of_drive, times, settled=scenario.time.settled)
+            self._drive = self._shared(of_drive, times)
         if self.time is None and of_drive:
             self._largest = self._largest_per_parameter()
+        of_fields = {*LAYERED, "interface_field", "stack_voltage", "current"}
+        of_law = (
+            {"electrostatic_force", "lateral_force", "effective_voltage"} if scenario.force.causal else set()
+        )
+        self._has_modes = bool((of_fields | of_law) & {*names})
         band = self.time if alone.band is None else alone.band
-        self._reduced = {} if band is None else shared_reductions(scenario, free, band)
+        self._reduced = (
+            shared_reductions(scenario, free, band) if self._has_modes and band is not None else {}
+        )
+        if self._reduced and self._drive is None:
+            raise NotInArraysError(
+                "the band over which materials are reduced follows from the drive of each finger"
+            )
         self._compare()
+
+    def _shared(self, of_drive: tuple[str, ...], times: Real) -> SharedDrive | None:
+        """Return the drive of all fingers as a sum; None where each has times or frequencies of its own."""
+        try:
+            return shared_drive(self.scenario, of_drive, times, settled=self.scenario.time.settled)
+        except NotInArraysError:
+            if self.time is None or not self.scenario.force.causal:
+                raise
+            excitation(self.scenario.drive, times, settled=self.scenario.time.settled)
+            return None
 
     def signals(self, draws: Mapping[str, Real], *, out: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return the signals of fingers, written into given arrays where there are any."""
@@ -123,18 +147,19 @@ class Arrays:
         columns = stored_columns(self.scenario, draws)
         inner = {path: column for path, column in columns.items() if not path.startswith("drive.")}
         member = with_columns(self.scenario, inner)
-        asked = {} if self.time is None else self._asked(member)
+        asked = self._asked(member) if self._has_modes else {}
         numbers = len(self.frequency) if self.time is None else len(self.time)
         at_once = max(FEWEST, RESPONSES // numbers)
         for first in range(0, rows, at_once):
             part = slice(first, min(first + at_once, rows))
             some = with_columns(self.scenario, {path: each[part] for path, each in inner.items()})
             mine = {path: each[part] for path, each in columns.items()}
+            driven = self._driven({path: values[part] for path, values in draws.items()}, mine)
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 found = (
                     self._over_frequency(some, mine)
                     if self.time is None
-                    else self._over_time(some, mine, some_of(asked, part))
+                    else self._over_time(some, some_of(asked, part), driven)
                 )
             size = part.stop - part.start
             yield (
@@ -153,7 +178,7 @@ class Arrays:
         """Return the linear quantities that the signals need."""
         debye = debye_of(member, self._reduced, self.free)
         known = linear_quantities(member, modes_of(member, debye))
-        wanted: set[Key] = set()
+        wanted, causal = set[Any](), member.force.causal
         for name in self.names:
             if name in {"electrostatic_force", "lateral_force"}:
                 wanted |= {key for key in known if isinstance(key, AmplitudeOf)}
@@ -161,21 +186,41 @@ class Arrays:
                 wanted |= {LAYERED[name](layer) for layer in member.stack.layers}
             elif name == "interface_field":
                 wanted.add(FieldOf(member.stack.gap_name or INTERFACE))
-            elif name in {"stack_voltage", "current", "effective_voltage"}:
+            elif name in {"stack_voltage", "current"} or (name == "effective_voltage" and causal):
                 wanted.add(name)
         missing = [str(key) for key in wanted if key not in known]
         if missing:
             raise NotInArraysError(f"the scenario has no {missing[0]}")
         return {key: known[key] for key in known if key in wanted}
 
+    def _driven(
+        self, draws: Mapping[str, Real], columns: Mapping[str, Real]
+    ) -> list[tuple[slice, list[Any]]]:
+        """Return ranges of fingers, and the factors and drives that add up to the drive of each range."""
+        if self.time is None:
+            return []
+        if self._drive is not None:
+            return [(slice(None), self._drive.terms(columns))]
+        settled, found = self.scenario.time.settled, []
+        mine = {path: values.tolist() for path, values in draws.items() if path.startswith("drive.")}
+        for finger, values in enumerate(zip(*mine.values(), strict=True)):
+            drive = self.alone.prepared.scenario(dict(zip(mine, values, strict=True))).drive
+            if settled:
+                refuse_unrepeated(drive)
+            term = (1.0, excitation(drive, self.time, settled=settled))
+            found.append((slice(finger, finger + 1), [term]))
+        return found
+
     def _over_time(
-        self, member: Scenario, columns: Mapping[str, Real], asked: Mapping[Key, Transfer]
+        self, member: Scenario, asked: Mapping[Key, Transfer], driven: list[tuple[slice, list[Any]]]
     ) -> dict[str, Any]:
         """Return the signals over time of some fingers."""
         time = self.time
         assert time is not None
-        terms = self._drive.terms(columns)
-        rows = respond(asked, terms)
+        each = [respond(some_of(asked, some), terms) for some, terms in driven]
+        rows: dict[Any, Any] = {key: joined(row[key] for row in each) for key in asked}
+        if not member.force.causal:
+            rows |= self._of_one_sine(member, driven[0][1])
         found: dict[str, Any] = {}
         amplitudes = {key.name: row for key, row in rows.items() if isinstance(key, AmplitudeOf)}
         force = attraction(member, total_pull(member, amplitudes), time) if amplitudes else None
@@ -185,7 +230,10 @@ class Arrays:
             elif name == "lateral_force":
                 found[name] = self._friction(member, force)
             elif name == "drive_voltage":
-                found[name] = sum(factor * drive.values() for factor, drive in terms)
+                found[name] = joined(
+                    np.atleast_2d(total_of(factor * drive.values() for factor, drive in terms))
+                    for _, terms in driven
+                )
             elif name == "normal_force":
                 found[name] = member.load.forces(time)
             elif name == "sliding_speed":
@@ -197,6 +245,21 @@ class Arrays:
                 of_gap = name == "interface_field"
                 found[name] = rows[FieldOf(member.stack.gap_name or INTERFACE) if of_gap else name]
         return found
+
+    def _of_one_sine(self, member: Scenario, terms: list[Any]) -> dict[Key, Any]:
+        """Return the amplitudes of a law that is defined by magnitudes at the frequency of one sine."""
+        frequency, _ = loudest_tone(self.scenario)
+        moments = terms[0][1].moments
+        tone: Any = total_of(
+            factor * drive.tones[moments.frequencies == frequency].sum() for factor, drive in terms
+        )
+        wave = tone * np.exp(2j * np.pi * frequency[0] * moments.outputs)
+        exact = phasors(member, frequency)
+        found: dict[Key, Any] = {
+            AmplitudeOf(name): np.real(value * wave) for name, value in member.force.amplitudes(exact).items()
+        }
+        effective = member.force.effective_voltage(exact)
+        return found if effective is None else found | {"effective_voltage": np.real(effective * wave)}
 
     def _friction(self, member: Scenario, force: Any) -> Real:
         """Return a friction without memory."""
@@ -220,6 +283,7 @@ class Arrays:
 
     def _largest_per_parameter(self) -> tuple[str, float]:
         """Return the path to which the largest value of the drive [V] is proportional, and the factor."""
+        assert self._drive is not None
         if self._drive.fixed is not None or len(self._drive.shares) != 1:
             raise NotInArraysError("the largest voltage is not proportional to one parameter of the drive")
         (path,) = self._drive.shares
@@ -293,8 +357,8 @@ def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -
     foreign = [name for name in names if name not in OVER_TIME | OVER_FREQUENCY]
     if foreign:
         raise NotInArraysError(f"the signal {foreign[0]} is computed for one finger at a time")
-    method, over_time = chosen(scenario).method, OVER_TIME.issuperset(names)
-    if not method.by_modes or (over_time and not scenario.force.causal):
+    method = chosen(scenario).method
+    if not method.by_modes:
         raise NotInArraysError(f"the electrical solver is '{method.name}'")
     if "drive_voltage" in names and scenario.drive.quantity == "current":
         raise NotInArraysError("the drive is a current, whose voltage is computed for one finger at a time")

@@ -13,7 +13,7 @@ from electrovib.solve.stack.section import total_of
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral_weight, without_integrators
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from typing import TypeVar
 
     from electrovib.core.arrays import Real
@@ -51,6 +51,12 @@ def some_of(transfers: Mapping[K, Transfer], part: slice) -> dict[K, Transfer]:
         key: replace(each, **{name: some(getattr(each, name)) for name in names})
         for key, each in transfers.items()
     }
+
+
+def joined(parts: Iterable[Real]) -> Real:
+    """Return rows of ranges of fingers below each other."""
+    found = list(parts)
+    return found[0] if len(found) == 1 else np.concatenate(found)
 
 
 def _rows(*arrays: Real) -> list[Real]:

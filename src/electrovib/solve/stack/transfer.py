@@ -128,8 +128,7 @@ class Transfer:
 
     def __truediv__(self, divisor: Column) -> Transfer:
         """Return the quotient by a number or a column."""
-        quotient: Transfer = self * (1 / divisor)
-        return quotient
+        return self.__mul__(np.divide(1, divisor))
 
 
 def summed(rows: Real) -> Column:
@@ -150,7 +149,7 @@ def _product(filter_: Transfer, signal: Transfer) -> Transfer:
     if np.any(filter_.slope) or np.any(signal.slope) or np.any(filter_.free):
         raise ValueError("only one factor may have a free part, and none a slope")
     if not filter_.rates.shape[-1]:
-        return signal * filter_.direct
+        return signal.__mul__(filter_.direct)
     known = filter_.static is not None or signal.static is not None
     apart = filter_.rates[..., :, None] - signal.rates[..., None, :]  # filter rate minus signal rate
     weights = filter_.gains * filter_.rates

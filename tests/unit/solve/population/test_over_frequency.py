@@ -77,7 +77,6 @@ def test_a_finger_does_not_depend_on_the_others():
 @pytest.mark.parametrize(
     ("scenario", "free", "name", "words"),
     [
-        ("kim_2015/current", "contact.area", "mean_force", "current drive"),
         ("kaczmarek_2006/gap_positive", "contact.area", "mean_force", "nonlinear branch"),
         ("bau_2010/sine", "drive.frequency", "mean_force", "more of the drive than its amplitude"),
         ("persson_2018/coating", "stack.insulator.thickness", "mean_force", "does not run on arrays"),
