@@ -11,8 +11,9 @@ from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.finger import MassSpringDamper
 from electrovib.physics.rig import LateralSensor, PiezoSensor, SensorCreep, Tribometer
 from electrovib.physics.stages import response
-from electrovib.solve.mechanics.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.mechanics.filters import filtered, first_order, high_pass, of_stages, second_order
+from electrovib.solve.mechanics.response import respond_mechanically
+from electrovib.solve.mechanics.rig import finger_filters, measured
 
 FOUNDING_TIME = 7.7e-3
 """Time constant of Vezzoli et al. 2014 [s]: v_e is the drive through a high-pass."""

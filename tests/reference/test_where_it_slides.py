@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import HeldOff, Motion, TouchAndLift
 from electrovib.scenario import load
-from electrovib.solve.mechanics.unknown import not_known, resting
+from electrovib.solve.mechanics.lateral import not_known, resting
 from electrovib.solve.simulate import simulate
 
 COULOMB = {"model": "Coulomb", "coefficient": 0.5}
@@ -244,8 +244,7 @@ def test_behind_a_memory_nothing_is_known_until_it_has_forgotten(dry, friction):
 
 def test_a_sensor_is_not_known_until_it_has_forgotten():
     """Weights of a span of rest in a filter, against the filter's own answer to 1 there and 0 elsewhere."""
-    from electrovib.solve.mechanics.filters import filtered, second_order
-    from electrovib.solve.mechanics.filters.declared import first_order
+    from electrovib.solve.mechanics.filters import filtered, first_order, second_order
 
     times = np.linspace(0, 0.1, 10001)
     inside = ((times >= 0.02) & (times < 0.03)).astype(float)

@@ -27,8 +27,8 @@ from electrovib.solve.costs import (
 from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times
 from electrovib.solve.electrics.formulas import RADIANS_PER_STEP
 from electrovib.solve.mechanics.between import KNOTS
-from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
 from electrovib.solve.mechanics.mechanical import slowest_rates
+from electrovib.solve.mechanics.response import FORGOTTEN, MOST
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

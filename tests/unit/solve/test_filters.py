@@ -87,11 +87,11 @@ def test_second_order_over_frequency(damping):
 
 def test_interpolation_at_critical_damping_keeps_what_it_states(monkeypatch):
     """Error 0.6 CRITICAL^2 (the curvature is largest at w0/sqrt 2, 32/27): seen with a hundredfold CRITICAL."""
-    from electrovib.solve.mechanics.filters import declared
+    from electrovib.solve.mechanics import filters
 
     frequency = np.geomspace(1.0, 1e6, 400)
     formula = Resonance(FREQUENCY, 1.0).at(frequency)
-    monkeypatch.setattr(declared, "CRITICAL", 1e-4)
+    monkeypatch.setattr(filters, "CRITICAL", 1e-4)
     off = np.abs(second_order(natural_frequency=FREQUENCY, damping_ratio=1.0).at(frequency) - formula).max()
     assert off == pytest.approx(16 / 27 * 1e-8, rel=1e-3)
 

@@ -13,7 +13,7 @@ from electrovib.physics.contact import FixedArea
 from electrovib.physics.drive.shown import FEWEST, ROUNDING, enough, fastest_frequency, shows
 from electrovib.physics.friction import BristleFriction
 from electrovib.solve.electrics.attraction import pressed_states
-from electrovib.solve.mechanics.unknown import resting
+from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.stack.expand import behind_amplifier, per_volt_of
 
 if TYPE_CHECKING:

@@ -6,7 +6,8 @@ with adaptive steps that locates every kink. The fast solvers are tested against
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -14,24 +15,66 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import Distance
 from electrovib.solve.electrics.solution import NONLINEAR, Solution
-from electrovib.solve.nonlinear.electrics import Electrics
-from electrovib.solve.nonlinear.integrate import TOLERANCE, integrate
-from electrovib.solve.nonlinear.stretch import snapped
-from electrovib.solve.nonlinear.system import Solved, System
-from electrovib.solve.nonlinear.yielding import Yielding
+from electrovib.solve.nonlinear.electrics import Electrics, snapped
+from electrovib.solve.nonlinear.integrate import TOLERANCE, Solved, System, integrate
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.nonlinear.system import Mode
+    from electrovib.solve.nonlinear.integrate import Mode
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import StackStates
 
-
 CLOSED = 1e-6
 """Ratio to the gap at time 0 below which a gap that follows the forces counts as closed."""
+
+
+class Repelling(Protocol):
+    """Repulsive pressure between finger and plate."""
+
+    def pressure(self, gap: Any) -> Any:
+        """Return the pressure [Pa] at a gap [m]; it decreases with the gap."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Yielding:
+    """A gap that follows load, attraction and the repulsive pressure of the surfaces.
+
+    Parameters
+    ----------
+    surface : Repelling
+        Repulsive pressure as a function of the gap.
+    load : callable
+        Pressure of the load [Pa] at a time [s].
+    start : float
+        Gap at time 0, at rest [m].
+    damping : float
+        Damping per area [Pa s/m], above 0 unless there is a mass.
+    mass : float
+        Mass per area [kg/m2]; 0 for overdamped motion.
+    pulling : float
+        Share of the area on which the field of the gap attracts.
+    together : callable, optional
+        Pressure of load and attraction together [Pa] at a time [s] and a pressure of attraction [Pa], on an area that
+        grows with both; by default their sum.
+    """
+
+    surface: Repelling
+    load: Callable[[float], float]
+    start: float
+    damping: float = 0.0
+    mass: float = 0.0
+    pulling: float = 1.0
+    together: Callable[[float, float], float] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a gap without damping and mass."""
+        if self.damping <= 0 and self.mass <= 0:
+            raise InputError("damping = 0 and mass = 0: nothing slows the gap down; give one of them")
 
 
 Gap: TypeAlias = Distance | Yielding | None

@@ -9,7 +9,7 @@ from electrovib.physics.contact import FixedArea
 from electrovib.physics.friction import SteadyFriction
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.solution import PERIODIC, TRANSIENT
-from electrovib.solve.mechanics.unknown import resting
+from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.population.together.refusal import NotTogetherError
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
-from electrovib.solve.mechanics.friction_chain import FrictionChain
+from electrovib.solve.mechanics.mechanical import FrictionChain
 from electrovib.solve.population.together.tile import write_sum
 
 if TYPE_CHECKING:

@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.mechanics.stick_slip.skin import SlidingSkin
-from electrovib.solve.mechanics.stick_slip.skin_of import OverTime, _always, lifted, skin_of
-from electrovib.solve.nonlinear.integrate import integrate
-from electrovib.solve.nonlinear.system import System
+from electrovib.solve.mechanics.skin import OverTime, SlidingSkin, _always, lifted, skin_of
+from electrovib.solve.nonlinear.integrate import System, integrate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
-    from electrovib.solve.mechanics.stick_slip.skin import Energies
-    from electrovib.solve.nonlinear.system import Mode
+    from electrovib.solve.mechanics.skin import Energies
+    from electrovib.solve.nonlinear.integrate import Mode
 
 
 TOLERANCE = 1e-8
@@ -28,7 +26,7 @@ SMALLEST = 1e-9
 """Smallest strength of the friction over the largest, which avoids a division by zero without load or contact."""
 DEAD_BAND = 1e-10
 """Relative excess of the bristle force over the strength below which the excess is rounding."""
-EVENTS = ("turns", "passes the strength")
+KINDS = ("turns", "passes the strength")
 """Events of a slide: the skin reverses over the plate, the bristle force passes the strength of the friction."""
 _LOOKS = 4096
 """Number of output times at which speed and strength are checked beforehand."""
@@ -124,7 +122,7 @@ class Slide:
     energy_residual : float
         Largest error of the energy balance, over the largest work [1].
     events : tuple of (float, str)
-        Times [s] and kinds of the events, as in `EVENTS`.
+        Times [s] and kinds of the events, as in `KINDS`.
     steps, evaluations : int
         Number of time steps, and of evaluations of the equations.
     """
@@ -199,7 +197,7 @@ def sliding(
         bristle_deflection=deflection,
         energies=energies,
         energy_residual=energies.residual,
-        events=tuple((when, EVENTS[index]) for when, index in solved.events),
+        events=tuple((when, KINDS[index]) for when, index in solved.events),
         steps=solved.steps,
         evaluations=solved.evaluations,
     )
