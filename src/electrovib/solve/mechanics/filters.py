@@ -169,7 +169,7 @@ def relaxing(shares: ArrayLike, times: ArrayLike) -> Filter:
 
 def cascade(*filters: Filter) -> Filter:
     """Return the cascade of filters, by partial fractions."""
-    return reduce(_product, filters, Filter(np.zeros(0, complex), np.zeros(0, complex), 1.0))
+    return reduce(_product, filters, Filter.through())
 
 
 def _product(one: Filter, other: Filter) -> Filter:
@@ -218,8 +218,7 @@ def filtered(filter_: Filter, samples: ArrayLike, *, step: float, settled: bool)
 def march_through(filter_: Filter, starts: Real, ends: Real, *, steps: float | Real, state: Complex) -> Real:
     """Return the exact output of a filter for straight pieces with discontinuities between them.
 
-    `starts`, `ends` (pieces,), `steps` (pieces,) [s], `state` (poles,); returns `output` (pieces // keep +
-    1,).
+    `starts`, `ends` (pieces,), `steps` (pieces,) [s], `state` (poles,); returns `output` (pieces + 1,).
     """
     gains = filter_.gains[np.newaxis]
     outputs, _ = march_pairs(filter_.poles, gains, [filter_.direct], starts, ends, steps, state)

@@ -205,7 +205,8 @@ def along_the_motion(
 def _followed(scenario: Scenario, steady_at: Callable[[Real], Real], grid: Real) -> tuple[Real, Real]:
     """Return the friction of a sliding finger with memory [N] at times [s], and the weight of the rest in it [1]."""
     motion, force = scenario.motion, steady_at(grid)
-    parts = _memory(scenario, motion.speeds(grid)) if motion.speed is not None else _unstated(scenario, grid)
+    speeds = motion.speeds(grid) if motion.speed is not None else np.full(len(grid), math.nan)
+    parts = _memory(scenario, speeds)
     start = steady_at(np.array([-1.0]))
     output, weight = force * (1 - sum(share for share, _ in parts)), np.zeros(len(grid))
     spans = resting(motion)
@@ -227,11 +228,6 @@ def _followed(scenario: Scenario, steady_at: Callable[[Real], Real], grid: Real)
         ends = [tuple(np.interp(span, grid, theta, left=-math.inf, right=math.inf)) for span in spans]
         weight += share * remembered(theta, [(float(a), float(b)) for a, b in ends])
     return output, weight
-
-
-def _unstated(scenario: Scenario, grid: Real) -> tuple[tuple[float, Real], ...]:
-    """Return the memory at times [s] where no speed is declared."""
-    return _memory(scenario, np.full(len(grid), math.nan))
 
 
 def _contacts(motion: Motion, grid: Real) -> list[tuple[int, int]]:

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
-
-OverTime: TypeAlias = "Callable[[float | Real], float | Real]"
-"""A quantity at times [s], one or many; at a discontinuity the value after it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -296,10 +291,6 @@ def _steady(law: BristleFriction, speed: Any, strength: Any) -> tuple[float, flo
     deflection: Any = np.sign(speed) * law.strength_at(speed, strength) / law.stiffness
     rest: Any = 0.0
     return float(deflection), float(law.force(deflection, rest, speed))
-
-
-def _always(time: float | Real) -> Any:
-    return np.ones(np.shape(time), dtype=bool)
 
 
 class Lifted:

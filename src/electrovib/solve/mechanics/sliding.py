@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.mechanics.skin import OverTime, SlidingSkin, _always, lifted, skin_of
+from electrovib.solve.mechanics.skin import SlidingSkin, lifted, skin_of
 from electrovib.solve.nonlinear.integrate import System, integrate
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from electrovib.solve.nonlinear.integrate import Mode
 
 
+OverTime: TypeAlias = "Callable[[float | Real], float | Real]"
+"""A quantity at times [s], one or many; at a discontinuity the value after it."""
 TOLERANCE = 1e-8
 """Local error of a step, relative; the energy balance then closes to some 1e-8 of the work."""
 SMALLEST = 1e-9
@@ -30,6 +32,10 @@ KINDS = ("turns", "passes the strength")
 """Events of a slide: the skin reverses over the plate, the bristle force passes the strength of the friction."""
 _LOOKS = 4096
 """Number of output times at which speed and strength are checked beforehand."""
+
+
+def _always(time: float | Real) -> Any:
+    return np.ones(np.shape(time), dtype=bool)
 
 
 @dataclass(frozen=True, kw_only=True)
