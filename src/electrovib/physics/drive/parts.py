@@ -57,6 +57,10 @@ class _Gated(ABC):
     start: float
     stop: float
 
+    def begins_with(self, time: Real) -> bool:  # noqa: ARG002 - no part but straight pieces has breaks
+        """Return False: no times are breaks between straight pieces."""
+        return False
+
     @abstractmethod
     def whenever(self, time: Real) -> Real:
         """Return the voltage [V] at these times [s] as if the part were always on."""

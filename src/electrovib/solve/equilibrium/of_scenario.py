@@ -12,7 +12,6 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.physics.contact.area import FixedArea
 from electrovib.physics.contact.attraction import Attraction
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.limits import limit_diagnostics
@@ -126,11 +125,11 @@ def equilibrium(
         return attraction_at(held, filling * sum(_blocking(known, area).values()), surface, spots)
 
     attraction = attraction_on(area)
-    if isinstance(known.contact, FixedArea):
+    if known.contact.grows:
+        states, areas = growing_states(known.contact, surface, attraction_on, load=known.load.normal_force)
+    else:
         states = balance(surface, attraction, pressure=pressure)
         areas = (area,) * len(states)
-    else:
-        states, areas = growing_states(known.contact, surface, attraction_on, load=known.load.normal_force)
     low = getattr(attraction, "smallest_gap", 0.0)
     beyond = low > 0 and float(surface.pressure(np.asarray(low))) < pressure + attraction.pressure(low)
     if not states:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.friction import FollowingFriction, SteadyFriction
 from electrovib.solve.mechanics.filters import Filter
 from electrovib.solve.recursion import march
 
@@ -118,8 +117,6 @@ def friction_filter(scenario: Scenario) -> Filter:
 def _memory(scenario: Scenario, speeds: Real) -> tuple[tuple[float, Real], ...]:
     """Return the shares of the friction with memory, and their rates [1/s] at speeds [m/s]; empty without memory."""
     friction, path = scenario.friction, f"friction = {type(scenario.friction).__name__}"
-    if not isinstance(friction, FollowingFriction):
-        return ()
     parts = tuple((share, np.asarray(rate, dtype=float)) for share, rate in friction.memory(speeds))
     rates = np.concatenate([rate for _, rate in parts]) if parts else np.ones(1)
     if np.any(np.isnan(rates)):
@@ -136,7 +133,7 @@ def _memory(scenario: Scenario, speeds: Real) -> tuple[tuple[float, Real], ...]:
 def memory_changes(scenario: Scenario) -> bool:
     """Return whether the rates of a memory change in time, as they may with the sliding speed."""
     motion = scenario.motion
-    if motion.speed is None or not isinstance(scenario.friction, FollowingFriction):
+    if motion.speed is None:
         return False
     speeds = motion.speeds(np.array([time for time, _ in motion.time_profile.corners()]))
     return any(bool(np.any(rate != rate[0])) for _, rate in _memory(scenario, speeds))
@@ -273,9 +270,9 @@ def proportional_to_friction(scenario: Scenario, path: str) -> frozenset[str]:
     the friction of steady sliding.
     """
     friction, rig = scenario.friction, scenario.rig
-    if not isinstance(friction, (SteadyFriction, FollowingFriction)):
+    if friction.deflects:
         return frozenset()
-    steady = "friction" if isinstance(friction, SteadyFriction) else "friction.steady"
+    steady = "friction.steady" if friction.has_memory else "friction"
     parent, _, name = path.rpartition(".")
     if parent != steady or name not in friction.without_memory().proportional_to:
         return frozenset()

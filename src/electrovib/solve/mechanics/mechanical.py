@@ -10,11 +10,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.physics.contact import FixedArea
-from electrovib.physics.finger import Finger, MassSpringDamper
-from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
-from electrovib.physics.time_profile import Steady
-from electrovib.scenario import PeriodicState
+from electrovib.physics.friction import BristleFriction
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
 from electrovib.solve.mechanics.between import Between
 from electrovib.solve.mechanics.filters import Filter, cascade, of_stages
@@ -96,10 +92,12 @@ def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
     """Refuse mechanical models that cannot be combined, before any computation."""
     chain = _without_attraction(scenario)
     chain.real_area(scenario.load.forces(np.zeros(1)))
-    if isinstance(scenario.friction, BristleFriction):
+    if scenario.friction.deflects:
         _refuse_unslid(scenario)
-    elif isinstance(scenario.friction, (SteadyFriction, FollowingFriction)):
-        chain.filters() if not chain.comes_and_goes() else chain.skin()
+    elif chain.comes_and_goes():
+        chain.skin()
+    else:
+        chain.filters()
     digitiser = None if scenario.rig is None else scenario.rig.digitiser
     if digitiser is not None:
         refuse_readings(digitiser, span=end, most=MOST)
@@ -107,18 +105,13 @@ def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
 
 def _refuse_unslid(scenario: Scenario) -> None:
     """Refuse a scenario that cannot be solved with a bristle friction."""
-    motion, finger = scenario.motion, scenario.finger
     name = type(scenario.friction).__name__
-    if motion.speed is None:
+    if scenario.motion.speed is None:
         raise InputError(f"friction = {name} needs motion.speed, for instance motion.speed = '30 mm/s'")
-    if isinstance(scenario.time.initial_state, PeriodicState):
+    if scenario.time.settled:
         raise InputError(
             f"time.initial_state = PeriodicState: the stick-slip of friction = {name} does not have the period of the drive."
             " Start AtRest and evaluate a late period"
-        )
-    if finger is not None and not isinstance(finger, MassSpringDamper):
-        raise InputError(
-            f"finger = {type(finger).__name__}: friction = {name} needs MassSpringDamper, or no finger"
         )
 
 
@@ -141,7 +134,7 @@ def _given(chain: FrictionChain) -> dict[str, Real]:
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
         rows["sliding_speed"] = scenario.motion.speeds(times)
-    if scenario.contact.surface is None and isinstance(scenario.contact, FixedArea):
+    if scenario.contact.surface is None and not scenario.contact.grows:
         return rows
     whole = rows["normal_force"] + chain.pressing(times, chain.answer.attraction)
     touches = scenario.motion.touches(times)
@@ -154,17 +147,12 @@ def _given(chain: FrictionChain) -> dict[str, Real]:
 def _friction(chain: FrictionChain, moved: Mechanics) -> float:
     """Compute friction and skin by the method of the friction's family, and return the relative error [1]."""
     friction = chain.scenario.friction
-    if isinstance(friction, BristleFriction):
+    if friction.deflects:
         return chain.slip(moved)
-    if not isinstance(friction, (SteadyFriction, FollowingFriction)):
-        raise InputError(
-            f"friction = {type(friction).__name__}: no solver for its family; derive it from SteadyFriction,"
-            " FollowingFriction or BristleFriction"
-        )
     if chain.comes_and_goes():
         return chain.along(moved)
     wanted = chain.filters()
-    if isinstance(friction, SteadyFriction):
+    if not friction.has_memory:
         lateral = chain.steady(chain.times, chain.answer.attraction)
         moved.add({"lateral_force": chain.known(lateral)})
         del wanted["lateral_force"]
@@ -184,10 +172,10 @@ class FrictionChain:
         self, scenario: Scenario, times: Real, answer: Solution, at: Callable[[Real], Solution]
     ) -> None:
         self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
-        self.settled = isinstance(scenario.time.initial_state, PeriodicState)
+        self.settled = scenario.time.settled
         self.bend = self.run_in = 0.0
         self.lateral_at: Callable[[Real], Real] | None = None
-        self.rests = () if isinstance(scenario.friction, BristleFriction) else resting(scenario.motion)
+        self.rests = () if scenario.friction.deflects else resting(scenario.motion)
         self.prepared = answer.method.by_modes
 
     def steady(self, times: Real, force: Real) -> Real:
@@ -219,7 +207,7 @@ class FrictionChain:
     def comes_and_goes(self) -> bool:
         """Return whether the friction has to be stepped along the motion, because it is no linear filter of the steady one."""
         scenario, rests = self.scenario, bool(self.rests)
-        lifts = scenario.motion.distance is not None and not isinstance(scenario.friction, SteadyFriction)
+        lifts = scenario.motion.distance is not None and scenario.friction.has_memory
         return lifts or memory_changes(scenario) or (rests and scenario.finger is not None)
 
     def prepare(self) -> None:
@@ -241,7 +229,7 @@ class FrictionChain:
     def skin(self) -> dict[str, Filter]:
         """Return the filters from the friction to the skin, by signal."""
         finger, speed = self.scenario.finger, self.scenario.motion.speed
-        return {} if finger is None else finger_filters(_at_speed(finger, speed))
+        return {} if finger is None else finger_filters(finger.at_speed(speed))
 
     def along(self, moved: Mechanics) -> float:
         """Compute the friction along the motion and the skin behind it, and return the relative error [1]."""
@@ -254,7 +242,7 @@ class FrictionChain:
         self.prepare()
         stiffness = None
         if scenario.finger is not None:
-            stiffness = 1 / _at_speed(scenario.finger, scenario.motion.speed).compliance_at_rest()
+            stiffness = 1 / scenario.finger.at_speed(scenario.motion.speed).compliance_at_rest()
         found = along_the_motion(scenario, self._force, self.times, self._corners(), stiffness=stiffness)
         self.lateral_at, self.rests, error = found.force, found.unknown, found.error
         moved.add({"lateral_force": self.known(found.force(self.times))})
@@ -312,16 +300,21 @@ class FrictionChain:
         """
         motion, finger, law = self.scenario.motion, self.scenario.finger, self.scenario.friction
         assert isinstance(law, BristleFriction)
-        assert motion.speed is not None
-        skin: dict[str, float] = {}
-        if finger is not None:
-            assert isinstance(finger, MassSpringDamper)
-            moving = finger.at_speed(motion.speed)
-            skin = {"mass": moving.mass, "stiffness": moving.stiffness, "damping": moving.damping}
+        mass, stiffness, damping = (
+            (None, None, None) if finger is None else finger.at_speed(motion.speed).lumped()
+        )
         if law.bristles is not None:
             from electrovib.solve.mechanics.quick_sliding import slide_quickly
 
-            return slide_quickly(law, motion=motion, strength=strength, times=times, **skin)
+            return slide_quickly(
+                law,
+                motion=motion,
+                strength=strength,
+                times=times,
+                mass=mass,
+                stiffness=stiffness,
+                damping=damping,
+            )
         from electrovib.solve.mechanics.sliding import sliding
 
         return sliding(
@@ -332,7 +325,9 @@ class FrictionChain:
             breaks=strength.ends[1:-1].tolist(),
             touches=motion.touches,
             settled=float(motion.speeds(0.0)) > 0,
-            **skin,
+            mass=mass,
+            stiffness=stiffness,
+            damping=damping,
         )
 
     def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
@@ -372,7 +367,7 @@ class FrictionChain:
     def _settling(self, slow: float) -> float:
         """Return the duration of whole periods of the drive in which a memory of a rate [1/s] decays [s]."""
         time_profile = self.scenario.load.time_profile
-        if not isinstance(time_profile, Steady):
+        if not time_profile.is_constant:
             raise InputError(
                 f"time.initial_state = PeriodicState: load.time_profile = {type(time_profile).__name__} occurs once."
                 " Start AtRest"
@@ -414,7 +409,7 @@ class FrictionChain:
         assert rig is not None
 
         normal: Any = self._normal
-        if scenario.motion.distance is None and isinstance(scenario.load.time_profile, Steady):
+        if scenario.motion.distance is None and scenario.load.time_profile.is_constant:
             normal = scenario.load.forces(self.times)  # samples of a constant force are exact
         sensor = of_stages(rig.lateral_stages())
         options = self._options()
@@ -431,12 +426,3 @@ class FrictionChain:
 def _slowest(filter_: Filter) -> float:
     """Return the slowest rate of a filter [1/s]; infinite without memory."""
     return float(np.min(-filter_.poles.real)) if len(filter_.poles) else math.inf
-
-
-def _at_speed(finger: Finger, speed: float | None) -> Finger:
-    """Return the fingertip at the full sliding speed [m/s]."""
-    if not isinstance(finger, MassSpringDamper) or finger.growth is None:
-        return finger
-    if speed is None:
-        raise InputError("finger.growth needs motion.speed, for instance motion.speed = '50 mm/s'")
-    return finger.at_speed(speed)

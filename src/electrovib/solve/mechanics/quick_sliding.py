@@ -31,7 +31,7 @@ from electrovib.solve.mechanics.compiled_step import (
     switch,
     turned,
 )
-from electrovib.solve.mechanics.skin import CompliantSlidingSkin, lifted, skin_of
+from electrovib.solve.mechanics.skin import lifted, skin_of
 from electrovib.solve.mechanics.sliding import DEAD_BAND, KINDS, SMALLEST, TOLERANCE, Slide, not_negative
 from electrovib.solve.nonlinear.integrate import MOST_EVENTS
 from electrovib.solve.nonlinear.radau import COEFFICIENTS, NODES, WEIGHTS
@@ -319,8 +319,8 @@ def slide_quickly(
     course = _course(strength, motion, floor)
     first = float(np.hypot(strength(0.0), floor))
     state = _settled(skin if course.touches[0] else lifted(skin), speed=float(speeds[0]), strength=first)
-    is_elastic = isinstance(skin, CompliantSlidingSkin)
-    body = (skin.mass, skin.stiffness, skin.damping) if isinstance(skin, CompliantSlidingSkin) else (0.0,) * 3
+    body = skin.body
+    is_elastic = body[0] > 0
     scale = skin.scale(strength=largest, speed=largest_speed)
     scale = scale[[2, 0, 1]] if is_elastic else np.array([scale[0], 1.0, 1.0])
     sizes = Sizes(tolerance, scale, STILL * largest_speed, DEAD_BAND * largest, MOST_EVENTS, AT_ONCE)

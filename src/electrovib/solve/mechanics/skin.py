@@ -62,6 +62,11 @@ class SlidingSkin(ABC):
     states: ClassVar[int]
     """Number of states."""
 
+    @property
+    def body(self) -> tuple[float, float, float]:
+        """Mass [kg], stiffness [N/m] and damping [N s/m] of the skin; all 0 if it moves with the bone."""
+        return 0.0, 0.0, 0.0
+
     @abstractmethod
     def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
         """Return the rate of change of the states.
@@ -138,6 +143,11 @@ class CompliantSlidingSkin(SlidingSkin):
     stiffness: float
     damping: float
     states: ClassVar[int] = 6
+
+    @property
+    def body(self) -> tuple[float, float, float]:
+        """Mass [kg], stiffness [N/m] and damping [N s/m] of the skin."""
+        return self.mass, self.stiffness, self.damping
 
     def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
         """Return the rate of change of the states [m/s], [m/s2], [m/s], [W], [W], [W]."""
