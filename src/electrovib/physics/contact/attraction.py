@@ -24,6 +24,10 @@ class Attraction(Protocol):
     convex: ClassVar[bool]
     """Whether the slope increases with the gap everywhere, so that every equilibrium is found."""
 
+    @property
+    def smallest_gap(self) -> float:
+        """Mean gap [m] from which on the attraction is known; 0 if it is known for every gap."""
+
     def pressure(self, gap: float) -> float:
         """Return the attraction [Pa] at a gap [m], 0 or more."""
 
@@ -46,6 +50,7 @@ class PlateAttraction:
     voltage: float
     electrical_thickness: float
     convex: ClassVar[bool] = True
+    smallest_gap: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         """Refuse an electrical thickness for which the attraction is unbounded."""

@@ -130,7 +130,7 @@ def equilibrium(
     else:
         states = balance(surface, attraction, pressure=pressure)
         areas = (area,) * len(states)
-    low = getattr(attraction, "smallest_gap", 0.0)
+    low = attraction.smallest_gap
     beyond = low > 0 and float(surface.pressure(np.asarray(low))) < pressure + attraction.pressure(low)
     if not states:
         raise InputError(
@@ -271,7 +271,7 @@ def growing_states(
         attraction = attraction_on(area)
         return attraction.pressure(max(gap(whole), low)) * area
 
-    low = float(getattr(attraction_on(contact.gross_area(load)), "smallest_gap", 0.0))
+    low = attraction_on(contact.gross_area(load)).smallest_gap
 
     def lacking(whole: Real) -> Real:
         return np.array([each - load - drawn(each, low) for each in whole.tolist()])
