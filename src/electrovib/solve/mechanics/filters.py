@@ -106,7 +106,7 @@ class Filter:
         return Filter(poles, np.concatenate([self.gains, other.gains]), self.direct + other.direct)
 
     def state(self, level: float, *, held: float = math.inf) -> Complex:
-        """Return the state of the modes after a constant input.
+        """Return the state of the modes after a constant input that was held for a time [s], from rest.
 
         Returns `state` (n,).
         """

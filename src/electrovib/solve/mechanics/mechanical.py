@@ -104,7 +104,7 @@ def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
 
 
 def _refuse_unslid(scenario: Scenario) -> None:
-    """Refuse a scenario that cannot be solved with a bristle friction."""
+    """Refuse a scenario that cannot be solved with a friction whose contact deflects."""
     name = type(scenario.friction).__name__
     if scenario.motion.speed is None:
         raise InputError(f"friction = {name} needs motion.speed, for instance motion.speed = '30 mm/s'")
@@ -145,7 +145,7 @@ def _given(chain: FrictionChain) -> dict[str, Real]:
 
 
 def _friction(chain: FrictionChain, moved: Mechanics) -> float:
-    """Compute friction and skin by the method of the friction's family, and return the relative error [1]."""
+    """Compute friction and skin by the method that the friction needs, and return the relative error [1]."""
     friction = chain.scenario.friction
     if friction.deflects:
         return chain.slip(moved)
@@ -166,7 +166,7 @@ def _friction(chain: FrictionChain, moved: Mechanics) -> float:
 
 
 class FrictionChain:
-    """Linear mechanics of a scenario behind the force of a steady friction."""
+    """Friction, skin and sensors of a scenario: linear behind the steady friction, or a skin that sticks and slips."""
 
     def __init__(
         self, scenario: Scenario, times: Real, answer: Solution, at: Callable[[Real], Solution]

@@ -78,7 +78,7 @@ class SlidingSkin(ABC):
     def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
         """Return the speed of the skin over the plate.
 
-        `now` (states,), `speed` (n,) [m/s]; returns `over_plate` () [m/s].
+        `now` (states,) or (states, n), `speed` of the bone, one or (n,) [m/s].
         """
 
     @abstractmethod
@@ -90,10 +90,7 @@ class SlidingSkin(ABC):
         """Return the displacement of the skin against the bone [m]."""
 
     def left(self, now: Real, *, strength: float, direction: int) -> float:
-        """Return the remaining share of the strength of the friction.
-
-        `now` (states,).
-        """
+        """Return the share of the strength [N] that the bristles have not reached yet, from the states (states,) [1]."""
         return 1 - direction * self.law.stiffness * float(self.deflection(now)) / strength
 
     @abstractmethod
@@ -102,17 +99,11 @@ class SlidingSkin(ABC):
 
     @abstractmethod
     def scale(self, *, strength: float, speed: float) -> Real:
-        """Return the scale of each state.
-
-        Returns `scale` (states,).
-        """
+        """Return the scale of each state, shape (states,), for a strength [N] and a speed [m/s]."""
 
     @abstractmethod
     def settled(self, *, speed: float, strength: float) -> Real:
-        """Return the states of steady sliding.
-
-        Returns `now` (states,).
-        """
+        """Return the states of steady sliding, shape (states,), at a speed [m/s] and a strength [N]."""
 
     @abstractmethod
     def natural_speed(self, strength: float) -> float:
