@@ -226,17 +226,6 @@ def march_through(filter_: Filter, starts: Real, ends: Real, *, steps: float | R
     return output
 
 
-def filtered_linear(filter_: Filter, part: Linear, times: ArrayLike) -> Real:
-    """Return the exact output of a filter for an input of straight pieces, from rest, at any times.
-
-    `times` (n,) [s]; returns `output` (n,).
-    """
-    wanted = np.asarray(times, dtype=float)
-    if not np.all((wanted >= 0) & np.isfinite(wanted)):
-        raise InputError("times: expected finite times >= 0, where the input begins.")
-    return through_pieces(filter_, part, wanted, filter_.state(0.0))
-
-
 def through_pieces(filter_: Filter, part: Linear, wanted: Real, state: Complex) -> Real:
     """Return the exact output of a filter for straight pieces at any times, from any state.
 
