@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.scenario import Scenario
-from electrovib.solve.nonlinear.stretch import stretch_after
+from electrovib.solve.nonlinear.electrics import stretch_after
 
 Array = NDArray[np.float64]
 

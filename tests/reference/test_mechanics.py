@@ -11,8 +11,16 @@ from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.finger import MassSpringDamper
 from electrovib.physics.rig import LateralSensor, PiezoSensor, SensorCreep, Tribometer
 from electrovib.physics.stages import response
-from electrovib.solve.mechanics.chain import finger_filters, measured, respond_mechanically
-from electrovib.solve.mechanics.filters import filtered, first_order, high_pass, of_stages, second_order
+from electrovib.solve.mechanics.filters import (
+    filtered,
+    first_order,
+    high_pass,
+    of_stages,
+    second_order,
+    through_pieces,
+)
+from electrovib.solve.mechanics.response import respond_mechanically
+from electrovib.solve.mechanics.rig import finger_filters, measured
 
 FOUNDING_TIME = 7.7e-3
 """Time constant of Vezzoli et al. 2014 [s]: v_e is the drive through a high-pass."""
@@ -35,12 +43,11 @@ CORNERS = [0.036, 0.136, 0.172]
 
 def test_the_closed_form_is_the_founding_drive():
     """The same v_e from the package's own trapezoidal pulse and its exact filter."""
-    from electrovib.solve.mechanics.filters import filtered_linear
-
     drive = Trapezium(low=0.0, high=1000.0, rise=0.036, hold=0.1, fall=0.036)
     times = np.linspace(0.0, 0.2, 401)
     (part,) = drive.parts()
-    voltage = filtered_linear(high_pass(FOUNDING_TIME), part, times)
+    skin = high_pass(FOUNDING_TIME)
+    voltage = through_pieces(skin, part, times, skin.state(0.0))
     assert STATIC * voltage**2 == pytest.approx(effective_force(times), abs=1e-12)
     assert 2e-3 < effective_force(times).max() < 3e-3  # the 2.5 mN of figure 6
 

@@ -10,10 +10,10 @@ from electrovib.core.budget import budget
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
 from electrovib.physics.motion import Motion
+from electrovib.solve.mechanics import quick_sliding
 from electrovib.solve.mechanics.between import Between
-from electrovib.solve.mechanics.stick_slip import compiled_march, quick_sliding
-from electrovib.solve.mechanics.stick_slip.quick_sliding import slide_quickly
-from electrovib.solve.mechanics.stick_slip.sliding import sliding
+from electrovib.solve.mechanics.quick_sliding import slide_quickly
+from electrovib.solve.mechanics.sliding import sliding
 
 COULOMB = Coulomb(coefficient=0.5)
 FINGER = {"mass": 1.5e-3, "stiffness": 1000.0, "damping": 0.05}
@@ -92,13 +92,13 @@ def test_many_calls_are_one_march(monkeypatch):
     motion = Motion(speed=0.03)
     between = Between(strength(motion), TIMES, np.array([JUMP]), shortest=5e-3)
     whole = slide_quickly(LAWS["LuGre"], motion=motion, strength=between, times=TIMES, **FINGER)
-    honest, calls = compiled_march.march, []
+    honest, calls = quick_sliding.march, []
 
     def counted(*given):
         calls.append(1)
         return honest(*given)
 
-    monkeypatch.setattr(compiled_march, "march", counted)
+    monkeypatch.setattr(quick_sliding, "march", counted)
     monkeypatch.setattr(quick_sliding, "AT_ONCE", 100)
     parts = slide_quickly(LAWS["LuGre"], motion=motion, strength=between, times=TIMES, **FINGER)
     assert len(calls) > 10

@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
-from electrovib.solve.mechanics.stick_slip.kinds import CompliantSlidingSkin
-from electrovib.solve.mechanics.stick_slip.sliding import Sliding, sliding
+from electrovib.solve.mechanics.skin import CompliantSlidingSkin
+from electrovib.solve.mechanics.sliding import Sliding, sliding
 from electrovib.solve.nonlinear.radau import ORDER
 
 COULOMB = Coulomb(coefficient=0.5)

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import HeldOff, Motion, TouchAndLift
 from electrovib.scenario import load
-from electrovib.solve.mechanics.unknown import not_known, resting
+from electrovib.solve.mechanics.lateral import not_known, resting
 from electrovib.solve.simulate import simulate
 
 COULOMB = {"model": "Coulomb", "coefficient": 0.5}
@@ -244,8 +244,7 @@ def test_behind_a_memory_nothing_is_known_until_it_has_forgotten(dry, friction):
 
 def test_a_sensor_is_not_known_until_it_has_forgotten():
     """Weights of a span of rest in a filter, against the filter's own answer to 1 there and 0 elsewhere."""
-    from electrovib.solve.mechanics.filters import filtered, second_order
-    from electrovib.solve.mechanics.filters.declared import first_order
+    from electrovib.solve.mechanics.filters import filtered, first_order, second_order
 
     times = np.linspace(0, 0.1, 10001)
     inside = ((times >= 0.02) & (times < 0.03)).astype(float)
@@ -414,3 +413,35 @@ def test_the_memory_of_a_contributed_friction_counts():
     differs_from_creep, differs_from_steady = map(float, numbers.split())
     assert differs_from_creep < 1e-12
     assert differs_from_steady > 1e-4
+
+
+SKIN = """
+import math
+from electrovib.physics.finger import Finger, MassSpringDamper
+from electrovib.scenario import load
+from electrovib.solve.simulate import simulate
+
+class Pad(Finger):
+    'A skin that gives its resonance, and no mass of its own.'
+    def compliance_at_rest(self):
+        return 1e-3
+    def natural_frequency(self):
+        return math.sqrt(1e3 / 1.5e-4) / (2 * math.pi)
+    def damping_ratio(self):
+        return 1 / (2 * math.sqrt(1e3 * 1.5e-4))
+    def compliance(self, frequency):
+        return self.compliance_at_rest() * self.resonance().at(frequency)
+
+friction = {'model': 'LuGre', 'steady': {'model': 'Coulomb', 'coefficient': 0.5}, 'stiffness': 5e3,
+            'static_ratio': 1.5, 'stribeck_speed': 5e-3}
+base = load('vezzoli_2014/fig6').replace({'motion.speed': 0.03, 'friction': friction, 'time.duration': 0.02})
+ours = {'model': 'MassSpringDamper', 'mass': 1.5e-4, 'stiffness': 1e3, 'damping': 1.0}
+own, shipped = (simulate(base.replace({'finger': each})).skin_displacement.values for each in ({'model': 'Pad'}, ours))
+print(abs(own - shipped).max() / abs(shipped).max())
+"""
+
+
+@pytest.mark.slow
+def test_a_contributed_skin_sticks_and_slips_as_the_shipped_one():
+    said = subprocess.run([sys.executable, "-c", SKIN], capture_output=True, text=True, check=True).stdout
+    assert float(said) < 1e-6

@@ -48,6 +48,28 @@ class Finger(Model, family=True):
         """Return the resonance that the solver integrates, to be scaled by `compliance_at_rest`."""
         return Resonance(self.natural_frequency(), self.damping_ratio())
 
+    def lumped(self) -> tuple[float, float, float]:
+        """Return mass [kg], stiffness [N/m] and damping [N s/m] of the resonance, for a friction whose contact deflects."""
+        stiffness = 1 / self.compliance_at_rest()
+        mass = stiffness / (2 * math.pi * self.natural_frequency()) ** 2
+        return mass, stiffness, 2 * self.damping_ratio() * math.sqrt(stiffness * mass)
+
+    def at_speed(self, speed: float | None) -> Finger:
+        """Return the fingertip at a sliding speed; by default the same at all speeds.
+
+        Parameters
+        ----------
+        speed : float or None
+            Sliding speed [m/s]; None where none is stated.
+
+        Returns
+        -------
+        Finger
+            Fingertip at that speed.
+        """
+        del speed
+        return self
+
 
 class GrowthWithSpeed(Model):
     """Mass and stiffness that increase linearly with sliding speed.
@@ -157,26 +179,16 @@ class MassSpringDamper(Finger):
         """Return the damping over the critical damping [1]."""
         return self.damping / (2 * math.sqrt(self.stiffness * self.mass))
 
-    def at_speed(self, speed: float) -> MassSpringDamper:
-        """Return the fingertip with its mass and stiffness at a sliding speed.
+    def lumped(self) -> tuple[float, float, float]:
+        """Return mass [kg], stiffness [N/m] and damping [N s/m]."""
+        return self.mass, self.stiffness, self.damping
 
-        Parameters
-        ----------
-        speed : float
-            Sliding speed [m/s]; the slopes were measured from 0.02 to 0.1.
-
-        Returns
-        -------
-        MassSpringDamper
-            Fingertip without `growth` and with the mass and stiffness of that speed; itself if no growth is declared.
-
-        Raises
-        ------
-        InputError
-            If the mass or the stiffness is not positive at that speed.
-        """
+    def at_speed(self, speed: float | None) -> MassSpringDamper:
+        """Return the fingertip with mass and stiffness at a sliding speed [m/s]; their slopes were measured from 0.02 to 0.1."""
         if self.growth is None:
             return self
+        if speed is None:
+            raise InputError("finger.growth needs motion.speed, for instance motion.speed = '50 mm/s'")
         mass = self.mass + self.growth.added_mass(speed)
         stiffness = self.stiffness + self.growth.added_stiffness(speed)
         if not (mass > 0 and stiffness > 0):

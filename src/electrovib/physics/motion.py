@@ -31,7 +31,7 @@ class Separation(Model, family=True):
 
     @abstractmethod
     def breaks(self) -> tuple[float, ...]:
-        """Return increasing times [s], among them every beginning and end of contact."""
+        """Return the increasing times [s] at which contact begins or ends, or a distance is not smooth."""
 
     def touches(self, time: ArrayLike) -> NDArray[np.bool_]:
         """Tell at which times [s] the finger touches the plate: at none, unless a member defines contact."""
@@ -83,10 +83,6 @@ class Distance(Separation, family=True):
         rate : ndarray, same shape
             Rate of change [m/s], negative on approach.
         """
-
-    @abstractmethod
-    def breaks(self) -> tuple[float, ...]:
-        """Return the increasing times [s] at which the distance is not smooth, or contact begins or ends."""
 
     @property
     @abstractmethod

@@ -31,6 +31,11 @@ class TimeProfile(Model, family=True):
     def corners(self) -> tuple[tuple[float, float], ...]:
         """Return time [s], increasing, and share [1] of every corner."""
 
+    @property
+    def is_constant(self) -> bool:
+        """Whether the share is the same at all times."""
+        return len({share for _, share in self.corners()}) == 1
+
     def share(self, time: ArrayLike) -> NDArray[np.float64]:
         """Return the share of the full value.
 

@@ -7,11 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.budget import Work, refuse_beyond
-from electrovib.physics.drive.parts import Chirped, Smooth, Tones
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Chirped, Smooth
 from electrovib.physics.force import EffectiveMedium
-from electrovib.physics.friction import BristleFriction
-from electrovib.physics.motion import Distance
 from electrovib.solve.choice import chosen
 from electrovib.solve.costs import (
     AMPLITUDE_OF_MODE,
@@ -27,11 +24,12 @@ from electrovib.solve.costs import (
 from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times
 from electrovib.solve.electrics.formulas import RADIANS_PER_STEP
 from electrovib.solve.mechanics.between import KNOTS
-from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
 from electrovib.solve.mechanics.mechanical import slowest_rates
+from electrovib.solve.mechanics.response import FORGOTTEN, MOST
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
+    from electrovib.physics.drive.parts import Part
     from electrovib.scenario import Scenario
 
 BYTES: Final = 8
@@ -157,14 +155,14 @@ def _formulas(scenario: Scenario, end: float) -> list[Work]:
     return found
 
 
-def _on(part: Smooth | Tones, end: float) -> float:
-    """Return the duration of an oscillation up to an end [s]."""
+def _on(part: Part, end: float) -> float:
+    """Return the duration of a part of a drive up to an end [s]."""
     return max(min(part.stop, end) - max(part.start, 0.0), 0.0)
 
 
 def _is_followed(scenario: Scenario) -> bool:
     """Return whether a mechanical element with memory follows the attraction."""
-    slides = isinstance(scenario.friction, BristleFriction)
+    slides = scenario.friction.deflects
     return slides or scenario.rig is not None or bool(slowest_rates(scenario))
 
 
@@ -172,7 +170,7 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
     """Return the estimated work of friction, skin and sensors behind the attraction."""
     if not _is_followed(scenario):
         return []
-    slides, share, modes = isinstance(scenario.friction, BristleFriction), 1.0, _modes(scenario)
+    slides, share, modes = scenario.friction.deflects, 1.0, _modes(scenario)
     if not slides and scenario.rig is None:
         share = min(1.0, samples * FORGOTTEN / (min(slowest_rates(scenario)) * end)) if end else 1.0
     cycles = end * scenario.drive.highest_frequency  # also where a fast part of the drive is off
@@ -186,9 +184,6 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
 
 def _cycles(scenario: Scenario, end: float) -> float:
     """Return the number of cycles of everything that oscillates, up to an end [s]."""
-    found = 0.0
-    for part in scenario.drive.parts():
-        if not isinstance(part, Linear):
-            found += _on(part, end) * part.highest_frequency
-    distance = scenario.motion.distance
-    return found + (end * distance.fastest if isinstance(distance, Distance) else 0.0)
+    found = sum(_on(part, end) * part.highest_frequency for part in scenario.drive.parts())
+    moved = scenario.motion.moved_gap
+    return found + (end * moved.fastest if moved is not None else 0.0)

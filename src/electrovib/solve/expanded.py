@@ -21,8 +21,7 @@ from electrovib.solve.diagnostics.memory import answer_errors
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.over_frequency import capacitance
 from electrovib.solve.electrics.solution import ACROSS
-from electrovib.solve.mechanics.answer import Mechanics
-from electrovib.solve.mechanics.mechanical import mechanical, refuse_unsolved_mechanics
+from electrovib.solve.mechanics.mechanical import Mechanics, mechanical, refuse_unsolved_mechanics
 from electrovib.solve.stack.expand import modes, phasors
 from electrovib.solve.stack.reduce import band_of_run
 

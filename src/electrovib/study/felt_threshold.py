@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.contact import GrowingArea
-from electrovib.physics.friction import BristleFriction
 from electrovib.physics.perception import Perception
 from electrovib.study.felt_spectrum import FEWEST
 from electrovib.study.perceive import felt_level
@@ -72,8 +70,8 @@ def _proportional(scenario: Scenario) -> None:
     """Refuse a scenario whose changes of friction are not proportional to the square of the voltage."""
     leaks = [f"stack.{name}.leak" for name, layer in scenario.stack.layers.items() if layer.leak is not None]
     friction, contact, amplifier = scenario.friction, scenario.contact, scenario.circuit.amplifier
-    bends = isinstance(friction, BristleFriction) or not friction.without_memory().is_linear
-    yields = contact.closing is not None or isinstance(contact, GrowingArea)
+    bends = friction.deflects or not friction.without_memory().is_linear
+    yields = contact.closing is not None or contact.grows
     limited = amplifier is not None and amplifier.is_limited
     parts = [*leaks, *["friction"] * bends, *["contact"] * yields, *["circuit.amplifier"] * limited]
     if parts:

@@ -7,7 +7,7 @@ import pytest
 
 from electrovib.core.errors import InputError
 from electrovib.papers import balasubramanian_2025
-from electrovib.physics.finger import GrowthWithSpeed, MassSpringDamper
+from electrovib.physics.finger import Finger, GrowthWithSpeed, MassSpringDamper
 
 FINGER = MassSpringDamper(mass="0.15 g", stiffness="1 kN/m", damping="1 N s/m")
 
@@ -64,3 +64,15 @@ def test_a_growth_that_leaves_the_range_is_told():
     finger = MassSpringDamper(mass=1e-4, stiffness=1e3, damping=1.0, growth=growth)
     with pytest.raises(InputError, match=r"finger\.growth: at 100 m/s stiffness = .* must lie between"):
         finger.at_speed(100.0)
+
+
+def test_any_resonance_has_a_mass_a_spring_and_a_damper():
+    """What a skin without a formula of its own takes to a friction whose contact deflects."""
+    assert Finger.lumped(FINGER) == pytest.approx(FINGER.lumped(), rel=1e-13)
+    assert Finger.at_speed(FINGER, None) is FINGER
+
+
+def test_a_growth_needs_a_speed():
+    growing = FINGER.replace({"growth": GrowthWithSpeed(known_at="50 mm/s")})
+    with pytest.raises(InputError, match=r"finger\.growth needs motion\.speed"):
+        growing.at_speed(None)

@@ -122,3 +122,12 @@ def test_dahl_bends_as_an_exponential():
     for force in (0.0, 0.1, 0.2, 0.25):
         slope = law.stiffness * law.deflection_rate(force / 500.0, 1e-3, 0.25, 1.0) / 1e-3
         assert slope == pytest.approx(500.0 * (1 - force / 0.25))
+
+
+def test_a_friction_says_what_it_remembers_and_whether_it_deflects():
+    steady = Coulomb(coefficient=0.5)
+    lag = FirstOrderLag(steady=steady, cut_off=100.0)
+    dahl = Dahl(steady=steady, stiffness=500.0)
+    assert [each.has_memory for each in (steady, lag, dahl)] == [False, True, True]
+    assert [each.deflects for each in (steady, lag, dahl)] == [False, False, True]
+    assert [len(each.memory(0.03)) for each in (steady, lag, dahl)] == [0, 1, 0]

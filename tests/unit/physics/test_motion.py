@@ -10,7 +10,7 @@ from electrovib.core.model import read_model
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.friction import Load
 from electrovib.physics.motion import Distance, Motion, TouchAndLift, TremblingDistance
-from electrovib.physics.time_profile import LiftOff, Press, Steady, Swipe, TimeProfile
+from electrovib.physics.time_profile import Corners, LiftOff, Press, Steady, Swipe, TimeProfile
 
 
 @pytest.mark.parametrize(
@@ -88,3 +88,10 @@ def test_a_sink_is_as_strong_as_the_source_unless_said():
     assert Amplifier(source_current=1e-3).current_limits == (-1e-3, 1e-3)
     assert Amplifier(source_current=1e-3, sink_current=1e-4).current_limits == (-1e-4, 1e-3)
     assert not Amplifier(gain=2.0, bandwidth=1e4).is_limited
+
+
+def test_a_profile_that_never_changes_is_constant():
+    half = Corners(points=({"time": 0.1, "share": 0.5}, {"time": 0.2, "share": 0.5}))
+    assert Steady().is_constant
+    assert half.is_constant
+    assert not Press(rise=0.1).is_constant

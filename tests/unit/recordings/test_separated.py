@@ -19,7 +19,7 @@ from electrovib.recordings.fit.prediction import STEP, Prediction
 from electrovib.recordings.fit.problem import WeightedProblem
 from electrovib.recordings.fit.separated import Separated
 from electrovib.recordings.fit.stalled import Stall
-from electrovib.solve.mechanics.proportional import BEHIND_FRICTION, INDEPENDENT, proportional_to_friction
+from electrovib.solve.mechanics.lateral import BEHIND_FRICTION, INDEPENDENT, proportional_to_friction
 from electrovib.view.fitted import fit_answer
 
 TIMES = np.linspace(0, 10e-3, 150)

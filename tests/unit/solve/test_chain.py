@@ -10,7 +10,6 @@ import pytest
 from electrovib.core.errors import InputError
 from electrovib.physics.finger import MassSpringDamper
 from electrovib.physics.rig import Digitiser, LateralSensor, PiezoSensor, SensorCreep, Tribometer
-from electrovib.solve.mechanics.chain import finger_filters, measured, respond_mechanically
 from electrovib.solve.mechanics.filters import (
     cascade,
     filtered,
@@ -19,6 +18,8 @@ from electrovib.solve.mechanics.filters import (
     of_stages,
     second_order,
 )
+from electrovib.solve.mechanics.response import respond_mechanically
+from electrovib.solve.mechanics.rig import finger_filters, measured
 
 OMEGA = 2 * np.pi * 120.0
 FILTERS = {

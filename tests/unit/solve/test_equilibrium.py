@@ -109,6 +109,7 @@ class TwoPopulations:
     share: float
     depth: float
     convex: bool = True
+    smallest_gap: float = 0.0
 
     def pressure(self, gap):
         pull = self.ridges.pressure

@@ -15,12 +15,12 @@ from electrovib.solve.mechanics.filters import (
     Filter,
     cascade,
     filtered,
-    filtered_linear,
     first_order,
     high_pass,
     of_stages,
     relaxing,
     second_order,
+    through_pieces,
 )
 
 SENSOR = 1e-10
@@ -29,6 +29,11 @@ ROUNDING = 2e-12
 """What it really is: some ten roundings times gains of up to 350 near critical damping."""
 DAMPINGS = [0.01, 0.44, 0.999, 1 - 2e-6, 1 - 3e-7, 1.0, 1 + 1e-9, 1 + 8e-7, 1 + 2e-6, 1.5, 50.0]
 FREQUENCY = 4400.0
+
+
+def from_rest(filter_, part, times):
+    """Output for straight pieces, from rest."""
+    return through_pieces(filter_, part, np.asarray(times, dtype=float), filter_.state(0.0))
 
 
 def exact(time, damping, *, ramp=False):
@@ -54,7 +59,7 @@ def exact(time, damping, *, ramp=False):
 @pytest.mark.parametrize("damping", DAMPINGS)
 @pytest.mark.parametrize("ramp", [False, True])
 def test_second_order_sensor_against_closed_form(damping, ramp):
-    """At even times by `filtered`, at uneven times by `filtered_linear`, and decimated."""
+    """At even times by `filtered`, at uneven times by `through_pieces`, and decimated."""
     sensor, step, count = second_order(natural_frequency=FREQUENCY, damping_ratio=damping), 2.0**-20, 1500
     even = np.arange(count) * step
     wanted = np.array([exact(time, damping, ramp=ramp) for time in even[::7]])
@@ -70,7 +75,7 @@ def test_second_order_sensor_against_closed_form(damping, ramp):
     if not ramp:
         input_ = Linear(np.zeros(1), np.zeros(1), np.ones(1))
     wanted = np.array([exact(time, damping, ramp=ramp) for time in uneven])
-    found = filtered_linear(sensor, input_, uneven)
+    found = from_rest(sensor, input_, uneven)
     assert np.abs(found - wanted).max() < ROUNDING * np.abs(wanted).max()
 
 
@@ -87,11 +92,11 @@ def test_second_order_over_frequency(damping):
 
 def test_interpolation_at_critical_damping_keeps_what_it_states(monkeypatch):
     """Error 0.6 CRITICAL^2 (the curvature is largest at w0/sqrt 2, 32/27): seen with a hundredfold CRITICAL."""
-    from electrovib.solve.mechanics.filters import declared
+    from electrovib.solve.mechanics import filters
 
     frequency = np.geomspace(1.0, 1e6, 400)
     formula = Resonance(FREQUENCY, 1.0).at(frequency)
-    monkeypatch.setattr(declared, "CRITICAL", 1e-4)
+    monkeypatch.setattr(filters, "CRITICAL", 1e-4)
     off = np.abs(second_order(natural_frequency=FREQUENCY, damping_ratio=1.0).at(frequency) - formula).max()
     assert off == pytest.approx(16 / 27 * 1e-8, rel=1e-3)
 
@@ -137,7 +142,7 @@ def test_settled_is_what_a_long_hold_ends_in():
     long = Linear(
         np.concatenate([[0.0], 1e4 + np.arange(301) * 1e-4]), np.append(0.0, samples), np.append(3.0, samples)
     )
-    found = filtered_linear(chain, long, 1e4 + np.arange(301) * 1e-4)
+    found = from_rest(chain, long, 1e4 + np.arange(301) * 1e-4)
     # time stamps near 1e4 s are rounded to 2e-12 s, of slopes of 3e4 per second
     assert filtered(chain, samples, step=1e-4, settled=True) == pytest.approx(found, abs=1e-6)
     assert np.abs(filtered(chain, samples, step=1e-4, settled=False) - found).max() > 0.1
@@ -150,7 +155,7 @@ def test_held_for_a_while():
         state = chain.state(2.0, held=held)
         now = chain.direct * 2.0 + np.sum(np.where(chain.poles.imag == 0, 1, 2) * chain.gains * state).real
         step = Linear(np.zeros(1), np.zeros(1), np.full(1, 2.0))
-        expected = filtered_linear(chain, step, [min(held, 1e5)])[0]
+        expected = from_rest(chain, step, [min(held, 1e5)])[0]
         assert now == pytest.approx(expected, abs=1e-12)
 
 
@@ -175,7 +180,7 @@ def test_straight_pieces_with_jumps_and_a_period():
         since = times - edge * period / 2
         height = 1.0 if edge == 0 else 2.0 * (-1) ** edge
         expected += np.where(since > 0, -height * np.expm1(-2 * np.pi * 50.0 * np.maximum(since, 0)), 0.0)
-    assert filtered_linear(lag, square, times) == pytest.approx(expected, abs=1e-12)
+    assert from_rest(lag, square, times) == pytest.approx(expected, abs=1e-12)
 
 
 def test_one_sample_and_no_stage():
@@ -187,9 +192,7 @@ def test_one_sample_and_no_stage():
     ).tolist() == [0.0]
     nothing = cascade()
     assert filtered(nothing, [2.0, 3.0, 4.0], step=1e-3, settled=True).tolist() == [2.0, 3.0, 4.0]
-    assert filtered_linear(high_pass(1.0), Linear(np.zeros(1), np.zeros(1), np.ones(1)), [0.0]).tolist() == [
-        1.0
-    ]
+    assert from_rest(high_pass(1.0), Linear(np.zeros(1), np.zeros(1), np.ones(1)), [0.0]).tolist() == [1.0]
 
 
 @pytest.mark.parametrize(
@@ -211,7 +214,6 @@ def test_one_sample_and_no_stage():
         ),
         (lambda: filtered(first_order(1.0), [0.0, np.nan], step=1.0, settled=True), "sample 1 is nan"),
         (lambda: filtered(first_order(1.0), [], step=1.0, settled=True), "at least one"),
-        (lambda: filtered_linear(first_order(1.0), Linear(*[np.zeros(1)] * 3), [-1.0]), "finite times >= 0"),
         (lambda: relaxing([0.1], [-1.0]), "real parts must be negative"),
     ],
 )
@@ -224,7 +226,7 @@ def test_a_release_is_what_the_closed_form_of_the_resonance_says():
     """Two routes to one reading: the declared resonance behind straight pieces, and its closed form."""
     from electrovib.physics.drive.pieces import Linear
     from electrovib.physics.resonance import release_seen_by_sensor
-    from electrovib.solve.mechanics.filters import filtered_linear, second_order
+    from electrovib.solve.mechanics.filters import second_order
 
     frequency, quality, start, fall = 390.0, 3.3, 2e-3, 0.5e-3
     stamps = np.concatenate([[0.0], start + np.linspace(0, 20e-3, 40_001)])
@@ -232,7 +234,7 @@ def test_a_release_is_what_the_closed_form_of_the_resonance_says():
     sensor = second_order(natural_frequency=frequency, damping_ratio=1 / (2 * quality))
     part = Linear(np.append(-1.0, stamps) + 1.0, np.append(1.0, force), np.append(1.0, force))
     wanted = np.linspace(0, 20e-3, 301)
-    found = filtered_linear(sensor, part, wanted + 1.0)
+    found = from_rest(sensor, part, wanted + 1.0)
     expected = release_seen_by_sensor(
         wanted, start=start, fall_time=fall, frequency=frequency, quality=quality
     )

@@ -10,11 +10,8 @@ from scipy.linalg import expm
 
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.nonlinear import integrate as integrator
-from electrovib.solve.nonlinear.collocation import Piece, march
-from electrovib.solve.nonlinear.events import land
-from electrovib.solve.nonlinear.integrate import integrate
-from electrovib.solve.nonlinear.radau import NODES, ORDER
-from electrovib.solve.nonlinear.system import System
+from electrovib.solve.nonlinear.integrate import System, integrate, land
+from electrovib.solve.nonlinear.radau import NODES, ORDER, Piece, march
 
 
 class Plain(System):

@@ -20,8 +20,7 @@ from electrovib.scenario import load
 from electrovib.solve.electrics import moving_gap
 from electrovib.solve.electrics.moving_gap import move_gap
 from electrovib.solve.electrics.transient import transient
-from electrovib.solve.nonlinear.finger import follow_finger
-from electrovib.solve.nonlinear.yielding import Yielding
+from electrovib.solve.nonlinear.finger import Yielding, follow_finger
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.layer_states import stack_states

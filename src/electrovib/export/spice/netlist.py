@@ -15,7 +15,6 @@ from electrovib.export.spice.precision import check_digits, smallest_charge
 from electrovib.export.spice.section import ReadSection
 from electrovib.export.spice.text import remark
 from electrovib.export.spice.timing import Timing
-from electrovib.physics.contact import FixedArea
 from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
@@ -68,7 +67,7 @@ def _check(scenario: Scenario) -> None:
         f"{path}: a netlist does not represent it; omit it, or use 'electrovib run'"
         for path in _moving(scenario)
     ]
-    if not isinstance(scenario.contact, FixedArea):
+    if scenario.contact.grows:
         problems.append(
             f"contact = {type(scenario.contact).__name__}: its area follows load and attraction, but that of a netlist is fixed;"
             " use contact.model = FixedArea with the gross_contact_area that 'electrovib run' gives"

@@ -47,11 +47,13 @@ class Contact(Model, family=True):
 
     Notes
     -----
-    The gross area is the area of the outline, with which forces per area are multiplied. The real area is where the
-    surface topography of the skin touches the plate, and needs a `surface`. Both are taken under load and attraction
-    together (`solve.equilibrium.pressed`). A ridged fingerprint has a third less contact area than flat skin (Warman
-    and Ennos 2009); ridges are not modelled.
+    The gross area is the area of the outline, with which forces per area are multiplied; a member whose gross area is the
+    same under every force declares `grows` = False. The real area is where the surface topography of the skin touches the
+    plate, and needs a `surface`. Both are taken under load and attraction together (`solve.equilibrium.pressed`). A ridged
+    fingerprint has a third less contact area than flat skin (Warman and Ennos 2009); ridges are not modelled.
     """
+
+    grows: ClassVar[bool] = True
 
     if TYPE_CHECKING:  # declared by every member, beside its own parameters
 
@@ -162,6 +164,7 @@ class Contact(Model, family=True):
 class FixedArea(Contact):
     """A contact area that does not depend on the load."""
 
+    grows: ClassVar[bool] = False
     equation: ClassVar[Mapping[str, str]] = {"mean_pressure": "normal_force/area"}
     example: ClassVar[Mapping[str, Any]] = {
         "area": 1e-4,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -21,9 +21,12 @@ SMALLEST = 1e-9
 class Attraction(Protocol):
     """An attraction per area that depends on the mean gap."""
 
+    convex: ClassVar[bool]
+    """Whether the slope increases with the gap everywhere, so that every equilibrium is found."""
+
     @property
-    def convex(self) -> bool:
-        """Whether the slope increases with the gap everywhere, so that every equilibrium is found."""
+    def smallest_gap(self) -> float:
+        """Mean gap [m] from which on the attraction is known; 0 if it is known for every gap."""
 
     def pressure(self, gap: float) -> float:
         """Return the attraction [Pa] at a gap [m], 0 or more."""
@@ -46,15 +49,12 @@ class PlateAttraction:
 
     voltage: float
     electrical_thickness: float
+    convex: ClassVar[bool] = True
+    smallest_gap: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:
         """Refuse an electrical thickness for which the attraction is unbounded."""
         check_thickness(electrical_thickness=self.electrical_thickness)
-
-    @property
-    def convex(self) -> bool:
-        """True: the attraction is a convex function of the gap."""
-        return True
 
     def pressure(self, gap: float) -> float:
         """Return the attraction [Pa] at a gap [m]."""
@@ -95,15 +95,11 @@ class RoughAttraction:
     surface: Surface
     spots: ContactSpots
     frequency: float = 0.0
+    convex: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Refuse an electrical thickness for which the attraction is unbounded."""
         check_thickness(electrical_thickness=self.electrical_thickness)
-
-    @property
-    def convex(self) -> bool:
-        """It need not fall ever less."""
-        return False
 
     @property
     def smallest_gap(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -11,7 +12,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.levels import IN_PLACE_OF_SWING, Swing
-from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones
+from electrovib.physics.drive.parts import Chirped, Part, Tones
 from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
@@ -100,17 +101,13 @@ class CurrentAmplifier(Drive):
 def _divided(part: Part, divisor: float) -> Part:
     """Return a part divided by a number."""
     if isinstance(part, Linear):
-        return Linear(part.times, part.before / divisor, part.after / divisor, part.period, part.step)
+        return replace(part, before=part.before / divisor, after=part.after / divisor)
     if isinstance(part, Tones):
-        return Tones(part.frequencies, part.amplitudes / divisor, part.start, part.stop)
+        return replace(part, amplitudes=part.amplitudes / divisor)
     if isinstance(part, Chirped):
         last = part.first + part.sweep * part.stop
         return Chirped.between(part.amplitude / divisor, part.first, last, part.stop)
     formula, derivative = part.formula, part.derivative
-    return Smooth(
-        lambda time: formula(time) / divisor,
-        lambda time: derivative(time) / divisor,
-        part.start,
-        part.stop,
-        part.highest_frequency,
+    return replace(
+        part, formula=lambda time: formula(time) / divisor, derivative=lambda time: derivative(time) / divisor
     )

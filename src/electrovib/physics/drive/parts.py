@@ -57,9 +57,22 @@ class _Gated(ABC):
     start: float
     stop: float
 
+    def begins_with(self, time: Real) -> bool:  # noqa: ARG002 - no part but straight pieces has breaks
+        """Return False: no times are breaks between straight pieces."""
+        return False
+
     @abstractmethod
     def whenever(self, time: Real) -> Real:
         """Return the voltage [V] at these times [s] as if the part were always on."""
+
+    @abstractmethod
+    def slope_whenever(self, time: Real) -> Real:
+        """Return the rate of change [V/s] at these times [s] as if the part were always on."""
+
+    def slope(self, time: Real) -> Real:
+        """Return the rate of change just after these times [V/s]."""
+        on = (time >= self.start) & (time < self.stop)
+        return np.where(on | np.isnan(time), self.slope_whenever(time), 0.0)
 
     def value(self, time: Real) -> Real:
         """Return the voltage [V] at these times [s]."""
@@ -103,11 +116,9 @@ class Tones(_Gated):
         """Return the voltage [V] at these times [s] as if the part were always on."""
         return self._sum(time, self.amplitudes)
 
-    def slope(self, time: Real) -> Real:
-        """Return the rate of change just after these times [V/s]."""
-        on = (time >= self.start) & (time < self.stop)
-        rate = self._sum(time, 2j * np.pi * self.frequencies * self.amplitudes)
-        return np.where(on | np.isnan(time), rate, 0.0)
+    def slope_whenever(self, time: Real) -> Real:
+        """Return the rate of change [V/s] at these times [s] as if the part were always on."""
+        return self._sum(time, 2j * np.pi * self.frequencies * self.amplitudes)
 
     def _sum(self, time: Real, amplitudes: Complex) -> Real:
         flat = np.ravel(time)
@@ -145,10 +156,9 @@ class Smooth(_Gated):
         """Return the voltage [V] at these times [s] as if the part were always on."""
         return self.formula(time)
 
-    def slope(self, time: Real) -> Real:
-        """Return the rate of change just after these times [V/s]."""
-        on = (time >= self.start) & (time < self.stop)
-        return np.where(on | np.isnan(time), self.derivative(time), 0.0)
+    def slope_whenever(self, time: Real) -> Real:
+        """Return the rate of change [V/s] at these times [s] as if the part were always on."""
+        return self.derivative(time)
 
     def bound(self) -> float:
         """Return an upper bound on the absolute value [V], from 16 evaluations a cycle and the curvature between them."""

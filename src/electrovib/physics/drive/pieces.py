@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -35,6 +36,9 @@ class Linear:
     after: Real
     period: float | None = None
     step: float | None = None
+    start: ClassVar[float] = 0.0
+    stop: ClassVar[float] = math.inf
+    highest_frequency: ClassVar[float] = 0.0  # nothing oscillates between corners
 
     @property
     def is_step(self) -> bool:
@@ -143,11 +147,6 @@ class Linear:
             np.append(before, self.before[-1]),
             np.append(after, self.after[0]),
         )
-
-    @property
-    def highest_frequency(self) -> float:
-        """0 Hz: nothing oscillates between corners."""
-        return 0.0
 
     def corners(self, end: float) -> tuple[Real, Real]:
         """Return the times of kinks and steps up to an end [s], and the height of the step at each [V]."""

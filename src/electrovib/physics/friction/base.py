@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from electrovib.core.arrays import Real
+from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.time_profile import Steady, TimeProfile
@@ -43,13 +44,40 @@ class Friction(Model, family=True):
 
     Notes
     -----
-    Every member belongs to one of three families: `SteadyFriction` without memory, `FollowingFriction` with a linear
-    memory, `BristleFriction` with a state of its own.
+    A member belongs to one of three families: `SteadyFriction` without memory, `FollowingFriction` with a linear memory,
+    `BristleFriction` with a state of its own, which declares in `deflects` that the contact deflects before it slides: friction
+    and skin are then solved together by time stepping.
     """
+
+    deflects: ClassVar[bool] = False
 
     @abstractmethod
     def without_memory(self) -> SteadyFriction:
         """Return the law of steady sliding that this friction is, or follows."""
+
+    def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
+        """Return the parts of the friction that follow the law of steady sliding, with their rates.
+
+        Parameters
+        ----------
+        speed : float or ndarray
+            Sliding speed [m/s]; NaN where none is stated.
+
+        Returns
+        -------
+        parts : tuple of (float, float or ndarray)
+            Share of each part [1] and the rate at which it relaxes [1/s], above 0, of the shape of `speed`; NaN where
+            the rate depends on the speed and none is stated.
+        """
+        del speed
+        raise InputError(
+            f"friction = {type(self).__name__}: no solver; derive it from SteadyFriction, FollowingFriction or BristleFriction"
+        )
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether the friction depends on the past, because it is not itself the law of steady sliding."""
+        return self.without_memory() is not self
 
 
 class SteadyFriction(Friction, family=True):
@@ -57,12 +85,13 @@ class SteadyFriction(Friction, family=True):
 
     Notes
     -----
-    A member declares in `proportional_to` its parameters to which the friction is proportional, and in `is_linear` that the
-    friction is a linear function of load and attraction.
+    A member declares in `proportional_to` its parameters to which the friction is proportional, in `is_linear` that the
+    friction is a linear function of load and attraction, and in `needs_real_area` that it needs the real contact area.
     """
 
     proportional_to: ClassVar[tuple[str, ...]] = ()
     is_linear: ClassVar[bool] = False
+    needs_real_area: ClassVar[bool] = False
 
     @abstractmethod
     def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
@@ -82,14 +111,14 @@ class SteadyFriction(Friction, family=True):
             Friction force [N].
         """
 
-    @property
-    def needs_real_area(self) -> bool:
-        """Whether the law needs the real contact area."""
-        return False
-
     def without_memory(self) -> SteadyFriction:
         """Return the law itself."""
         return self
+
+    def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
+        """Return no parts: the law has no memory."""
+        del speed
+        return ()
 
 
 class FollowingFriction(Friction, family=True):
@@ -108,16 +137,4 @@ class FollowingFriction(Friction, family=True):
 
     @abstractmethod
     def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
-        """Return the parts of the friction that follow the law of steady sliding, with their rates.
-
-        Parameters
-        ----------
-        speed : float or ndarray
-            Sliding speed [m/s]; NaN where none is stated.
-
-        Returns
-        -------
-        parts : tuple of (float, float or ndarray)
-            Share of each part [1] and the rate at which it relaxes [1/s], above 0, of the shape of `speed`; NaN where
-            the rate depends on the speed and none is stated.
-        """
+        """Return the parts of the friction that follow the law of steady sliding, with their rates [1/s], as `Friction` does."""

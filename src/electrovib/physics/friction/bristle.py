@@ -76,12 +76,18 @@ class BristleFriction(Friction, family=True):
     deflection z; the elastic energy is stiffness z^2/2.
     """
 
+    deflects: ClassVar[bool] = True
     steady: Annotated[SteadyFriction, Field(description=FOLLOWED)]
     stiffness: Annotated[Number, _STIFFNESS]
 
     def without_memory(self) -> SteadyFriction:
         """Return the law of friction at fast sliding."""
         return self.steady
+
+    def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
+        """Return no parts: what the friction remembers is the deflection of the contact."""
+        del speed
+        return ()
 
     @property
     def yields_smoothly(self) -> bool:

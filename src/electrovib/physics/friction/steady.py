@@ -74,13 +74,9 @@ class AdhesiveShear(SteadyFriction):
     equation: ClassVar[Mapping[str, str]] = {"lateral_force": "shear_strength*real_contact_area"}
     example: ClassVar[Mapping[str, Any]] = {"shear_strength": 1e6}
     proportional_to: ClassVar[tuple[str, ...]] = ("shear_strength",)
+    needs_real_area: ClassVar[bool] = True
 
     shear_strength: Annotated[Number, Quantity("Pa", 1, 1e10, "friction over the real contact area")]
-
-    @property
-    def needs_real_area(self) -> bool:
-        """Whether the law needs the real contact area: it does."""
-        return True
 
     def lateral_force(self, normal_force: Real, electrostatic_force: Real, real_contact_area: Real) -> Real:
         """Return the friction force [N]."""

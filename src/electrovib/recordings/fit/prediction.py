@@ -15,7 +15,7 @@ from electrovib.core.paths import quantity_at, value_at
 from electrovib.recordings.fit.axes import along, over_time, signals_over_frequency
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
-from electrovib.solve.mechanics.proportional import INDEPENDENT, proportional_to_friction
+from electrovib.solve.mechanics.lateral import INDEPENDENT, proportional_to_friction
 from electrovib.solve.prepare import Prepared
 
 if TYPE_CHECKING:

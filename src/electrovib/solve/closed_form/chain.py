@@ -18,10 +18,9 @@ from electrovib.solve.closed_form.linear import active_rates, linear_sums
 from electrovib.solve.closed_form.sums import Decays, Pieces, product
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import TRANSIENT, amplitudes, linear_quantities
-from electrovib.solve.mechanics.chain import finger_filters
-from electrovib.solve.mechanics.filters.declared import cascade, of_stages
-from electrovib.solve.mechanics.lateral import friction_filter, memory_changes
-from electrovib.solve.mechanics.unknown import resting
+from electrovib.solve.mechanics.filters import cascade, of_stages
+from electrovib.solve.mechanics.lateral import friction_filter, memory_changes, resting
+from electrovib.solve.mechanics.rig import finger_filters
 from electrovib.solve.stack.keys import AmplitudeOf
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.closed_form.sums import ExponentialSum
-    from electrovib.solve.mechanics.filters.filter import Filter
+    from electrovib.solve.mechanics.filters import Filter
     from electrovib.solve.stack.section import ModalSection
     from electrovib.solve.stack.transfer import Transfer
 

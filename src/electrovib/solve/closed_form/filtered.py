@@ -10,7 +10,7 @@ from electrovib.solve.closed_form.sums import ExponentialSum
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
-    from electrovib.solve.mechanics.filters.filter import Filter
+    from electrovib.solve.mechanics.filters import Filter
 
 _APART: Final = 1e-4
 """Relative distance between a pole of the filter and an exponential of its input below which there is no such form."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.mechanics.filters.filter import Filter
+    from electrovib.solve.mechanics.filters import Filter
     from electrovib.solve.prepare import Prepared
 
 _MECHANICAL: Final = frozenset({"friction", "finger", "rig"})

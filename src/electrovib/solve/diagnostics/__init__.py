@@ -50,9 +50,11 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
     amplifier with limits in a second run the values around the times at which it reaches or leaves a limit.
     """
     settled = scenario.time.settled
-    distance = scenario.motion.distance
-    moved = SQUEEZED * distance.fastest if isinstance(distance, Distance) else 0.0
-    wanted = evaluation_times(scenario.drive, end=float(times[-1]), settled=settled, beside=moved, seen=times)
+    moved = scenario.motion.moved_gap
+    beside = 0.0 if moved is None else SQUEEZED * moved.fastest
+    wanted = evaluation_times(
+        scenario.drive, end=float(times[-1]), settled=settled, beside=beside, seen=times
+    )
 
     if chosen(scenario).method.is_marched:
         both = np.union1d(times, wanted)

@@ -9,11 +9,9 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.physics.contact import FixedArea
 from electrovib.physics.drive.shown import FEWEST, ROUNDING, enough, fastest_frequency, shows
-from electrovib.physics.friction import BristleFriction
 from electrovib.solve.electrics.attraction import pressed_states
-from electrovib.solve.mechanics.unknown import resting
+from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.stack.expand import behind_amplifier, per_volt_of
 
 if TYPE_CHECKING:
@@ -82,7 +80,7 @@ def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
     if not spans:
         return []
     still = "motion.speed = 0" if not motion.speed else "motion.time_profile gives a speed of 0"
-    if isinstance(scenario.friction, BristleFriction):
+    if scenario.friction.deflects:
         text = f"the finger rests ({still}): the friction is the force that the bristles of the friction law hold"
         return [Diagnostic("friction at rest", "ok", text)]
     if scenario.finger is not None:
@@ -109,7 +107,7 @@ def _at_rest(scenario: Scenario, variables: dict[str, Any]) -> list[Diagnostic]:
 def _several_states(scenario: Scenario, variables: dict[str, Any], times: Real) -> list[Diagnostic]:
     """Return the area of a contact that depends on the load, the area of the circuit, and any other states."""
     contact, circuit = scenario.contact, scenario.contact_area
-    if isinstance(contact, FixedArea):
+    if not contact.grows:
         return []
     area = variables["gross_contact_area"][1]
     low, high = (format_quantity(float(edge), "m2", digits=4) for edge in (np.min(area), np.max(area)))

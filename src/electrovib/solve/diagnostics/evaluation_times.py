@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.pieces import Linear
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -84,12 +82,7 @@ def shows_every_sample(drive: Drive, times: Real) -> bool:
     `times` (n,) [s].
     """
     parts = drive.parts()
-    return (
-        len(times) > MOST_CORNERS
-        and len(parts) == 1
-        and isinstance(parts[0], Linear)
-        and parts[0].begins_with(times)
-    )
+    return len(times) > MOST_CORNERS and len(parts) == 1 and parts[0].begins_with(times)
 
 
 def _near_the_ends(drive: Drive, end: float, beside: float) -> Real:

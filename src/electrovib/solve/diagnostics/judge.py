@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.slew import slew_of
+from electrovib.physics.drive.extremes import slew_of
 from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
 from electrovib.physics.safety import (
     emission_diagnostic,

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.transient import transient
@@ -170,7 +169,7 @@ def _bounds(
 
 def _at_corner(drive: Drive, times: Real, *, bends: bool) -> NDArray[np.bool_]:
     """Return which output times are at a discontinuity of the drive, or with `bends` at any of its corners."""
-    if bends and any(isinstance(part, Linear) and part.begins_with(times) for part in drive.parts()):
+    if bends and any(part.begins_with(times) for part in drive.parts()):
         return np.ones(len(times), bool)
     marks, heights = drive.corners(float(times[-1]))
     begins = [0.0] if bends or drive.voltage(0.0) else []

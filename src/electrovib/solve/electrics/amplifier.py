@@ -21,7 +21,7 @@ from electrovib.solve.electrics.gain_and_pole import Unlimited, refuse_amplified
 from electrovib.solve.electrics.slewing import Course, Network
 from electrovib.solve.electrics.solution import LIMITED, PERIODIC, TRANSIENT, Solution
 from electrovib.solve.electrics.transient import how_it_begins
-from electrovib.solve.nonlinear.stretch import snapped
+from electrovib.solve.nonlinear.electrics import snapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

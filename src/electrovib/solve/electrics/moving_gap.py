@@ -15,7 +15,6 @@ import numpy as np
 
 from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Tones
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.costs import SHORTER, gap_step
 from electrovib.solve.electrics.solution import MOVING_GAP, Solution
@@ -252,9 +251,8 @@ class DrivenPlate:
                 value, slope = value + part.value(middle) + rise * (times - middle), slope + rise
                 continue
             on = (middle >= part.start) & (middle < part.stop)
-            always = Tones(part.frequencies, part.amplitudes) if isinstance(part, Tones) else None
-            value = value + np.where(on, always.value(times) if always else part.formula(times), 0.0)  # type: ignore[union-attr]
-            slope = slope + np.where(on, always.slope(times) if always else part.derivative(times), 0.0)  # type: ignore[union-attr]
+            value = value + np.where(on, part.whenever(times), 0.0)
+            slope = slope + np.where(on, part.slope_whenever(times), 0.0)
         if self.corner is None:
             return self.gain * value, self.gain * slope
         plate = self.lagging(times.ravel()).reshape(times.shape)

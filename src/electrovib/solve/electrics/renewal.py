@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.circuit import Grounded
 from electrovib.solve.electrics.attraction import total_pull
 from electrovib.solve.electrics.leaks import leaking_slab
 from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
@@ -169,6 +168,7 @@ def _states_at(drive: Drive, began: Real) -> Callable[[float], Real]:
 
 def refuse_renewal(scenario: Scenario) -> None:
     """Refuse parts of a scenario that cannot be combined with sliding over fresh film."""
+    back = scenario.circuit.return_path
     slab = leaking_slab(scenario.stack.layers, second=Surroundings.of(scenario).second)
     leak = next(iter(slab), None)
     refuse_gaps_of_a_law(scenario, leak)
@@ -182,9 +182,8 @@ def refuse_renewal(scenario: Scenario) -> None:
         is not None,
         "contact.closing, whose gap all places share: omit contact.closing": scenario.contact.closing
         is not None,
-        "this circuit.return_path, whose voltage all places share: use Grounded": not isinstance(
-            scenario.circuit.return_path, Grounded
-        ),
+        "this circuit.return_path, whose voltage all places share: use Grounded": back.element().elastance > 0
+        or back.second_contact(1.0) > 0,
     }
     found = [text for text, applies in reasons.items() if applies]
     if found:

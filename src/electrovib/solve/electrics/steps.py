@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Smooth, Tones
-from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.transient import transient
 
 if TYPE_CHECKING:
@@ -16,6 +14,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.conduction import Conduction
     from electrovib.physics.drive.base import Drive
+    from electrovib.physics.drive.parts import Part
     from electrovib.solve.stack.transfer import Transfer
 
 
@@ -42,7 +41,7 @@ def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, 
         return np.zeros(1)
     marks, heights = drive.corners(end)
     pieces = [time, marks, np.linspace(0.0, end, STEPS + 1)]
-    pieces += [_oscillating(part, end) for part in drive.parts() if not isinstance(part, Linear)]
+    pieces += [_oscillating(part, end) for part in drive.parts()]
     fields = transient({"field": driven}, drive, np.unique(np.concatenate(pieces)))["field"]
     speed = float(np.max(np.concatenate([driven.rates, leaking.rates, [1 / end]])))
     speed += float(np.sum(np.abs(leaking.gains * leaking.rates)) * np.max(leak.slope(fields)))
@@ -52,8 +51,8 @@ def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, 
     return _with_marks(np.concatenate(pieces), marks, end)
 
 
-def _oscillating(part: Tones | Smooth, end: float) -> Real:
-    """Return equal shares of the shortest period while an oscillation is on."""
+def _oscillating(part: Part, end: float) -> Real:
+    """Return equal shares of the shortest period while an oscillation is on; its beginning alone where nothing oscillates."""
     first, last = max(part.start, 0.0), min(part.stop, end)
     count = int(np.ceil(max(last - first, 0.0) * part.highest_frequency * STEPS_PER_PERIOD))
     return np.linspace(first, max(first, last), count + 1)
@@ -103,7 +102,7 @@ def smooth_grid(
     for first, last in spans:
         count = int(np.ceil((last - first) * fastest * STEPS_PER_PERIOD))
         pieces.append(np.linspace(first, last, count + 1))
-    pieces += [_oscillating(part, end) for part in drive.parts() if not isinstance(part, Linear)]
+    pieces += [_oscillating(part, end) for part in drive.parts()]
     for jump, following in zip(jumps.tolist(), [*jumps[1:].tolist(), end], strict=True):
         pieces.append(jump + _growing(FIRST / speed, following - jump))
     return _with_marks(np.concatenate(pieces), np.concatenate([marks, bends]), end)

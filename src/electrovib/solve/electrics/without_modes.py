@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from electrovib.physics.material import Material
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Question, Solution
-    from electrovib.solve.nonlinear.yielding import Yielding
+    from electrovib.solve.nonlinear.finger import Yielding
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import StackStates
 
@@ -199,7 +199,7 @@ def refuse_without_modes(scenario: Scenario) -> None:
 
 def _yielding(scenario: Scenario) -> Yielding:
     """Return the gap that follows the forces; its first value carries the load alone, or is as declared without a load."""
-    from electrovib.solve.nonlinear.yielding import Yielding
+    from electrovib.solve.nonlinear.finger import Yielding
 
     contact = scenario.contact
     surface, closing = contact.surface, contact.closing

@@ -12,7 +12,6 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.physics.contact.area import FixedArea
 from electrovib.physics.contact.attraction import Attraction
 from electrovib.physics.contact.surface import Surface
 from electrovib.physics.limits import limit_diagnostics
@@ -126,12 +125,12 @@ def equilibrium(
         return attraction_at(held, filling * sum(_blocking(known, area).values()), surface, spots)
 
     attraction = attraction_on(area)
-    if isinstance(known.contact, FixedArea):
+    if known.contact.grows:
+        states, areas = growing_states(known.contact, surface, attraction_on, load=known.load.normal_force)
+    else:
         states = balance(surface, attraction, pressure=pressure)
         areas = (area,) * len(states)
-    else:
-        states, areas = growing_states(known.contact, surface, attraction_on, load=known.load.normal_force)
-    low = getattr(attraction, "smallest_gap", 0.0)
+    low = attraction.smallest_gap
     beyond = low > 0 and float(surface.pressure(np.asarray(low))) < pressure + attraction.pressure(low)
     if not states:
         raise InputError(
@@ -272,7 +271,7 @@ def growing_states(
         attraction = attraction_on(area)
         return attraction.pressure(max(gap(whole), low)) * area
 
-    low = float(getattr(attraction_on(contact.gross_area(load)), "smallest_gap", 0.0))
+    low = attraction_on(contact.gross_area(load)).smallest_gap
 
     def lacking(whole: Real) -> Real:
         return np.array([each - load - drawn(each, low) for each in whole.tolist()])

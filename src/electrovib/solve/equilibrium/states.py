@@ -162,7 +162,7 @@ def _range(surface: Surface, attraction: Attraction, pressure: float) -> tuple[f
             f"pressure = {pressure} Pa: nothing presses skin and plate together, so the gap has no bound. Give a pressure"
             " above 0, or the range of gaps to search, gaps = (0, 1e-4)"
         )
-    low = float(getattr(attraction, "smallest_gap", 0.0))
+    low = attraction.smallest_gap
     return low, max(low, high)
 
 

@@ -1,35 +1,109 @@
-"""Friction with memory: a filter of the steady friction, or its solution by time stepping along the motion."""
+"""Friction with memory: as a filter or along the motion, where it is unknown, and what is proportional to it."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.friction import FollowingFriction
-from electrovib.solve.mechanics.filters.filter import Filter
-from electrovib.solve.mechanics.unknown import COUNTS, remembered, resting, spans_of
+from electrovib.solve.mechanics.filters import Filter
 from electrovib.solve.recursion import march
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from numpy.typing import NDArray
+
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.motion import Motion
     from electrovib.scenario import Scenario
-    from electrovib.solve.mechanics.unknown import Spans
 
+
+Spans: TypeAlias = "tuple[tuple[float, float], ...]"
+"""Begin and end of each span [s], the first begin may be minus infinity; the end is excluded."""
+COUNTS = 1e-6
+"""Largest weight of unknown input in a known output [1]: the tolerance of the mechanics."""
 STEPS = 4000
 """Smallest number of time steps, besides the output times."""
 TOLERANCE = 1e-6
 MOST_HALVINGS = 8
 JUST = 1e-13
 """Time before a corner at which the force before it is evaluated, over the whole time."""
+BEHIND_FRICTION: Final = frozenset(
+    {"lateral_force", "lateral_force_measured", "skin_displacement", "skin_speed"}
+)
+"""Signals that are linear in the friction of steady sliding, without a digitiser."""
+INDEPENDENT: Final = frozenset(
+    {
+        "electrostatic_force",
+        "current",
+        "stack_voltage",
+        "effective_voltage",
+        "interface_field",
+        "capacitance",
+        "impedance",
+    }
+)
+"""Signals that are independent of the friction."""
+
+
+def resting(motion: Motion) -> Spans:
+    """Return the spans in which a finger touches the plate and does not move."""
+    breaks = np.array(motion.breaks())
+    begins, ends = np.append(-np.inf, breaks), np.append(breaks, np.inf)
+    rests = motion.rests(np.append(breaks[:1] - 1.0, breaks))
+    found: list[tuple[float, float]] = []
+    for begin, end in zip(begins[rests].tolist(), ends[rests].tolist(), strict=True):
+        if found and found[-1][1] == begin:
+            found[-1] = (found[-1][0], end)
+        else:
+            found.append((begin, end))
+    return tuple(found)
+
+
+def not_known(filter_: Filter, spans: Spans, times: Real) -> Real:
+    """Return the weight of an unknown input in the output of a filter.
+
+    `times` (n,) [s]; returns `weight` (n,).
+    """
+    share = abs(filter_.direct) * np.any([(times >= begin) & (times < end) for begin, end in spans], axis=0)
+    for pole, gain in zip(filter_.poles, filter_.gains, strict=True):
+        weight = abs(gain) * abs(pole) / -pole.real * (2.0 if pole.imag else 1.0)
+        share = share + weight * remembered(
+            -pole.real * times, [(-pole.real * a, -pole.real * b) for a, b in spans]
+        )
+    return np.asarray(share / abs(filter_.at_rest()))
+
+
+def remembered(times: Real, spans: list[tuple[float, float]]) -> Real:
+    """Return the weight of spans in an exponential memory.
+
+    `times` (n,); returns `weight` (n,).
+    """
+    weight = np.zeros(np.shape(times))
+    for begin, end in spans:
+        inside = times > begin
+        last = np.minimum(times, end)
+        weight += np.where(inside, np.exp(last - times) - np.exp(np.minimum(begin - times, 0.0)), 0.0)
+    return weight
+
+
+def spans_of(times: Real, wrong: NDArray[np.bool_]) -> Spans:
+    """Return the spans in which a condition holds.
+
+    `times` (n,) [s], `wrong` (n,).
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], wrong, [False]]).astype(int)))
+    stamps = np.append(times, np.inf)
+    return tuple(
+        (-np.inf if begin == 0 else float(stamps[begin]), float(stamps[end]))
+        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    )
 
 
 def friction_filter(scenario: Scenario) -> Filter:
@@ -43,8 +117,6 @@ def friction_filter(scenario: Scenario) -> Filter:
 def _memory(scenario: Scenario, speeds: Real) -> tuple[tuple[float, Real], ...]:
     """Return the shares of the friction with memory, and their rates [1/s] at speeds [m/s]; empty without memory."""
     friction, path = scenario.friction, f"friction = {type(scenario.friction).__name__}"
-    if not isinstance(friction, FollowingFriction):
-        return ()
     parts = tuple((share, np.asarray(rate, dtype=float)) for share, rate in friction.memory(speeds))
     rates = np.concatenate([rate for _, rate in parts]) if parts else np.ones(1)
     if np.any(np.isnan(rates)):
@@ -61,7 +133,7 @@ def _memory(scenario: Scenario, speeds: Real) -> tuple[tuple[float, Real], ...]:
 def memory_changes(scenario: Scenario) -> bool:
     """Return whether the rates of a memory change in time, as they may with the sliding speed."""
     motion = scenario.motion
-    if motion.speed is None or not isinstance(scenario.friction, FollowingFriction):
+    if motion.speed is None:
         return False
     speeds = motion.speeds(np.array([time for time, _ in motion.time_profile.corners()]))
     return any(bool(np.any(rate != rate[0])) for _, rate in _memory(scenario, speeds))
@@ -130,7 +202,8 @@ def along_the_motion(
 def _followed(scenario: Scenario, steady_at: Callable[[Real], Real], grid: Real) -> tuple[Real, Real]:
     """Return the friction of a sliding finger with memory [N] at times [s], and the weight of the rest in it [1]."""
     motion, force = scenario.motion, steady_at(grid)
-    parts = _memory(scenario, motion.speeds(grid)) if motion.speed is not None else _unstated(scenario, grid)
+    speeds = motion.speeds(grid) if motion.speed is not None else np.full(len(grid), math.nan)
+    parts = _memory(scenario, speeds)
     start = steady_at(np.array([-1.0]))
     output, weight = force * (1 - sum(share for share, _ in parts)), np.zeros(len(grid))
     spans = resting(motion)
@@ -152,11 +225,6 @@ def _followed(scenario: Scenario, steady_at: Callable[[Real], Real], grid: Real)
         ends = [tuple(np.interp(span, grid, theta, left=-math.inf, right=math.inf)) for span in spans]
         weight += share * remembered(theta, [(float(a), float(b)) for a, b in ends])
     return output, weight
-
-
-def _unstated(scenario: Scenario, grid: Real) -> tuple[tuple[float, Real], ...]:
-    """Return the memory at times [s] where no speed is declared."""
-    return _memory(scenario, np.full(len(grid), math.nan))
 
 
 def _contacts(motion: Motion, grid: Real) -> list[tuple[int, int]]:
@@ -193,3 +261,21 @@ def shortest_time(drive: Drive) -> float:
     """Return the shortest time in which the attraction changes [s]: half a period of the drive's fastest oscillation."""
     fastest = drive.highest_frequency
     return 1 / (2 * fastest) if fastest else math.inf
+
+
+def proportional_to_friction(scenario: Scenario, path: str) -> frozenset[str]:
+    """Return the signals that are proportional to a parameter of the friction.
+
+    The friction behind a memory, the motion of the skin and the readings of a sensor are linear filters of
+    the friction of steady sliding.
+    """
+    friction, rig = scenario.friction, scenario.rig
+    if friction.deflects:
+        return frozenset()
+    steady = "friction.steady" if friction.has_memory else "friction"
+    parent, _, name = path.rpartition(".")
+    if parent != steady or name not in friction.without_memory().proportional_to:
+        return frozenset()
+    if scenario.moisture is not None or scenario.motion.distance is not None or resting(scenario.motion):
+        return frozenset()
+    return frozenset() if rig is not None and rig.digitiser is not None else BEHIND_FRICTION

@@ -2,23 +2,62 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.physics.contact import FixedArea
-from electrovib.physics.friction import BristleFriction, FollowingFriction, SteadyFriction
+from electrovib.physics.friction import BristleFriction
 from electrovib.solve.electrics.solution import TRANSIENT, Solution
-from electrovib.solve.mechanics.answer import Mechanics
-from electrovib.solve.mechanics.chain import refuse_readings
-from electrovib.solve.mechanics.friction_chain import MOST, FrictionChain
+from electrovib.solve.mechanics.between import Between
+from electrovib.solve.mechanics.filters import Filter, cascade, of_stages
+from electrovib.solve.mechanics.lateral import (
+    COUNTS,
+    along_the_motion,
+    friction_filter,
+    memory_changes,
+    not_known,
+    resting,
+    shortest_time,
+)
+from electrovib.solve.mechanics.response import FORGOTTEN, MOST, respond_mechanically
+from electrovib.solve.mechanics.rig import Measured, finger_filters, measured, refuse_readings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
+    from electrovib.solve.mechanics.sliding import Slide
+
+MOST_PERIODS = 3000
+"""Largest number of periods of the drive that are computed to reach the periodic state."""
+
+
+@dataclass
+class Mechanics:
+    """Results of the mechanics over time.
+
+    Parameters
+    ----------
+    signals : dict
+        Dimensions and values of every signal.
+    how : dict
+        Errors and events, for the attributes of the Trace.
+    diagnostics : list of Diagnostic
+        Diagnostics of the mechanics.
+    """
+
+    signals: dict[str, Any] = field(default_factory=dict)
+    how: dict[str, Any] = field(default_factory=dict)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+
+    def add(self, rows: dict[str, Real]) -> None:
+        """Add signals over time."""
+        self.signals |= {name: (("time",), row) for name, row in rows.items()}
 
 
 def mechanical(
@@ -53,15 +92,27 @@ def refuse_unsolved_mechanics(scenario: Scenario, *, end: float) -> None:
     """Refuse mechanical models that cannot be combined, before any computation."""
     chain = _without_attraction(scenario)
     chain.real_area(scenario.load.forces(np.zeros(1)))
-    if isinstance(scenario.friction, BristleFriction):
-        from electrovib.solve.mechanics.bristles import refuse_unslid
-
-        refuse_unslid(scenario)
-    elif isinstance(scenario.friction, (SteadyFriction, FollowingFriction)):
-        chain.filters() if not chain.comes_and_goes() else chain.skin()
+    if scenario.friction.deflects:
+        _refuse_unslid(scenario)
+    elif chain.comes_and_goes():
+        chain.skin()
+    else:
+        chain.filters()
     digitiser = None if scenario.rig is None else scenario.rig.digitiser
     if digitiser is not None:
         refuse_readings(digitiser, span=end, most=MOST)
+
+
+def _refuse_unslid(scenario: Scenario) -> None:
+    """Refuse a scenario that cannot be solved with a friction whose contact deflects."""
+    name = type(scenario.friction).__name__
+    if scenario.motion.speed is None:
+        raise InputError(f"friction = {name} needs motion.speed, for instance motion.speed = '30 mm/s'")
+    if scenario.time.settled:
+        raise InputError(
+            f"time.initial_state = PeriodicState: the stick-slip of friction = {name} does not have the period of the drive."
+            " Start AtRest and evaluate a late period"
+        )
 
 
 def slowest_rates(scenario: Scenario) -> list[float]:
@@ -83,7 +134,7 @@ def _given(chain: FrictionChain) -> dict[str, Real]:
     rows = {"normal_force": scenario.load.forces(times)}
     if scenario.motion.speed is not None:
         rows["sliding_speed"] = scenario.motion.speeds(times)
-    if scenario.contact.surface is None and isinstance(scenario.contact, FixedArea):
+    if scenario.contact.surface is None and not scenario.contact.grows:
         return rows
     whole = rows["normal_force"] + chain.pressing(times, chain.answer.attraction)
     touches = scenario.motion.touches(times)
@@ -94,19 +145,14 @@ def _given(chain: FrictionChain) -> dict[str, Real]:
 
 
 def _friction(chain: FrictionChain, moved: Mechanics) -> float:
-    """Compute friction and skin by the method of the friction's family, and return the relative error [1]."""
+    """Compute friction and skin by the method that the friction needs, and return the relative error [1]."""
     friction = chain.scenario.friction
-    if isinstance(friction, BristleFriction):
+    if friction.deflects:
         return chain.slip(moved)
-    if not isinstance(friction, (SteadyFriction, FollowingFriction)):
-        raise InputError(
-            f"friction = {type(friction).__name__}: no solver for its family; derive it from SteadyFriction,"
-            " FollowingFriction or BristleFriction"
-        )
     if chain.comes_and_goes():
         return chain.along(moved)
     wanted = chain.filters()
-    if isinstance(friction, SteadyFriction):
+    if not friction.has_memory:
         lateral = chain.steady(chain.times, chain.answer.attraction)
         moved.add({"lateral_force": chain.known(lateral)})
         del wanted["lateral_force"]
@@ -117,3 +163,266 @@ def _friction(chain: FrictionChain, moved: Mechanics) -> float:
         rows["lateral_force"] = chain.known(rows["lateral_force"], wanted["lateral_force"])
     moved.add(rows)
     return error
+
+
+class FrictionChain:
+    """Friction, skin and sensors of a scenario: linear behind the steady friction, or a skin that sticks and slips."""
+
+    def __init__(
+        self, scenario: Scenario, times: Real, answer: Solution, at: Callable[[Real], Solution]
+    ) -> None:
+        self.scenario, self.times, self.answer, self.at = scenario, times, answer, at
+        self.settled = scenario.time.settled
+        self.bend = self.run_in = 0.0
+        self.lateral_at: Callable[[Real], Real] | None = None
+        self.rests = () if scenario.friction.deflects else resting(scenario.motion)
+        self.prepared = answer.method.by_modes
+
+    def steady(self, times: Real, force: Real) -> Real:
+        """Return the friction under load and attraction if the finger slides and the law has no memory.
+
+        `times` (n,) [s], `force` (n,) [N]; returns `lateral` (n,) [N].
+        """
+        motion, law = self.scenario.motion, self.scenario.friction.without_memory()
+        normal = self.scenario.load.forces(np.maximum(times, 0.0))
+        force = self.pressing(times, force)
+        lateral = law.lateral_force(normal, force, self.real_area(normal + force))
+        return lateral if motion.distance is None else np.where(motion.touches(times), lateral, 0.0)
+
+    def pressing(self, times: Real, force: Real) -> Real:
+        """Return the attraction that presses skin and plate together.
+
+        `times` (n,) [s], `force` (n,) [N]; returns `pressing` (n,) [N].
+        """
+        motion = self.scenario.motion
+        return force if motion.distance is None else np.where(motion.touches(times), force, 0.0)
+
+    def real_area(self, force: Real) -> Real:
+        """Return the real contact area under load and attraction [N]; NaN where the contact does not define it [m2]."""
+        contact = self.scenario.contact
+        if contact.surface is None and not self.scenario.friction.without_memory().needs_real_area:
+            return np.full(len(force), np.nan)
+        return np.asarray(contact.real_area(force))
+
+    def comes_and_goes(self) -> bool:
+        """Return whether the friction has to be stepped along the motion, because it is no linear filter of the steady one."""
+        scenario, rests = self.scenario, bool(self.rests)
+        lifts = scenario.motion.distance is not None and scenario.friction.has_memory
+        return lifts or memory_changes(scenario) or (rests and scenario.finger is not None)
+
+    def prepare(self) -> None:
+        """Interpolate an attraction without closed form, so that it is solved once only."""
+        if not self.prepared:
+            at, answer = self.at, self.answer
+            shortest = shortest_time(self.scenario.drive)
+            force = Between(
+                lambda times: at(times).attraction, self.times, self._corners(), shortest=shortest, once=True
+            )
+            self.at, self.bend = (lambda times: replace(answer, found={}, force=force(times))), force.error()
+            self.prepared = True
+
+    def filters(self) -> dict[str, Filter]:
+        """Return the filters from the steady friction to the friction and to the skin, by signal."""
+        found = {"lateral_force": friction_filter(self.scenario)}
+        return found | {name: cascade(found["lateral_force"], each) for name, each in self.skin().items()}
+
+    def skin(self) -> dict[str, Filter]:
+        """Return the filters from the friction to the skin, by signal."""
+        finger, speed = self.scenario.finger, self.scenario.motion.speed
+        return {} if finger is None else finger_filters(finger.at_speed(speed))
+
+    def along(self, moved: Mechanics) -> float:
+        """Compute the friction along the motion and the skin behind it, and return the relative error [1]."""
+        scenario = self.scenario
+        if self.settled and len(scenario.motion.breaks()) > 1:
+            raise InputError(
+                f"time.initial_state = PeriodicState: motion.time_profile = {type(scenario.motion.time_profile).__name__}"
+                " occurs once, and the friction depends on it. Start AtRest"
+            )
+        self.prepare()
+        stiffness = None
+        if scenario.finger is not None:
+            stiffness = 1 / scenario.finger.at_speed(scenario.motion.speed).compliance_at_rest()
+        found = along_the_motion(scenario, self._force, self.times, self._corners(), stiffness=stiffness)
+        self.lateral_at, self.rests, error = found.force, found.unknown, found.error
+        moved.add({"lateral_force": self.known(found.force(self.times))})
+        if skin := self.skin():
+            rows, more = respond_mechanically(found.force, skin, self.times, **self._options())
+            moved.add(rows)
+            error = max(error, more)
+        return error
+
+    def known(self, lateral: Real, filter_: Filter | None = None) -> Real:
+        """Return the friction with NaN where it is not determined: at rest, and until a filter before it has decayed.
+
+        `lateral` (n,) [N]; returns `lateral` (n,) [N].
+        """
+        if not self.rests:
+            return lateral
+        unknown = self.unknown(Filter.through(), self.times)
+        if filter_ is not None:
+            unknown = (unknown | self.unknown(filter_, self.times)) & self.scenario.motion.touches(self.times)
+        return np.where(unknown, np.nan, lateral)
+
+    def unknown(self, filter_: Filter, times: Real) -> Any:
+        """Return when the output of a filter depends on a friction that is not determined.
+
+        `times` (n,) [s]; returns `unknown` (n,).
+        """
+        return not_known(filter_, self.rests, times) > COUNTS
+
+    def slip(self, moved: Mechanics) -> float:
+        """Compute a skin with bristles by time stepping, and return the relative error of the interpolated attraction [1].
+
+        A finger that moves at time 0 has always slid steadily; one that begins at rest is not deflected.
+        """
+        self.prepare()
+        times, count = self.times if self.times[0] == 0 else np.append(0.0, self.times), len(self.times)
+        strength = Between(self._force, times, self._corners(), shortest=shortest_time(self.scenario.drive))
+        found = self._slide(strength, times)
+        rows = {"lateral_force": found.lateral_force, "bristle_deflection": found.bristle_deflection}
+        if self.scenario.finger is not None:
+            rows |= {"skin_displacement": found.skin_displacement, "skin_speed": found.skin_speed}
+        moved.add({name: row[len(row) - count :] for name, row in rows.items()})
+        moved.how |= {
+            "friction_solver": f"{type(self.scenario.friction).__name__} sticks and slips: skin and bristles as one stiff"
+            f" system, Radau's method of order 5, {found.steps} steps, {len(found.events)} events located",
+            "energy_residual": found.energy_residual,
+            "friction_events": len(found.events),
+        }
+        self.lateral_at = lambda wanted: self._slide(strength, np.append(0.0, wanted)).lateral_force[1:]
+        return max(self.bend, strength.error())
+
+    def _slide(self, strength: Between, times: Real) -> Slide:
+        """Return the motion of a skin with bristles: in compiled steps for a law of a known formula.
+
+        `times` (n,) [s].
+        """
+        motion, finger, law = self.scenario.motion, self.scenario.finger, self.scenario.friction
+        assert isinstance(law, BristleFriction)
+        mass, stiffness, damping = (
+            (None, None, None) if finger is None else finger.at_speed(motion.speed).lumped()
+        )
+        if law.bristles is not None:
+            from electrovib.solve.mechanics.quick_sliding import slide_quickly
+
+            return slide_quickly(
+                law,
+                motion=motion,
+                strength=strength,
+                times=times,
+                mass=mass,
+                stiffness=stiffness,
+                damping=damping,
+            )
+        from electrovib.solve.mechanics.sliding import sliding
+
+        return sliding(
+            law,
+            speed=motion.speeds,
+            strength=strength,
+            times=times,
+            breaks=strength.ends[1:-1].tolist(),
+            touches=motion.touches,
+            settled=float(motion.speeds(0.0)) > 0,
+            mass=mass,
+            stiffness=stiffness,
+            damping=damping,
+        )
+
+    def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:
+        """Return the outputs of filters of the steady friction, and their relative error."""
+        self.prepare()
+        began = self._before(min(_slowest(each) for each in wanted.values()))
+        asked = np.append(-began, self.times) if began else self.times
+        rows, error = respond_mechanically(self._force, wanted, asked, **self._options())
+        return {name: row[len(row) - len(self.times) :] for name, row in rows.items()}, error
+
+    def _force(self, times: Real) -> Real:
+        """Return the steady friction at any times [s], before time 0 that of the load alone [N]."""
+        return self.steady(times, self.attraction(times))
+
+    def attraction(self, times: Real) -> Real:
+        """Return the attraction at any times [s]: before time 0 it is 0, or periodic in the periodic state [N]."""
+        wrapped = np.mod(times, self._period) if self.settled else np.maximum(times, 0.0)
+        order = np.argsort(wrapped, kind="stable")
+        force = np.empty(len(wrapped))
+        force[order] = self.at(wrapped[order]).attraction
+        return force if self.settled else np.where(times < 0, 0.0, force)
+
+    @property
+    def _period(self) -> float:
+        return self.scenario.drive.period or 1.0
+
+    def _before(self, slow: float) -> float:
+        """Return the time before 0 to start from [s]: enough for a rate [1/s] to decay, or just before a step at 0."""
+        if self.settled:
+            return self._settling(slow)
+        if len(self.times) > 1:
+            began = self._force(np.array([-1.0, 0.0]))
+            if began[0] != began[1]:
+                return 1e-3 * float(np.min(np.diff(self.times)))
+        return 0.0
+
+    def _settling(self, slow: float) -> float:
+        """Return the duration of whole periods of the drive in which a memory of a rate [1/s] decays [s]."""
+        time_profile = self.scenario.load.time_profile
+        if not time_profile.is_constant:
+            raise InputError(
+                f"time.initial_state = PeriodicState: load.time_profile = {type(time_profile).__name__} occurs once."
+                " Start AtRest"
+            )
+        periods = math.ceil(FORGOTTEN / (slow * self._period))
+        if periods > MOST_PERIODS:
+            raise InputError(
+                f"time.initial_state = PeriodicState: the mechanics needs {periods} periods of the drive to settle;"
+                " start AtRest and evaluate a late period"
+            )
+        self.run_in = periods * self._period
+        return self.run_in
+
+    def _options(self) -> dict[str, Any]:
+        return {"most": MOST, "corners": self._corners(), "shortest": shortest_time(self.scenario.drive)}
+
+    def _corners(self) -> Real:
+        """Return the times at which attraction, load or contact, or their slopes, may be discontinuous [s]."""
+        end = float(self.times[-1])
+        load = np.array([time for time, _ in self.scenario.load.time_profile.corners()])
+        moves = np.array([time for time in self.scenario.motion.breaks() if time >= 0])
+        corners = np.concatenate([[0.0], self.scenario.drive.corners(end)[0], load, moves])
+        if self.settled and self.run_in:
+            marks = self.scenario.drive.corners(self._period)[0]
+            back = np.arange(1, math.ceil(self.run_in / self._period) + 1) * self._period
+            corners = np.concatenate([corners, (marks[:, None] - back).ravel()])
+        return corners[corners <= end]
+
+    def _normal(self, times: Real) -> Real:
+        """Return the force on the sensor under the plate: the load; off the plate the load minus the attraction [N]."""
+        load = self.scenario.load.forces(np.maximum(times, 0.0))
+        if self.scenario.motion.distance is None:
+            return load
+        return np.where(self.scenario.motion.touches(times), load, load - self.attraction(times))
+
+    def measured(self) -> Measured:
+        """Return the readings of load and friction by the sensors of the rig."""
+        rig, scenario = self.scenario.rig, self.scenario
+        assert rig is not None
+
+        normal: Any = self._normal
+        if scenario.motion.distance is None and scenario.load.time_profile.is_constant:
+            normal = scenario.load.forces(self.times)  # samples of a constant force are exact
+        sensor = of_stages(rig.lateral_stages())
+        options = self._options()
+        if self.lateral_at is None:
+            friction = friction_filter(scenario)
+            before = self._before(min(_slowest(sensor), _slowest(friction)))
+            options |= {"friction": friction, "before": before}
+            sensor = cascade(friction, sensor)
+        if self.rests:
+            options["unknown"] = lambda times: self.unknown(sensor, times)
+        return measured(rig, self.times, normal, self.lateral_at or self._force, **options)
+
+
+def _slowest(filter_: Filter) -> float:
+    """Return the slowest rate of a filter [1/s]; infinite without memory."""
+    return float(np.min(-filter_.poles.real)) if len(filter_.poles) else math.inf

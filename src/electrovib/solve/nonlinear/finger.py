@@ -6,7 +6,8 @@ with adaptive steps that locates every kink. The fast solvers are tested against
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -14,69 +15,94 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.motion import Distance
 from electrovib.solve.electrics.solution import NONLINEAR, Solution
-from electrovib.solve.nonlinear.electrics import Electrics
-from electrovib.solve.nonlinear.integrate import TOLERANCE, integrate
-from electrovib.solve.nonlinear.stretch import snapped
-from electrovib.solve.nonlinear.system import Solved, System
-from electrovib.solve.nonlinear.yielding import Yielding
+from electrovib.solve.nonlinear.electrics import Electrics, snapped
+from electrovib.solve.nonlinear.integrate import TOLERANCE, Solved, System, integrate
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.nonlinear.system import Mode
+    from electrovib.solve.nonlinear.integrate import Mode
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.layer_states import StackStates
-
 
 CLOSED = 1e-6
 """Ratio to the gap at time 0 below which a gap that follows the forces counts as closed."""
 
 
-Gap: TypeAlias = Distance | Yielding | None
-"""Motion of the layer `gap`: prescribed whatever the forces, following the forces, or none."""
+class Repelling(Protocol):
+    """Repulsive pressure between finger and plate."""
+
+    def pressure(self, gap: Any) -> Any:
+        """Return the pressure [Pa] at a gap [m]; it decreases with the gap."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Yielding:
+    """A gap that follows load, attraction and the repulsive pressure of the surfaces.
+
+    Parameters
+    ----------
+    surface : Repelling
+        Repulsive pressure as a function of the gap.
+    load : callable
+        Pressure of the load [Pa] at a time [s].
+    start : float
+        Gap at time 0, at rest [m].
+    damping : float
+        Damping per area [Pa s/m], above 0 unless there is a mass.
+    mass : float
+        Mass per area [kg/m2]; 0 for overdamped motion.
+    pulling : float
+        Share of the area on which the field of the gap attracts.
+    together : callable, optional
+        Pressure of load and attraction together [Pa] at a time [s] and a pressure of attraction [Pa], on an area that
+        grows with both; by default their sum.
+    """
+
+    surface: Repelling
+    load: Callable[[float], float]
+    start: float
+    damping: float = 0.0
+    mass: float = 0.0
+    pulling: float = 1.0
+    together: Callable[[float, float], float] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a gap without damping and mass."""
+        if self.damping <= 0 and self.mass <= 0:
+            raise InputError("damping = 0 and mass = 0: nothing slows the gap down; give one of them")
 
 
 class FingerOverPlate(System):
-    """A stack whose gap is constant, prescribed, or follows the forces; a `System` for `integrate`.
+    """A stack whose gap is constant or prescribed; a `System` for `integrate`.
 
     Parameters
     ----------
     electrics : Electrics
         Electrical part of the system, whose states come first.
-    motion : Distance, Yielding or None
-        Motion of the moving layer of `electrics.space`.
+    distance : Distance, optional
+        Thickness of the moving layer of `electrics.space` over time.
     """
 
-    def __init__(self, electrics: Electrics, motion: Gap = None) -> None:
-        self.electrics, self.motion = electrics, motion
-
-    @property
-    def mechanical(self) -> int:
-        """Number of states of the gap."""
-        return (1 + (self.motion.mass > 0)) if isinstance(self.motion, Yielding) else 0
+    def __init__(self, electrics: Electrics, distance: Distance | None = None) -> None:
+        self.electrics, self.distance = electrics, distance
 
     @property
     def scale(self) -> Real:
         """Magnitude of each state."""
-        sizes = self.electrics.scale
-        if isinstance(self.motion, Yielding):
-            start = self.motion.start
-            slowed = self.motion.damping or np.sqrt(self.motion.mass * self.motion.load(0.0) / start)
-            speed = self.motion.load(0.0) / (slowed or 1.0)
-            sizes = np.append(sizes, [start, speed or start][: self.mechanical])
-        return sizes
+        return self.electrics.scale
 
     def begin(self) -> tuple[Real, Mode]:
         """Return the state before time 0 and the mode after it."""
-        gap = self.motion.start if isinstance(self.motion, Yielding) else self._gap(0.0, np.zeros(0))[0]
-        state, mode = self.electrics.begin(gap)
-        return (np.append(state, [gap, 0.0][: self.mechanical]) if gap is not None else state), mode
+        return self.electrics.begin(self._gap(0.0, np.zeros(0), None)[0])
 
     def breaks(self, end: float) -> list[float]:
-        """Return the breaks of the drive and of the motion, up to an end [s]."""
-        bends = self.motion.breaks() if isinstance(self.motion, Distance) else ()
+        """Return the breaks of the drive and of the distance, up to an end [s]."""
+        bends = () if self.distance is None else self.distance.breaks()
         return sorted({*self.electrics.breaks(end), *(bend for bend in bends if 0 < bend < end)})
 
     def jump(self, state: Real, *, time: float) -> Real:
@@ -86,113 +112,152 @@ class FingerOverPlate(System):
         return np.concatenate([own, state[count:]])
 
     def rates(self, states: Real, mode: Mode, *, times: Real) -> Real:
-        """Return the rate of change of each state [its unit/s] at n times, all at once unless the gap is a state."""
-        if isinstance(self.motion, Yielding):
-            return super().rates(states, mode, times=times)
+        """Return the rate of change of each state [its unit/s] at n times, all at once."""
         return self.rate(states, mode, time=times)
 
     def watched(self, states: Real, mode: Mode, *, times: Real) -> Real:
-        """Return the switching functions at n times, all at once unless the gap is a state."""
-        if isinstance(self.motion, Yielding):
-            return super().watched(states, mode, times=times)
+        """Return the switching functions at n times, all at once."""
         return self.switches(states, mode, time=times)
 
     def rate(self, state: Real, mode: Mode, *, time: Any) -> Real:
         """Return the rate of change of each state [its unit/s]."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
+        return self.electrics.rate(own, mode, time=time, gap=gap, closing=closing)
+
+    def switches(self, state: Real, mode: Mode, *, time: Any) -> Real:
+        """Return values that stay above 0 as long as the mode holds."""
+        own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
+        return self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)
+
+    def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
+        """Return the mode after the switching function of this index has fallen through zero."""
+        own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
+        return self.electrics.following(index, own, mode, time=time, gap=gap, closing=closing)
+
+    def _gap(self, time: Any, state: Real, mode: Mode | None) -> tuple[Any, Any]:
+        """Return the gap [m] and its rate of change [m/s]."""
+        del state, mode
+        return (None, 0.0) if self.distance is None else (self.distance.gap(time), self.distance.rate(time))
+
+    def signals(self, times: Real, solved: Solved) -> dict[Key, Real]:
+        """Compute the signals at the output times, as `Electrics.signals`, and a gap that moves.
+
+        `times` (n,) [s].
+        """
+        own, (gap, closing) = solved.states[: self.electrics.size], self._gaps(times, solved.states)
+        found = self.electrics.signals(times, own, gap=gap, closing=closing)
+        return found if gap is None else found | {"gap": gap}
+
+    def _gaps(self, times: Real, states: Real) -> tuple[Any, Any]:
+        """Return the gap [m] and its rate of change [m/s] at the output times, from the states alone."""
+        return self._gap(times, states, None)
+
+
+class FingerOnSurface(FingerOverPlate):
+    """A stack whose gap follows load, attraction and the repulsion of the surfaces, and is a state of the system.
+
+    Parameters
+    ----------
+    electrics : Electrics
+        Electrical part of the system, whose states come first.
+    motion : Yielding
+        Motion of the moving layer of `electrics.space`.
+    """
+
+    def __init__(self, electrics: Electrics, motion: Yielding) -> None:
+        super().__init__(electrics)
+        self.motion = motion
+        self.mechanical = 1 + (motion.mass > 0)
+
+    @property
+    def scale(self) -> Real:
+        """Magnitude of each state."""
+        start, load = self.motion.start, self.motion.load(0.0)
+        slowed = self.motion.damping or np.sqrt(self.motion.mass * load / start)
+        speed = load / (slowed or 1.0)
+        return np.append(self.electrics.scale, [start, speed or start][: self.mechanical])
+
+    def begin(self) -> tuple[Real, Mode]:
+        """Return the state before time 0 and the mode after it."""
+        state, mode = self.electrics.begin(self.motion.start)
+        return np.append(state, [self.motion.start, 0.0][: self.mechanical]), mode
+
+    def rates(self, states: Real, mode: Mode, *, times: Real) -> Real:
+        """Return the rate of change of each state [its unit/s] at n times, one after the other."""
+        return System.rates(self, states, mode, times=times)
+
+    def watched(self, states: Real, mode: Mode, *, times: Real) -> Real:
+        """Return the switching functions at n times, one after the other."""
+        return System.watched(self, states, mode, times=times)
+
+    def rate(self, state: Real, mode: Mode, *, time: Any) -> Real:
+        """Return the rate of change of each state [its unit/s]."""
+        own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         found = self.electrics.rate(own, mode, time=time, gap=gap, closing=closing)
-        if not isinstance(self.motion, Yielding):
-            return found
         if self.motion.mass > 0:
             push = self._push(time, state, mode) - self.motion.damping * closing
             return np.append(found, [closing, push / self.motion.mass])
         return np.append(found, closing)
 
     def switches(self, state: Real, mode: Mode, *, time: Any) -> Real:
-        """Return values that stay above 0 as long as the mode holds."""
-        own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
-        found = self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)
-        if isinstance(self.motion, Yielding):
-            found = np.append(found, float(gap or 0.0) / self.motion.start - CLOSED)
-        return found
+        """Return values that stay above 0 as long as the mode holds, the last one as long as the gap is open."""
+        open_ = float(state[self.electrics.size]) / self.motion.start - CLOSED
+        return np.append(super().switches(state, mode, time=time), open_)
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
-        """Return the mode after the switching function of this index has fallen through zero."""
-        own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
-        if index == len(self.electrics.switches(own, mode, time=time, gap=gap, closing=closing)):
+        """Return the mode after the switching function of this index has fallen through zero; a closed gap is refused."""
+        if index == len(super().switches(state, mode, time=time)):
             raise InputError(self._closed(time, state, mode))
-        return self.electrics.following(index, own, mode, time=time, gap=gap, closing=closing)
+        return super().following(index, state, mode, time=time)
 
     def _closed(self, time: float, state: Real, mode: Mode) -> str:
         """Return the message that the gap has closed: when, under which voltage, and what the user may do."""
-        assert isinstance(self.motion, Yielding)
         electrics, topography = self.electrics, type(self.motion.surface).__name__
-        count = electrics.size
-        pull = self.motion.pulling * electrics.attraction(
-            state[:count], mode, time=time, gap=float(state[count])
-        )
         held = float(self.motion.surface.pressure(0.0))
         return (
             f"contact.closing: the layer '{electrics.space.names[electrics.space.moving or 0]}' closes at {time:.6g} s, under a"
             f" drive of {float(electrics.drive.voltage(np.array(time))):.4g} V: load and attraction press with"
-            f" {self._pressing(time, pull):.4g} Pa, and contact.surface = {topography} supports at most {held:.4g} Pa (pull-in)."
-            " A closed gap is not modelled: choose a lower drive voltage, a stiffer surface topography or a shorter"
-            " time.duration; 'electrovib equilibrium' shows the gap at a voltage"
+            f" {self._pressing(time, self._pull(time, state, mode)):.4g} Pa, and contact.surface = {topography} supports at"
+            f" most {held:.4g} Pa (pull-in). A closed gap is not modelled: choose a lower drive voltage, a stiffer surface"
+            " topography or a shorter time.duration; 'electrovib equilibrium' shows the gap at a voltage"
         )
+
+    def _pull(self, time: float, state: Real, mode: Mode) -> float:
+        """Return the pressure of the attraction over the contact [Pa]."""
+        count = self.electrics.size
+        gap = float(state[count])
+        return self.motion.pulling * self.electrics.attraction(state[:count], mode, time=time, gap=gap)
 
     def _push(self, time: float, state: Real, mode: Mode) -> float:
         """Return the pressure that opens the gap [Pa]: that of the surface, less load and attraction."""
-        assert isinstance(self.motion, Yielding)
-        count = self.electrics.size
-        gap = float(state[count])
-        pull = self.motion.pulling * self.electrics.attraction(state[:count], mode, time=time, gap=gap)
-        return float(self.motion.surface.pressure(gap)) - self._pressing(time, pull)
+        held = float(self.motion.surface.pressure(float(state[self.electrics.size])))
+        return held - self._pressing(time, self._pull(time, state, mode))
 
-    def _gap(self, time: Any, state: Real, mode: Mode | None = None) -> tuple[Any, Any]:
+    def _pressing(self, time: float, pull: float) -> float:
+        """Return the pressure of load and attraction together [Pa]."""
+        together = self.motion.together
+        return self.motion.load(time) + pull if together is None else together(time, pull)
+
+    def _gap(self, time: Any, state: Real, mode: Mode | None) -> tuple[Any, Any]:
         """Return the gap [m] and its rate of change [m/s]."""
-        if self.motion is None:
-            return None, 0.0
-        if isinstance(self.motion, Distance):
-            return self.motion.gap(time), self.motion.rate(time)
         gap = float(state[self.electrics.size])
         if self.motion.mass > 0:
             return gap, float(state[self.electrics.size + 1])
         return gap, 0.0 if mode is None else self._push(time, state, mode) / self.motion.damping
 
-    def signals(self, times: Real, solved: Solved) -> dict[Key, Real]:
-        """Compute the signals at the output times, as `Electrics.signals`, and the gap.
-
-        `times` (n,) [s].
-        """
-        if self.motion is None:
-            return self.electrics.signals(times, solved.states, gap=None, closing=0.0)
-        own = solved.states[: self.electrics.size]
-        gap, closing = self._gaps(times, solved.states)
-        return self.electrics.signals(times, own, gap=gap, closing=closing) | {"gap": gap}
-
-    def _gaps(self, times: Real, states: Real) -> tuple[Real, Real]:
+    def _gaps(self, times: Real, states: Real) -> tuple[Any, Any]:
         """Return the gap [m] and its rate of change [m/s] at the output times, from the states alone."""
-        if not isinstance(self.motion, Yielding):
-            assert self.motion is not None
-            return self.motion.gap(times), self.motion.rate(times)
         count, moving = self.electrics.size, self.electrics.space.moving
         assert moving is not None
         gap = states[count]
         if self.motion.mass > 0:
             return gap, states[count + 1]
         found = self.electrics.signals(times, states[:count], gap=gap, closing=0.0)
-        field = found[
-            FieldOf(self.electrics.space.names[moving])
-        ]  # does not depend on the gap's rate of change
+        # the field does not depend on the rate of change of the gap
+        field = found[FieldOf(self.electrics.space.names[moving])]
         pulls = self.motion.pulling * eps0 * field**2 / 2
         pressing = [self._pressing(*each) for each in zip(times.tolist(), pulls.tolist(), strict=True)]
         return gap, (self.motion.surface.pressure(gap) - np.array(pressing)) / self.motion.damping
-
-    def _pressing(self, time: float, pull: float) -> float:
-        """Return the pressure of load and attraction together [Pa]."""
-        assert isinstance(self.motion, Yielding)
-        together = self.motion.together
-        return self.motion.load(time) + pull if together is None else together(time, pull)
 
 
 def follow_finger(
@@ -201,7 +266,7 @@ def follow_finger(
     times: Real,
     *,
     amplifier: Amplifier | None = None,
-    motion: Gap = None,
+    motion: Distance | Yielding | None = None,
     tolerance: float = TOLERANCE,
 ) -> Solution:
     """Compute the response of a finger over a plate from rest by the general solver.
@@ -215,7 +280,12 @@ def follow_finger(
         )
     if (motion is not None) != (space.moving is not None):
         raise InputError("motion.distance: it needs the layer 'gap', and moves nothing else")
-    system = FingerOverPlate(Electrics(space, drive, end=float(times[-1]), amplifier=amplifier), motion)
+    electrics = Electrics(space, drive, end=float(times[-1]), amplifier=amplifier)
+    system = (
+        FingerOnSurface(electrics, motion)
+        if isinstance(motion, Yielding)
+        else FingerOverPlate(electrics, motion)
+    )
     state, mode = system.begin()
     outputs = snapped(times, system.breaks(float(times[-1])))
     solved = integrate(system, state, mode, outputs, tolerance=tolerance)

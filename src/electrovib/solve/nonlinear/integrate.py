@@ -3,29 +3,114 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
 from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.costs import SHORTER, radau_step
-from electrovib.solve.nonlinear.adaptive import adaptive_steps
-from electrovib.solve.nonlinear.collocation import Piece, even_steps
-from electrovib.solve.nonlinear.events import first_fall, land
-from electrovib.solve.nonlinear.system import Mode, Solved, System
+from electrovib.solve.nonlinear.radau import Piece, adaptive_steps, even_steps, steps_to
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from electrovib.core.arrays import Real
+    from electrovib.solve.nonlinear.radau import Rates
 
 
+Mode: TypeAlias = tuple[int, ...]
+"""The side of each kink on which a system is: signs and states that hold until the next event."""
 TOLERANCE = 1e-9
 """Local error of a step, relative, and absolute with respect to the scale of each state."""
 MOST_EVENTS = 100_000
 _APART = 1e-13
 """Least time between two events, as a share of the whole time."""
+_LOOKS = np.array([0.2, 0.4, 0.6, 0.8])
+"""Shares of a step at which the switching functions are evaluated, besides its end."""
+_MOST_CORRECTIONS = 8
+_ENOUGH = 1e-13
+"""Relative correction of the time at which the iteration ends."""
+
+
+class System(Protocol):
+    """Ordinary differential equations that are smooth as long as a mode holds.
+
+    Notes
+    -----
+    Between two breaks and two events `rate` is smooth in time and state. A mode ends when one of the switching functions
+    `switches` falls through zero; `following` then returns the next mode.
+    """
+
+    @property
+    def scale(self) -> Real:
+        """Magnitude of each state, above 0, which sets the absolute tolerance."""
+
+    def breaks(self, end: float) -> Sequence[float]:
+        """Return the times up to `end` [s] at which the rate is not smooth in time, or the state is discontinuous."""
+
+    def jump(self, state: Real, *, time: float) -> Real:
+        """Return the state just after a break.
+
+        `state` (states,); returns `state` (states,).
+        """
+
+    def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
+        """Return the rate of change of each state.
+
+        `state` (states,); returns `rate` (states,).
+        """
+
+    def rates(self, states: Real, mode: Mode, *, times: Real) -> Real:
+        """Return the rates of change at several times: `rate` for each.
+
+        `states` (states, n), `times` (n,); returns `rates` (states, n).
+        """
+        every = zip(states.T, times.tolist(), strict=True)
+        return np.transpose([self.rate(state, mode, time=time) for state, time in every])
+
+    def watched(self, states: Real, mode: Mode, *, times: Real) -> Real:
+        """Return the switching functions at several times: `switches` for each.
+
+        Returns `values` (switches, n).
+        """
+        every = zip(states.T, times.tolist(), strict=True)
+        return np.transpose([self.switches(state, mode, time=time) for state, time in every])
+
+    def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
+        """Return the switching functions, which stay above 0 as long as the mode holds.
+
+        `state` (states,); returns `values` (switches,).
+        """
+
+    def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
+        """Return the mode after a switching function has fallen through zero.
+
+        `state` (states,).
+        """
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solved:
+    """Result of an integration.
+
+    Parameters
+    ----------
+    states : ndarray, shape (states, n)
+        States at the output times; at a discontinuity, the value after it.
+    modes : tuple of Mode
+        Modes at the output times.
+    events : tuple of (float, int)
+        Time [s] of each event, and index of the switching function that fell through zero.
+    steps, evaluations : int
+        Number of steps of the integrator, and of evaluations of the rate.
+    """
+
+    states: Real
+    modes: tuple[Mode, ...]
+    events: tuple[tuple[float, int], ...]
+    steps: int
+    evaluations: int
 
 
 def integrate(
@@ -176,3 +261,69 @@ def _leg(
         bounds += [part.end for part in landed[:-1]] + [when] * bool(landed or not pieces)
         return ended(when, index, every)
     return ended(stop, None, pieces)
+
+
+def land(
+    rate: Rates,
+    system: System,
+    state: Real,
+    mode: Mode,
+    *,
+    index: int,
+    before: float,
+    when: float,
+    after: float,
+) -> tuple[Piece, ...]:
+    """Solve the step again, with its length corrected until it ends at the event.
+
+    `state` (states,).
+    """
+    for _ in range(_MOST_CORRECTIONS):
+        landed = steps_to(rate, state, start=before, size=when - before, scale=system.scale)
+        last = landed[-1]
+        value = float(system.switches(last.state, mode, time=last.end)[index])
+        early = last.start + 0.875 * last.size
+        if early >= last.end:  # the step is too short to distinguish times in it
+            break
+        slope = (value - float(system.switches(last(np.asarray(early)), mode, time=early)[index])) / (
+            last.end - early
+        )
+        if value == 0 or not slope < 0:
+            break
+        corrected = min(when - value / slope, after)
+        if corrected <= before or abs(corrected - when) <= _ENOUGH * after:
+            break
+        when = corrected
+    return landed
+
+
+def first_fall(
+    system: System, piece: Callable[[Real], Real], state: Real, mode: Mode, *, before: float, after: float
+) -> tuple[float, int] | None:
+    """Return when the first switching function falls through zero in a step; it may have risen again by the end.
+
+    `state` (states,).
+    """
+    from scipy.optimize import brentq
+
+    def value(time: float, index: int) -> float:
+        return float(system.switches(piece(np.asarray(time)), mode, time=time)[index])
+
+    looks = before + (after - before) * _LOOKS
+    inside = np.column_stack([piece(looks), state])
+    values = system.watched(inside, mode, times=np.append(looks, after)).T
+    fallen = values < 0
+    if not fallen.any():
+        return None
+    first = int(np.argmax(fallen.any(axis=1)))
+    ends = [before, *looks.tolist(), after]
+    falls = []
+    for index in np.flatnonzero(fallen[first]).tolist():
+        low, high = ends[first], ends[first + 1]
+        if value(low, index) <= 0:
+            falls.append((low, index))
+        elif value(high, index) >= 0:  # the polynomial's end and the state differ by rounding
+            falls.append((high, index))
+        else:
+            falls.append((float(brentq(value, low, high, args=(index,), xtol=1e-300, rtol=1e-15)), index))
+    return min(falls)

@@ -9,14 +9,13 @@ import numpy as np
 from electrovib.core.changes import derived_at, stored_path
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.interface import INTERFACE
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone, over_frequency
 from electrovib.solve.electrics.solution import Solution, linear_quantities
-from electrovib.solve.mechanics.friction_chain import FrictionChain
-from electrovib.solve.mechanics.unknown import resting
+from electrovib.solve.mechanics.lateral import resting
+from electrovib.solve.mechanics.mechanical import FrictionChain
 from electrovib.solve.population.columns import check_values, stored_columns, with_columns
 from electrovib.solve.population.drives import SharedDrive, excitation, shared_drive
 from electrovib.solve.population.reduced import debye_of, shared_reductions
@@ -386,7 +385,7 @@ def _refuse_columns(scenario: Scenario, free: tuple[str, ...]) -> None:
 
 def _refuse_memory(scenario: Scenario) -> None:
     """Refuse frictions that depend on the past."""
-    if not isinstance(scenario.friction, SteadyFriction):
+    if scenario.friction.has_memory:
         raise NotInArraysError(f"{type(scenario.friction).__name__} has a memory")
     if resting(scenario.motion) and scenario.finger is not None:
         raise NotInArraysError("the skin holds a friction while the finger rests")

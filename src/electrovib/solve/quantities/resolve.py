@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.physics.drive.parts import Tones
-from electrovib.physics.motion import Distance
 from electrovib.scenario.grids import FORMULA_SAMPLES
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.quantities.pieces import MOST_NODES, Mesh, tails
@@ -149,8 +148,8 @@ def first_mesh(expanded: Expanded, member: Scenario | None = None) -> Mesh:
     end = window(scenario)[0]
     corners = _corners(scenario, end)
     fastest = scenario.drive.highest_frequency
-    if isinstance(scenario.motion.distance, Distance):
-        fastest = max(fastest, scenario.motion.distance.fastest)
+    if (moved := scenario.motion.moved_gap) is not None:
+        fastest = max(fastest, moved.fastest)
     count = min(int(np.ceil(end * fastest * PIECES_PER_CYCLE)), MOST_VALUES // (2 * MOST_NODES))
     even = np.linspace(0.0, end, max(2, count + 1))
     # sines in their periodic state are smooth at all times

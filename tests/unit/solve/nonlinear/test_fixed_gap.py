@@ -23,8 +23,7 @@ from electrovib.solve.electrics.leaks import leak_section, leaky_response
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.electrics import Electrics
 from electrovib.solve.nonlinear.finger import FingerOverPlate, follow_finger
-from electrovib.solve.nonlinear.integrate import integrate
-from electrovib.solve.nonlinear.system import System
+from electrovib.solve.nonlinear.integrate import System, integrate
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.layer_states import stack_states
 from electrovib.solve.stack.reduce import reduce_material

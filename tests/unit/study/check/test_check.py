@@ -14,7 +14,7 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.slew import slew_of
+from electrovib.physics.drive.extremes import slew_of
 from electrovib.physics.limits import Limits
 from electrovib.solve.diagnostics.judge import discontinuities
 from electrovib.solve.quantities import of_record

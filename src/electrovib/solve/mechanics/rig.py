@@ -12,10 +12,8 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.mechanics.chain.grid import increasing
-from electrovib.solve.mechanics.chain.respond import respond_mechanically
-from electrovib.solve.mechanics.filters.declared import cascade, of_stages
-from electrovib.solve.mechanics.filters.follow import finite, through_pieces
+from electrovib.solve.mechanics.filters import cascade, finite, of_stages, through_pieces
+from electrovib.solve.mechanics.response import MOST, increasing, respond_mechanically
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,7 +23,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.finger import Finger
     from electrovib.physics.rig import Digitiser, Rig
-    from electrovib.solve.mechanics.filters.filter import Filter
+    from electrovib.solve.mechanics.filters import Filter
 
 
 def finger_filters(finger: Finger) -> dict[str, Filter]:
@@ -60,7 +58,7 @@ def measured(
     lateral_force: Callable[[Real], Real] | ArrayLike,
     *,
     tolerance: float = 1e-6,
-    most: int = 4_000_000,
+    most: int = MOST,
     corners: ArrayLike = (),
     shortest: float = math.inf,
     held: float = math.inf,

@@ -3,35 +3,39 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.mechanics.stick_slip.skin import SlidingSkin
-from electrovib.solve.mechanics.stick_slip.skin_of import OverTime, _always, lifted, skin_of
-from electrovib.solve.nonlinear.integrate import integrate
-from electrovib.solve.nonlinear.system import System
+from electrovib.solve.mechanics.skin import SlidingSkin, lifted, skin_of
+from electrovib.solve.nonlinear.integrate import System, integrate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
-    from electrovib.solve.mechanics.stick_slip.skin import Energies
-    from electrovib.solve.nonlinear.system import Mode
+    from electrovib.solve.mechanics.skin import Energies
+    from electrovib.solve.nonlinear.integrate import Mode
 
 
+OverTime: TypeAlias = "Callable[[float | Real], float | Real]"
+"""A quantity at times [s], one or many; at a discontinuity the value after it."""
 TOLERANCE = 1e-8
 """Local error of a step, relative; the energy balance then closes to some 1e-8 of the work."""
 SMALLEST = 1e-9
 """Smallest strength of the friction over the largest, which avoids a division by zero without load or contact."""
 DEAD_BAND = 1e-10
 """Relative excess of the bristle force over the strength below which the excess is rounding."""
-EVENTS = ("turns", "passes the strength")
+KINDS = ("turns", "passes the strength")
 """Events of a slide: the skin reverses over the plate, the bristle force passes the strength of the friction."""
 _LOOKS = 4096
 """Number of output times at which speed and strength are checked beforehand."""
+
+
+def _always(time: float | Real) -> Any:
+    return np.ones(np.shape(time), dtype=bool)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +128,7 @@ class Slide:
     energy_residual : float
         Largest error of the energy balance, over the largest work [1].
     events : tuple of (float, str)
-        Times [s] and kinds of the events, as in `EVENTS`.
+        Times [s] and kinds of the events, as in `KINDS`.
     steps, evaluations : int
         Number of time steps, and of evaluations of the equations.
     """
@@ -199,7 +203,7 @@ def sliding(
         bristle_deflection=deflection,
         energies=energies,
         energy_residual=energies.residual,
-        events=tuple((when, EVENTS[index]) for when, index in solved.events),
+        events=tuple((when, KINDS[index]) for when, index in solved.events),
         steps=solved.steps,
         evaluations=solved.evaluations,
     )

@@ -1,16 +1,121 @@
-"""Equations of a sliding skin with mass and spring, and of a rigid one."""
+"""Equations of a sliding skin and its energies: with mass and spring, or rigid, in contact or lifted off the plate."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from electrovib.core.errors import InputError
+
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
-from electrovib.solve.mechanics.stick_slip.skin import Energies, SlidingSkin
+
+
+@dataclass(frozen=True, kw_only=True)
+class Energies:
+    """Energy balance of a sliding skin since time 0.
+
+    Parameters
+    ----------
+    work : ndarray, shape (n,)
+        Work done by the hand [J].
+    kinetic, elastic, bristle : ndarray, shape (n,)
+        Energy stored in the motion of the skin over the plate, in the fingertip and in the contact [J].
+    damper, friction : ndarray, shape (n,)
+        Heat dissipated in the fingertip and in the contact [J].
+    stored_before : float
+        Energy stored at time 0 [J].
+    """
+
+    work: Real
+    kinetic: Real
+    elastic: Real
+    bristle: Real
+    damper: Real
+    friction: Real
+    stored_before: float
+
+    @property
+    def residual(self) -> float:
+        """Largest error of the energy balance, over the largest work or the initial energy [1]; 0 without motion."""
+        stored = self.kinetic + self.elastic + self.bristle
+        missing = self.work - (stored - self.stored_before) - self.damper - self.friction
+        size = float(max(np.max(np.abs(self.work)), self.stored_before))
+        return float(np.max(np.abs(missing))) / size if size > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class SlidingSkin(ABC):
+    """A sliding skin: its states and their rates.
+
+    Parameters
+    ----------
+    law : BristleFriction
+        Friction of the contact.
+    """
+
+    law: BristleFriction
+    states: ClassVar[int]
+    """Number of states."""
+
+    @property
+    def body(self) -> tuple[float, float, float]:
+        """Mass [kg], stiffness [N/m] and damping [N s/m] of the skin; all 0 if it moves with the bone."""
+        return 0.0, 0.0, 0.0
+
+    @abstractmethod
+    def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
+        """Return the rate of change of the states.
+
+        `now` (states,); returns `rate` (states,).
+        """
+
+    @abstractmethod
+    def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
+        """Return the speed of the skin over the plate.
+
+        `now` (states,) or (states, n), `speed` of the bone, one or (n,) [m/s].
+        """
+
+    @abstractmethod
+    def deflection(self, now: Real) -> Real:
+        """Return the deflection of the bristles [m]."""
+
+    @abstractmethod
+    def displacement(self, now: Real) -> Real:
+        """Return the displacement of the skin against the bone [m]."""
+
+    def left(self, now: Real, *, strength: float, direction: int) -> float:
+        """Return the share of the strength [N] that the bristles have not reached yet, from the states (states,) [1]."""
+        return 1 - direction * self.law.stiffness * float(self.deflection(now)) / strength
+
+    @abstractmethod
+    def let_go(self, now: Real) -> Real:
+        """Return the states with a deflection of 0 [m], after the energy of the bristles has become heat [J]."""
+
+    @abstractmethod
+    def scale(self, *, strength: float, speed: float) -> Real:
+        """Return the scale of each state, shape (states,), for a strength [N] and a speed [m/s]."""
+
+    @abstractmethod
+    def settled(self, *, speed: float, strength: float) -> Real:
+        """Return the states of steady sliding, shape (states,), at a speed [m/s] and a strength [N]."""
+
+    @abstractmethod
+    def natural_speed(self, strength: float) -> float:
+        """Return the speed scale of a strength [N] where the hand rests, in m/s."""
+
+    @abstractmethod
+    def natural_force(self, speed: float) -> float:
+        """Return the force scale of a speed [m/s] without friction, in N."""
+
+    @abstractmethod
+    def energies(self, now: Real) -> Energies:
+        """Return the energies of the states over time [J]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +134,11 @@ class CompliantSlidingSkin(SlidingSkin):
     stiffness: float
     damping: float
     states: ClassVar[int] = 6
+
+    @property
+    def body(self) -> tuple[float, float, float]:
+        """Mass [kg], stiffness [N/m] and damping [N s/m] of the skin."""
+        return self.mass, self.stiffness, self.damping
 
     def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
         """Return the rate of change of the states [m/s], [m/s2], [m/s], [W], [W], [W]."""
@@ -182,3 +292,53 @@ def _steady(law: BristleFriction, speed: Any, strength: Any) -> tuple[float, flo
     deflection: Any = np.sign(speed) * law.strength_at(speed, strength) / law.stiffness
     rest: Any = 0.0
     return float(deflection), float(law.force(deflection, rest, speed))
+
+
+class Lifted:
+    """Friction law of a finger off the plate: all its forces are 0.
+
+    Parameters
+    ----------
+    law : BristleFriction
+        Friction in contact.
+    """
+
+    def __init__(self, law: BristleFriction) -> None:
+        self.stiffness = law.stiffness
+
+    def strength_at(self, speed: Any, strength: Any) -> Any:
+        """Return a strength of 0 N for any speed [m/s] and strength [N]."""
+        return 0 * (speed + strength)
+
+    def deflection_rate(self, deflection: Any, speed: Any, strength: Any, direction: Any) -> Any:
+        """Return a rate of 0 m/s for any deflection [m], speed [m/s], strength [N] and direction."""
+        return 0 * (deflection + speed + strength + direction)
+
+    def force(self, deflection: Any, rate: Any, speed: Any) -> Any:
+        """Return a force of 0 N for any deflection [m], rate [m/s] and speed [m/s]."""
+        return 0 * (deflection + rate + speed)
+
+
+def lifted(skin: SlidingSkin) -> SlidingSkin:
+    """Return the same skin without friction."""
+    return replace(skin, law=Lifted(skin.law))  # type: ignore[arg-type]
+
+
+def skin_of(
+    law: BristleFriction, *, mass: float | None, stiffness: float | None, damping: float | None
+) -> SlidingSkin:
+    """Return the skin of a finger, or a rigid one."""
+    if mass is None and stiffness is None and damping is None:
+        return RigidSlidingSkin(law)
+    if mass is None or stiffness is None or damping is None:
+        raise InputError("finger: needs mass, stiffness and damping, or none of them for a rigid finger")
+    if not mass > 0:
+        raise InputError(
+            f"finger.mass = {mass:.6g} kg: it must be above 0, because the speed of the skin is a state; omit the finger for"
+            " a rigid one"
+        )
+    if not (stiffness > 0 and damping >= 0):
+        raise InputError(
+            f"finger: stiffness = {stiffness:.6g} N/m must be above 0, and damping = {damping:.6g} N s/m must not be negative"
+        )
+    return CompliantSlidingSkin(law, mass=mass, stiffness=stiffness, damping=damping)

@@ -1,1 +1,0 @@
-"""Stick-slip motion of a skin with bristle friction, solved by time stepping."""
