@@ -1,12 +1,15 @@
-"""The computing time and memory that a computation may use: estimated before it begins, refused beyond the budget."""
+"""The computing time and memory that a computation may use: counted before it begins, measured while it runs."""
 
 from __future__ import annotations
 
+import math
+import threading
+import time as clocks
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
-from typing import Final, NoReturn
+from typing import Final
 
 from electrovib.core.allowance import megabytes
 from electrovib.core.amounts import _MEMORY, _MORE, _bytes, _positive, _seconds, duration
@@ -14,6 +17,16 @@ from electrovib.core.errors import InputError
 
 _NOBODY_WAITS: Final = 7 * 86400.0
 _NOBODY_HAS: Final = 1e12
+_NUMBER: Final = 3e-8
+"""Computing time of a number, about [s]: by it counts are refused before anything is measured."""
+SHORTER: Final = "choose a shorter time.duration, a slower drive or one with fewer corners"
+"""Remedy for a run with too many steps."""
+_LAP: Final = 1.0
+"""Computing time after which the speed of repeated parts is measured again, at most [s]."""
+_SOME: Final = 1e-3
+"""Share of the work that counts as done where none is."""
+_LAPS: Final = 50
+"""Least number of such times in a budget."""
 
 
 class BudgetError(InputError):
@@ -30,7 +43,7 @@ class Budget:
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """One part of a computation, estimated before it begins.
+    """One part of a computation.
 
     `what` says what is computed, with its count (``"1e+08 output times"``), and `remedy` what reduces it, as
     an instruction to the user (``"ask for fewer time.samples"``). `time` [s]; `memory` [bytes] is what is
@@ -42,10 +55,18 @@ class Work:
     memory: float
     remedy: str
 
+    @classmethod
+    def counted(cls, what: str, numbers: float, *, remedy: str, held: float | None = None) -> Work:
+        """Return the work of so many numbers, of which so many are held at once, by default all."""
+        memory = 8.0 * (numbers if held is None else held)
+        return cls(what=what, time=_NUMBER * numbers, memory=memory, remedy=remedy)
+
 
 _DEFAULT: Final = Budget()
 _ALLOWED: ContextVar[Budget] = ContextVar("allowed", default=_DEFAULT)
 _LISTENER: ContextVar[Callable[[float], None] | None] = ContextVar("listener", default=None)
+_BEGAN: Final = threading.local()
+"""In each thread, the time at which its outermost computation began."""
 
 
 def allowed() -> Budget:
@@ -76,19 +97,39 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
 
     Notes
     -----
-    The estimate counts output times, corners and cycles of the drive, and time steps, each with its computing time on a
-    common computer: the same scenario is refused or accepted on every machine.
+    What is counted beforehand is refused before a computation begins: output times, corners of the drive, numbers to be
+    held. The computing time of everything else is measured: time stepping ends at the budget, and sweeps, studies,
+    sensitivities and designs once their first cases show that all would exceed it.
     """
     chosen = _ALLOWED.get()
     if time is not None:
         chosen = replace(chosen, time=_positive("time", time, _seconds))
     if memory is not None:
         chosen = replace(chosen, memory=_positive("memory", memory, _bytes))
-    token = _ALLOWED.set(chosen)
+    token, began = _ALLOWED.set(chosen), getattr(_BEGAN, "time", None)
+    _BEGAN.time = None
     try:
         yield chosen
     finally:
         _ALLOWED.reset(token)
+        _BEGAN.time = began
+
+
+clock: Callable[[], float] = clocks.thread_time
+"""Computing time of this thread [s]."""
+
+
+@contextmanager
+def measured() -> Iterator[None]:
+    """Limit the block as one computation: meters within it measure from its beginning, or from that of one around it."""
+    if getattr(_BEGAN, "time", None) is not None:
+        yield
+        return
+    _BEGAN.time = clock()
+    try:
+        yield
+    finally:
+        _BEGAN.time = None
 
 
 def read_budget(text: str) -> dict[str, float]:
@@ -111,11 +152,16 @@ def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
     """Refuse a computation whose estimate exceeds the budget; times of `works` add up, and the largest memory counts."""
     limit = allowed()
     time, memory = sum(work.time for work in works), max((work.memory for work in works), default=0.0)
-    if time <= limit.time and memory <= limit.memory:
-        return
+    if time > limit.time or memory > limit.memory:
+        raise _too_much(works, what)
+
+
+def _too_much(works: Sequence[Work], what: str) -> BudgetError:
+    limit = allowed()
+    time, memory = sum(work.time for work in works), max(work.memory for work in works)
     late, large = time > limit.time, memory > limit.memory
     over = max(works, key=lambda work: max(late * work.time / limit.time, large * work.memory / limit.memory))
-    raise BudgetError(
+    return BudgetError(
         f"{what} would take about {duration(time)} and {megabytes(memory)}, for {over.what}; allowed are"
         f" {duration(limit.time)} and {megabytes(limit.memory)}. {_advice(over.remedy, time, memory)}"
     )
@@ -140,45 +186,69 @@ def _advice(remedy: str, time: float, memory: float) -> str:
 
 
 class Meter:
-    """Counter of time steps whose number is not known beforehand; it ends the time stepping beyond the budget.
+    """Computing time of work whose amount is not known beforehand; it ends the work beyond the budget.
 
-    The time stepping ends at `end` [s]; one step takes a computing time of about `each` [s]. `what` and
-    `remedy` are as in `Work`.
+    The work goes from `begin` to `end`, in s, or in cases where `of` names them; `what` and `remedy` are as in `Work`. Where
+    the work recurs after each part of length `repeats`, the quickest part measured so far tells what the whole takes at
+    least, and the work ends as soon as that exceeds the budget. `seconds` returns the computing time so far [s].
     """
 
-    def __init__(self, what: str, *, end: float, each: float, remedy: str) -> None:
-        self.what, self.end, self.each, self.remedy = what, end, each, remedy
-        self.steps = 0
-        self._most = allowed().time / each
-        self._listener = _LISTENER.get()
+    def __init__(
+        self,
+        what: str,
+        *,
+        end: float,
+        remedy: str = SHORTER,
+        of: str = "",
+        begin: float = 0.0,
+        repeats: float = math.inf,
+        seconds: Callable[[], float] | None = None,
+    ) -> None:
+        self.what, self.end, self.remedy, self.of, self.begin = what, end, remedy, of, begin
+        self.repeats, self._seconds = repeats, clock if seconds is None else seconds
+        self._limit, self._listener, self._started = allowed(), _LISTENER.get(), self._seconds()
+        outermost = getattr(_BEGAN, "time", None) if seconds is None else None
+        self._before = 0.0 if outermost is None else self._started - outermost
+        self._lap, self._speeds = (begin, 0.0), list[float]()
 
-    def count(self, now: float, *, steps: int = 1) -> None:
-        """Count further steps, of which the last has reached the time `now` [s]; refuse to go on beyond the budget."""
-        self.steps += steps
-        share = now / self.end if self.end else 1.0
+    @classmethod
+    def of_cases(cls, what: str, of: str, count: int, *, numbers: float, remedy: str) -> Meter:
+        """Return the meter of so many cases, each of which holds so many numbers; refuse at once what is too much."""
+        refuse_beyond([Work.counted(of, count * numbers, remedy=remedy)], what=what)
+        return cls(what, of=of, end=count, repeats=1.0, remedy=remedy)
+
+    def reporting(self, progress: Callable[[int, int], None] | None) -> Callable[[int, int], None]:
+        """Return a function of the number of cases done and of all cases, which counts them and reports them further."""
+
+        def report(done: int, total: int) -> None:
+            if progress is not None:
+                progress(done, total)
+            self.count(done)
+
+        return report
+
+    def count(self, now: float, *, held: float = 0.0) -> None:
+        """Note that the work has reached `now` with so many numbers held; refuse to go on beyond the budget."""
         if self._listener is not None:
-            self._listener(share)
-        if self.steps > self._most:
-            whole = self.steps * self.each / max(share, 1e-12)
-            self._refuse(
-                f"took {self.steps} steps, about {duration(self.steps * self.each)} of computing time, up to {share:.1%} of"
-                f" {self.end:.6g} s; the whole would take about {duration(whole)}",
-                whole,
-            )
+            self._listener(now / self.end if self.end else 1.0)
+        took, memory = self._seconds() - self._started, 8.0 * held
+        if self._before + took > self._limit.time or memory > self._limit.memory:
+            whole = self.end - self.begin
+            raise self._refusal(now, took, took * whole / (now - self.begin or _SOME * whole or 1.0), memory)
+        last, since = self._lap
+        if now - last < self.repeats or took - since < min(_LAP, self._limit.time / _LAPS):
+            return
+        self._lap = now, took
+        self._speeds.append((now - last) / (took - since))
+        least = took + (self.end - now) / max(self._speeds)
+        if len(self._speeds) > 1 and self._before + least > self._limit.time:
+            raise self._refusal(now, took, least, memory)
 
-    def expect(self, steps: int) -> None:
-        """Count the steps of a whole time stepping before they are made."""
-        self.steps += steps
-        if self.steps > self._most:
-            whole = self.steps * self.each
-            self._refuse(
-                f"needs {self.steps} steps up to {self.end:.6g} s to be accurate, about {duration(whole)} of computing time",
-                whole,
-            )
-
-    def _refuse(self, found: str, whole: float) -> NoReturn:
-        limit = duration(allowed().time)
-        raise BudgetError(f"{self.what} {found}; allowed are {limit}. {_advice(self.remedy, whole, 0.0)}")
+    def _refusal(self, now: float, took: float, whole: float, memory: float) -> BudgetError:
+        share = 100 * now / self.end if self.end else 100.0
+        what = f"{self.of or f'{self.end:.6g} s'}, of which {share:.3g} % took {duration(took)}"
+        work = Work(what=what, time=self._before + whole, memory=memory, remedy=self.remedy)
+        return _too_much([work], self.what)
 
 
 @contextmanager

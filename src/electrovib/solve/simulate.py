@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 import numpy as np
 
 from electrovib.core.arrays import Real
+from electrovib.core.budget import measured
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
@@ -67,7 +68,8 @@ def simulate(
         If the force law does not find the layers it needs, models cannot be combined, or the scenario does not have a
         requested signal.
     BudgetError
-        If the run would take more time or memory than `electrovib.budget` allows; raised before any computation.
+        If the run would take more time or memory than `electrovib.budget` allows: before any computation as far as
+        that can be counted, and as soon as the budget is spent.
 
     Notes
     -----
@@ -78,7 +80,7 @@ def simulate(
     scenario = read_scenario(scenario)
     _refuse_unknown(signals)
     expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
-    with beside(len(expanded.times), functools.partial(provenance, scenario)) as stated:
+    with measured(), beside(len(expanded.times), functools.partial(provenance, scenario)) as stated:
         found = Simulated.of(expanded)
         origin = stated()
     return found.trace(origin, signals=signals)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
 from electrovib.physics.circuit import Grounded
 from electrovib.solve.electrics.attraction import total_pull
@@ -115,7 +116,15 @@ def mean_over_contact(
     over = Renewal.over(length)
     many = max(1, _AT_ONCE // len(over.places))
     means: dict[Any, list[Real]] = {}
+    meter = Meter(
+        "the response of each place of the film",
+        of=f"{len(over.places)} places at {len(time):.3g} times",
+        end=len(time),
+        repeats=many,
+        remedy="ask for fewer time.samples, or choose a shorter time.duration",
+    )
     for first in range(0, len(time), many):
+        meter.count(first)
         places = renewed(transfers, drive, time[first : first + many], motion=motion, renewal=over)
         for name, rows in read(places).items():
             means.setdefault(name, []).append(np.stack([over.weights, over.coarse]) @ rows)

@@ -8,7 +8,6 @@ import numpy as np
 
 from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.costs import BRISTLE_STEP, SHORTER
 from electrovib.solve.mechanics.stick_slip.kinds import CompliantSlidingSkin
 from electrovib.solve.mechanics.stick_slip.skin_of import lifted, skin_of
 from electrovib.solve.mechanics.stick_slip.sliding import (
@@ -139,12 +138,10 @@ def _marched(
     memory[march.DIRECTION] = memory[march.SIDE] = 1.0
     method = compiled_records.RadauNumbers(NODES, WEIGHTS, COEFFICIENTS)
     memory[march.STATUS] = march.GOES_ON
-    meter = Meter("a friction with bristles", end=float(times[-1]), each=BRISTLE_STEP, remedy=SHORTER)
+    meter = Meter("a friction with bristles", end=float(times[-1]))
     while memory[march.STATUS] == march.GOES_ON:
-        steps, asked = int(memory[march.STEPS]), int(memory[march.ASKED])
         march.march(times, state, *given, method, memory, (moments, kinds), (states, directions))
-        made, evaluated = int(memory[march.STEPS]) - steps, int(memory[march.ASKED]) - asked
-        meter.count(float(memory[march.NOW]), steps=max(made, evaluated // march.ASKED_IN_STEP))
+        meter.count(float(memory[march.NOW]))
     if memory[march.STATUS] == march.UNSOLVED:
         raise ElectrovibError(f"the equations could not be solved beyond {memory[march.NOW]:.6g} s")
     if memory[march.STATUS] == march.CHATTERS:
