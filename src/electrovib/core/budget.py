@@ -65,8 +65,8 @@ class Work:
 _DEFAULT: Final = Budget()
 _ALLOWED: ContextVar[Budget] = ContextVar("allowed", default=_DEFAULT)
 _LISTENER: ContextVar[Callable[[float], None] | None] = ContextVar("listener", default=None)
-_BEGAN: Final = threading.local()
-"""In each thread, the time at which its outermost computation began."""
+_HERE: Final = threading.local()
+"""In each thread, its outermost computation as `scope`."""
 
 
 def allowed() -> Budget:
@@ -106,13 +106,13 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
         chosen = replace(chosen, time=_positive("time", time, _seconds))
     if memory is not None:
         chosen = replace(chosen, memory=_positive("memory", memory, _bytes))
-    token, began = _ALLOWED.set(chosen), getattr(_BEGAN, "time", None)
-    _BEGAN.time = None
+    token, scope = _ALLOWED.set(chosen), _scope()
+    _HERE.scope = None
     try:
         yield chosen
     finally:
         _ALLOWED.reset(token)
-        _BEGAN.time = began
+        _HERE.scope = scope
 
 
 clock: Callable[[], float] = clocks.thread_time
@@ -122,14 +122,26 @@ clock: Callable[[], float] = clocks.thread_time
 @contextmanager
 def measured() -> Iterator[None]:
     """Limit the block as one computation: meters within it measure from its beginning, or from that of one around it."""
-    if getattr(_BEGAN, "time", None) is not None:
+    if _scope() is not None:
         yield
         return
-    _BEGAN.time = clock()
+    _HERE.scope = _Scope(clock())
     try:
         yield
     finally:
-        _BEGAN.time = None
+        _HERE.scope = None
+
+
+@dataclass
+class _Scope:
+    """A computation: the time at which it began [s], and the meter of its cases."""
+
+    began: float
+    cases: Meter | None = None
+
+
+def _scope() -> _Scope | None:
+    return getattr(_HERE, "scope", None)
 
 
 def read_budget(text: str) -> dict[str, float]:
@@ -188,9 +200,10 @@ def _advice(remedy: str, time: float, memory: float) -> str:
 class Meter:
     """Computing time of work whose amount is not known beforehand; it ends the work beyond the budget.
 
-    The work goes from `begin` to `end`, in s, or in cases where `of` names them; `what` and `remedy` are as in `Work`. Where
+    The work goes from 0 to `end`, in s, or in cases where `of` names them; `what` and `remedy` are as in `Work`. Where
     the work recurs after each part of length `repeats`, the quickest part measured so far tells what the whole takes at
-    least, and the work ends as soon as that exceeds the budget. `seconds` returns the computing time so far [s].
+    least, and the work ends as soon as that exceeds the budget. `held` are the numbers held at once, which may grow;
+    `seconds` returns the computing time so far [s].
     """
 
     def __init__(
@@ -200,25 +213,41 @@ class Meter:
         end: float,
         remedy: str = SHORTER,
         of: str = "",
-        begin: float = 0.0,
         repeats: float = math.inf,
+        held: float = 0.0,
         seconds: Callable[[], float] | None = None,
     ) -> None:
-        self.what, self.end, self.remedy, self.of, self.begin = what, end, remedy, of, begin
-        self.repeats, self._seconds = repeats, clock if seconds is None else seconds
-        self._limit, self._listener, self._started = allowed(), _LISTENER.get(), self._seconds()
-        outermost = getattr(_BEGAN, "time", None) if seconds is None else None
-        self._before = 0.0 if outermost is None else self._started - outermost
-        self._lap, self._speeds = (begin, 0.0), list[float]()
+        self.what, self.end, self.remedy, self.of = what, end, remedy, of
+        self.repeats, self.held, self._seconds = repeats, held, clock if seconds is None else seconds
+        self._limit, self._started, self._lap, self._now = allowed(), self._seconds(), (0.0, 0.0), 0.0
+        self._speeds, self._scope = list[float](), _scope()
+        self._listener = _LISTENER.get() if seconds is None else None
+        is_within = self._scope is not None and seconds is None
+        self._before = self._started - self._scope.began if self._scope and is_within else 0.0
 
     @classmethod
-    def of_cases(cls, what: str, of: str, count: int, *, numbers: float, remedy: str) -> Meter:
-        """Return the meter of so many cases, each of which holds so many numbers; refuse at once what is too much."""
-        refuse_beyond([Work.counted(of, count * numbers, remedy=remedy)], what=what)
-        return cls(what, of=of, end=count, repeats=1.0, remedy=remedy)
+    def of_cases(
+        cls,
+        what: str,
+        of: str,
+        count: int,
+        *,
+        numbers: float,
+        remedy: str,
+        held: float | None = None,
+        seconds: Callable[[], float] | None = None,
+    ) -> Meter:
+        """Return the meter of so many cases, each with so many numbers; refuse at once what is too much."""
+        held = count * numbers if held is None else held
+        refuse_beyond([Work.counted(of, count * numbers, held=held, remedy=remedy)], what=what)
+        found = cls(what, of=of, end=count, repeats=1.0, held=held, remedy=remedy, seconds=seconds)
+        if found._scope is not None:
+            found._scope.cases = found
+        return found
 
     def reporting(self, progress: Callable[[int, int], None] | None) -> Callable[[int, int], None]:
         """Return a function of the number of cases done and of all cases, which counts them and reports them further."""
+        self._listener = self._listener if progress is None else None
 
         def report(done: int, total: int) -> None:
             if progress is not None:
@@ -227,14 +256,16 @@ class Meter:
 
         return report
 
-    def count(self, now: float, *, held: float = 0.0) -> None:
-        """Note that the work has reached `now` with so many numbers held; refuse to go on beyond the budget."""
+    def count(self, now: float) -> None:
+        """Note that the work has reached `now`, and refuse to go on beyond the budget."""
         if self._listener is not None:
             self._listener(now / self.end if self.end else 1.0)
-        took, memory = self._seconds() - self._started, 8.0 * held
-        if self._before + took > self._limit.time or memory > self._limit.memory:
-            whole = self.end - self.begin
-            raise self._refusal(now, took, took * whole / (now - self.begin or _SOME * whole or 1.0), memory)
+        took, self._now = self._seconds() - self._started, now
+        if self._before + took > self._limit.time:
+            of_all = self._scope.cases if self._scope else None
+            raise (of_all or self).refusal(self._before + took if of_all else took)
+        if 8.0 * self.held > self._limit.memory:
+            raise self.refusal(took)
         last, since = self._lap
         if now - last < self.repeats or took - since < min(_LAP, self._limit.time / _LAPS):
             return
@@ -242,12 +273,14 @@ class Meter:
         self._speeds.append((now - last) / (took - since))
         least = took + (self.end - now) / max(self._speeds)
         if len(self._speeds) > 1 and self._before + least > self._limit.time:
-            raise self._refusal(now, took, least, memory)
+            raise self.refusal(took, least)
 
-    def _refusal(self, now: float, took: float, whole: float, memory: float) -> BudgetError:
-        share = 100 * now / self.end if self.end else 100.0
-        what = f"{self.of or f'{self.end:.6g} s'}, of which {share:.3g} % took {duration(took)}"
-        work = Work(what=what, time=self._before + whole, memory=memory, remedy=self.remedy)
+    def refusal(self, took: float, whole: float | None = None) -> BudgetError:
+        """Return the error for a work that took so long and takes so long as a whole, by default in proportion [s]."""
+        share = self._now / self.end if self.end else 1.0
+        whole = took / (share or _SOME) if whole is None else whole
+        what = f"{self.of or f'{self.end:.6g} s'}, of which {100 * share:.3g} % took {duration(took)}"
+        work = Work(what=what, time=self._before + whole, memory=8.0 * self.held, remedy=self.remedy)
         return _too_much([work], self.what)
 
 

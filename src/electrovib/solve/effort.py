@@ -17,6 +17,8 @@ from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
 from electrovib.solve.mechanics.mechanical import slowest_rates
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
 
@@ -58,7 +60,9 @@ def counted(scenario: Scenario, times: Real | None = None) -> list[Work]:
     grid, drive = scenario.time, scenario.drive
     samples = grid.count(drive) if times is None else len(times)
     end = last_time(scenario, times)
-    corners, cycles = drive.count_corners(end), _cycles(scenario, end)
+    parts, distance = drive.parts(), scenario.motion.distance
+    corners, cycles = drive.count_corners(end), _cycles((p for p in parts if not isinstance(p, Linear)), end)
+    cycles += end * distance.fastest if isinstance(distance, Distance) else 0.0
     between = count_evaluation_times(drive, end=end, settled=grid.settled)
     held = (samples + between) * (SIGNALS + SIGNALS_OF_LAYER * len(scenario.stack.layers))
     what = f"{samples:.3g} output times and {between:.3g} evaluation times between them"
@@ -71,7 +75,11 @@ def counted(scenario: Scenario, times: Real | None = None) -> list[Work]:
         what = f"the steps of the solver '{method.name}' in {corners + cycles:.2g} corners and cycles up to {end:.6g} s"
         numbers = method.numbers * (corners + cycles + 1)
         found.append(Work.counted(what, numbers, held=numbers if method.holds_steps else 0, remedy=SHORTER))
-    return [*found, *_formulas(scenario, end), *_mechanics(scenario, end, samples, corners)]
+    formulas = [part for part in parts if isinstance(part, Smooth) and not isinstance(part, Chirped)]
+    if steps := _cycles(formulas, end) * 2 * math.pi / RADIANS_PER_STEP:
+        what = f"{steps:.2g} steps through the formula of the drive up to {end:.6g} s"
+        found.append(Work.counted(what, NUMBERS_IN_STEP * steps, remedy=SHORTER))
+    return [*found, *_mechanics(scenario, end, samples, corners)]
 
 
 def _less(scenario: Scenario) -> str:
@@ -83,22 +91,6 @@ def _less(scenario: Scenario) -> str:
         f"{SHORTER}, or compute one period of the periodic state: time.duration = {period:.6g} with"
         ' time.initial_state = { model = "PeriodicState" }'
     )
-
-
-def _formulas(scenario: Scenario, end: float) -> list[Work]:
-    """Return the work of drives that are formulas, whose cycles are all stepped through."""
-    found = []
-    for part in scenario.drive.parts():
-        if isinstance(part, Smooth) and not isinstance(part, Chirped):
-            steps = _on(part, end) * part.highest_frequency * 2 * math.pi / RADIANS_PER_STEP
-            what = f"{steps:.2g} steps through the formula of the drive up to {end:.6g} s"
-            found.append(Work.counted(what, NUMBERS_IN_STEP * steps, remedy=SHORTER))
-    return found
-
-
-def _on(part: Smooth | Tones, end: float) -> float:
-    """Return the duration of an oscillation up to an end [s]."""
-    return max(min(part.stop, end) - max(part.start, 0.0), 0.0)
 
 
 def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> list[Work]:
@@ -116,11 +108,7 @@ def _mechanics(scenario: Scenario, end: float, samples: int, corners: int) -> li
     return [Work.counted(what, NUMBERS_AT_PIECE * pieces, held=held, remedy=SHORTER)]
 
 
-def _cycles(scenario: Scenario, end: float) -> float:
-    """Return the number of cycles of everything that oscillates, up to an end [s]."""
-    found = 0.0
-    for part in scenario.drive.parts():
-        if not isinstance(part, Linear):
-            found += _on(part, end) * part.highest_frequency
-    distance = scenario.motion.distance
-    return found + (end * distance.fastest if isinstance(distance, Distance) else 0.0)
+def _cycles(parts: Iterable[Smooth | Tones], end: float) -> float:
+    """Return the number of cycles of oscillations, up to an end [s]."""
+    on = ((max(min(part.stop, end) - max(part.start, 0.0), 0.0), part.highest_frequency) for part in parts)
+    return sum(length * frequency for length, frequency in on)

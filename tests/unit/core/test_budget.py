@@ -127,10 +127,11 @@ def test_a_march_ends_when_the_budget_is_spent(clock):
 
 def test_a_march_ends_when_it_holds_too_much(clock):
     with budget(memory=8e3):
-        meter = Meter("the march", end=2.0, remedy="march less")
-        meter.count(0.5, held=1000)
+        meter = Meter("the march", end=2.0, held=1000, remedy="march less")
+        meter.count(0.5)
+        meter.held += 1
         with pytest.raises(BudgetError, match=r"0.00801 MB, for 2 s, of which 30 % took .*March less"):
-            meter.count(0.6, held=1001)
+            meter.count(0.6)
 
 
 def test_meters_of_one_computation_share_its_budget(clock):
@@ -174,6 +175,18 @@ def test_a_batch_of_cases_is_no_slow_case(clock):
         for done in range(500):
             meter.count(done)
             clock(20.0 if done % 250 == 0 else 0.0)
+
+
+def test_time_stepping_that_spends_the_budget_of_all_cases_names_them(clock):
+    with budget(time=10.0), measured():
+        cases = Meter.of_cases("this sweep", "8 cases", 8, numbers=10, remedy="sweep less")
+        clock(6.0)
+        cases.count(2)
+        clock(6.0)
+        with pytest.raises(
+            BudgetError, match=r"this sweep would take about 48 s .*8 cases, of which 25 % took 12 s.*Sweep"
+        ):
+            Meter("the march", end=1.0).count(0.5)
 
 
 def test_cases_that_the_memory_does_not_hold_are_refused_at_once():

@@ -264,9 +264,9 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
     flow_after[0] = leak.current_density(free[0])
     state, density, field, trend = np.zeros(len(rates)), float(flow_after[0]), float(after[0]), 0.0
     repeats = drive.period or math.inf
-    meter = Meter("the leaking layer", end=float(grid[-1]), repeats=repeats)
+    meter = Meter("the leaking layer", end=float(grid[-1]), repeats=repeats, held=HELD * len(grid))
     for begin in range(0, len(grid) - 1, _CHUNK):
-        meter.count(float(grid[begin]), held=HELD * len(grid))
+        meter.count(float(grid[begin]))
         steps = np.diff(grid[begin : begin + _CHUNK + 1])
         decays, firsts, lasts = hold_weights(-np.outer(steps, rates))
         weights = -(lasts @ gains)

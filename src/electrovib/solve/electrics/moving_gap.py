@@ -37,7 +37,7 @@ TOLERANCE = 1e-8
 MOST_HALVINGS = 4
 _ORDER = 3
 """Order that the error estimate assumes; the method has order 5, less under fast modes."""
-_NUMBERS_AT_ONCE = 1 << 22
+_NUMBERS_AT_ONCE = 1 << 18
 
 
 def move_gap(
@@ -168,9 +168,9 @@ def _march(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance)
     if space.resistance > 0:
         jumps[-1] = 1.0
     states[0] = state = state + jumps * heights[0]
-    meter = Meter("the moving gap", end=float(grid[-1]))
+    meter = Meter("the moving gap", end=float(grid[-1]), held=(14 + 4 * size) * len(grid))
     for first in range(0, len(grid) - 1, chunk):
-        meter.count(float(grid[first]), held=(14 + 4 * size) * len(grid))
+        meter.count(float(grid[first]))
         piece = grid[first : first + chunk + 1]
         carried, added = _carry(space, plate, piece, motion)
         for index in range(len(piece) - 1):

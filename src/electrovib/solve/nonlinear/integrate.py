@@ -159,7 +159,8 @@ def _leg(
     )
     for piece in taken:
         before, after, before_state = bounds[-1], piece.end, state
-        meter.count(after, held=HELD * len(state) * len(pieces))
+        meter.held = HELD * len(state) * len(pieces)
+        meter.count(after)
         fall = first_fall(system, piece, piece.state, mode, before=before, after=after)
         if fall is None:
             pieces.append(piece)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.allowance import megabytes
-from electrovib.core.budget import Meter, Work, refuse_beyond
+from electrovib.core.budget import Meter, Work, measured, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.data.lock import HeldError, held
 from electrovib.study.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
@@ -59,6 +59,7 @@ class StudyCancelledError(ElectrovibError):
     """A study that its caller has ended; what is stored can be continued."""
 
 
+@measured()
 def study(
     scenario: Source,
     space: SpaceSource,
@@ -260,13 +261,13 @@ def _tiles(
 ) -> Generator[Tile, None, None]:
     """Yield the tiles that follow the fingers that are known, in order; end once their computing time shows too much."""
     evaluator, start = collected.evaluator, collected.fingers
-    spent, total = 0.0, evaluator.declared.fingers
-    meter = Meter(
+    spent, count = 0.0, evaluator.declared.fingers - start
+    meter = Meter.of_cases(
         "this study",
-        of=f"{total:.3g} fingers",
-        begin=start,
-        end=total,
-        repeats=1,
+        f"{count:.3g} fingers",
+        count,
+        numbers=evaluator.numbers,
+        held=2.0 * min(BLOCK, count) * evaluator.numbers,
         remedy=_FEWER,
         seconds=lambda: spent,
     )
@@ -278,4 +279,4 @@ def _tiles(
     for tile in tiles:
         yield tile
         spent += tile.seconds
-        meter.count(tile.stop)
+        meter.count(tile.stop - start)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.budget import Meter, measured
+from electrovib.core.budget import BudgetError, Meter, measured
 from electrovib.core.changes import stored_changes, with_current_names
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
 from electrovib.core.numbers import with_numbers
@@ -125,7 +125,8 @@ def sweep_cases(
             cases.append(_solved(point, together, done, asked, records=records))
         except ElectrovibError as error:
             where = f" (at {_words(_units(scenario, axes), point)})" if point else ""
-            raise InputError(problem.followed_by(where) for problem in error.problems) from None
+            kind = BudgetError if isinstance(error, BudgetError) else InputError
+            raise kind(problem.followed_by(where) for problem in error.problems) from None
     return Cases(scenario, axes, asked, cases)
 
 
