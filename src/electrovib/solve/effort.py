@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.budget import SHORTER, Work, refuse_beyond
+from electrovib.core.budget import Work, refuse_beyond
 from electrovib.physics.drive.parts import Chirped, Smooth, Tones
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.friction import BristleFriction
@@ -15,6 +15,7 @@ from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times
 from electrovib.solve.electrics.formulas import RADIANS_PER_STEP
 from electrovib.solve.mechanics.friction_chain import FORGOTTEN, MOST
 from electrovib.solve.mechanics.mechanical import slowest_rates
+from electrovib.solve.meter import SHORTER
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final, Self
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.budget import measured
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
@@ -23,6 +22,7 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.expanded import Expanded
+from electrovib.solve.meter import measured
 from electrovib.solve.quantities.answer import declared_mean_squares
 from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import FieldOf

@@ -10,16 +10,15 @@ from electrovib.core.amounts import duration
 from electrovib.core.budget import (
     Budget,
     BudgetError,
-    Meter,
     Work,
     allowed,
     budget,
     listening,
-    measured,
     read_budget,
     refuse_beyond,
 )
 from electrovib.core.errors import InputError
+from electrovib.solve.meter import Meter, measured
 
 
 def test_what_is_allowed_holds_within_the_block_and_the_thread():
@@ -102,7 +101,7 @@ def test_an_offer_is_enough():
 def clock(monkeypatch):
     """A clock that is set by hand."""
     moments = [0.0]
-    monkeypatch.setattr("electrovib.core.budget.clock", lambda: moments[0])
+    monkeypatch.setattr("electrovib.solve.meter.clock", lambda: moments[0])
 
     def spend(seconds):
         moments[0] += seconds

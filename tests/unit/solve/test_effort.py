@@ -79,7 +79,7 @@ def test_as_many_times_as_there_are_are_counted(changes):
 def clock(monkeypatch):
     """A clock on which a second passes whenever it is read."""
     ticks = itertools.count()
-    monkeypatch.setattr("electrovib.core.budget.clock", lambda: float(next(ticks)))
+    monkeypatch.setattr("electrovib.solve.meter.clock", lambda: float(next(ticks)))
 
 
 def test_a_march_ends_when_its_budget_is_spent(clock):
@@ -120,7 +120,7 @@ SINE = {"model": "Sine", "amplitude": 100, "frequency": 1e3}
 def test_what_repeats_is_ended_soon_with_what_the_whole_would_take(monkeypatch, changes, said):
     """Its first periods tell."""
     ticks = itertools.count()
-    monkeypatch.setattr("electrovib.core.budget.clock", lambda: next(ticks) / 16)
+    monkeypatch.setattr("electrovib.solve.meter.clock", lambda: next(ticks) / 16)
     with pytest.raises(BudgetError, match=said):
         ev.simulate(ev.load(PLATE, changes=changes))
     assert next(ticks) < 5000

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_RUN
-from electrovib.core.budget import budget, measured
+from electrovib.core.budget import budget
 from electrovib.solve.expanded import Expanded
+from electrovib.solve.meter import measured
 from electrovib.solve.simulate import Simulated, provenance
 
 if TYPE_CHECKING:

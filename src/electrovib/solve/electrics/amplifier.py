@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.electrics.gain_and_pole import Unlimited, refuse_amplified, without_limits
 from electrovib.solve.electrics.slewing import Course, Network
 from electrovib.solve.electrics.solution import LIMITED, PERIODIC, TRANSIENT, Solution
 from electrovib.solve.electrics.transient import how_it_begins
+from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.stretch import snapped
 
 if TYPE_CHECKING:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.solve.electrics.straight import chebyshev_rule, fading
+from electrovib.solve.meter import Meter
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

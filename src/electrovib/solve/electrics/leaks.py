@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.stack import pieces
@@ -25,6 +24,7 @@ from electrovib.solve.electrics.solution import LEAK, Solution
 from electrovib.solve.electrics.steps import jump_heights, step_grid
 from electrovib.solve.electrics.straight import straight_response
 from electrovib.solve.electrics.transient import transient
+from electrovib.solve.meter import Meter
 from electrovib.solve.recursion import hold_weights
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import FieldOf

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Tones
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.solution import MOVING_GAP, Solution
 from electrovib.solve.electrics.steps import jump_heights, smooth_grid, with_outputs
 from electrovib.solve.electrics.transient import transient
+from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.radau import NODES, WEIGHTS
 from electrovib.solve.stack.transfer import Transfer
 

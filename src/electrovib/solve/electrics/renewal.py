@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
 from electrovib.physics.circuit import Grounded
 from electrovib.solve.electrics.attraction import total_pull
@@ -20,6 +19,7 @@ from electrovib.solve.electrics.leaks import leaking_slab
 from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import RENEWAL, Solution
 from electrovib.solve.electrics.transient import transient
+from electrovib.solve.meter import Meter
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.solve.stack.transfer import Transfer

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
+from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.adaptive import adaptive_steps
 from electrovib.solve.nonlinear.collocation import Piece, even_steps
 from electrovib.solve.nonlinear.events import first_fall, land

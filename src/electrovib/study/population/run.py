@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.allowance import megabytes
-from electrovib.core.budget import Meter, Work, measured, refuse_beyond
+from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.data.lock import HeldError, held
+from electrovib.solve.meter import Meter, measured
 from electrovib.study.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
 from electrovib.study.population.files import written
 from electrovib.study.population.fingers import Collected, Evaluator

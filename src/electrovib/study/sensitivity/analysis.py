@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.budget import Meter, measured
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.scenario import Source, read_scenario
 from electrovib.scenario.space import SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
+from electrovib.solve.meter import Meter, measured
 from electrovib.solve.population.quantity import QuantityOfFingers
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities import read_name

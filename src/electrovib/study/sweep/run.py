@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.budget import BudgetError, Meter, measured
+from electrovib.core.budget import BudgetError
 from electrovib.core.changes import stored_changes, with_current_names
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
 from electrovib.core.numbers import with_numbers
@@ -20,6 +20,7 @@ from electrovib.core.units import expected, format_quantity, parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.effort import counted
+from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities import DEFAULTS, Together
 from electrovib.solve.simulate import simulate
 from electrovib.study.sweep.asked import Asked, read_quantities

@@ -30,8 +30,9 @@ from electrovib.apps.explorer.runner import (
 )
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
-from electrovib.core.budget import BudgetError, Meter, allowed
+from electrovib.core.budget import BudgetError, allowed
 from electrovib.core.errors import InputError
+from electrovib.solve.meter import Meter
 
 FIG6 = "vezzoli_2014/fig6"
 LONGEST = 60.0

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.mechanics.stick_slip.kinds import CompliantSlidingSkin
 from electrovib.solve.mechanics.stick_slip.skin_of import lifted, skin_of
@@ -18,6 +17,7 @@ from electrovib.solve.mechanics.stick_slip.sliding import (
     Slide,
     not_negative,
 )
+from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.integrate import MOST_EVENTS
 from electrovib.solve.nonlinear.radau import COEFFICIENTS, NODES, WEIGHTS
 

@@ -6,8 +6,9 @@ import functools
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.budget import BudgetError, allowed, budget, clock
+from electrovib.core.budget import BudgetError, allowed, budget
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.solve.meter import clock
 from electrovib.solve.prepare import Prepared
 from electrovib.study.sweep.felt import felt
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.budget import Meter, measured
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.scenario.space import read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.choice import chosen
 from electrovib.solve.effort import counted, last_time
+from electrovib.solve.meter import Meter, measured
 from electrovib.study.check import checked, declared_limits
 from electrovib.study.check.result import not_in_rows
 from electrovib.study.design.parameter.evaluation import Evaluation

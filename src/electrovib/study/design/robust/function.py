@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.budget import Meter, measured
 from electrovib.core.errors import InputError, Problem, gathered
 from electrovib.scenario.space import read_space
 from electrovib.scenario.space.counter import checked_seed
+from electrovib.solve.meter import Meter, measured
 from electrovib.study.check import declared_limits
 from electrovib.study.design.parameter.wanted import BetweenSource, read_wanted
 from electrovib.study.design.robust.intervals import MOST_VALUES, by_gain, by_solution
