@@ -1,4 +1,4 @@
-"""The computing time and memory that a computation may use: estimated before it begins, refused beyond the budget."""
+"""The computing time and memory that a computation may use: counted before it begins, and measured while it runs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
-from typing import Final, NoReturn
+from typing import Final
 
 from electrovib.core.allowance import megabytes
 from electrovib.core.amounts import _MEMORY, _MORE, _bytes, _positive, _seconds, duration
@@ -14,6 +14,8 @@ from electrovib.core.errors import InputError
 
 _NOBODY_WAITS: Final = 7 * 86400.0
 _NOBODY_HAS: Final = 1e12
+_NUMBER: Final = 3e-8
+"""Computing time of a number, about [s]: by it counts are refused before anything is measured."""
 
 
 class BudgetError(InputError):
@@ -30,7 +32,7 @@ class Budget:
 
 @dataclass(frozen=True, kw_only=True)
 class Work:
-    """One part of a computation, estimated before it begins.
+    """One part of a computation.
 
     `what` says what is computed, with its count (``"1e+08 output times"``), and `remedy` what reduces it, as
     an instruction to the user (``"ask for fewer time.samples"``). `time` [s]; `memory` [bytes] is what is
@@ -42,10 +44,16 @@ class Work:
     memory: float
     remedy: str
 
+    @classmethod
+    def counted(cls, what: str, numbers: float, *, remedy: str, held: float | None = None) -> Work:
+        """Return the work of so many numbers, of which so many are held at once, by default all."""
+        memory = 8.0 * (numbers if held is None else held)
+        return cls(what=what, time=_NUMBER * numbers, memory=memory, remedy=remedy)
+
 
 _DEFAULT: Final = Budget()
 _ALLOWED: ContextVar[Budget] = ContextVar("allowed", default=_DEFAULT)
-_LISTENER: ContextVar[Callable[[float], None] | None] = ContextVar("listener", default=None)
+LISTENER: ContextVar[Callable[[float], None] | None] = ContextVar("listener", default=None)
 
 
 def allowed() -> Budget:
@@ -76,8 +84,9 @@ def budget(*, time: float | str | None = None, memory: float | str | None = None
 
     Notes
     -----
-    The estimate counts output times, corners and cycles of the drive, and time steps, each with its computing time on a
-    common computer: the same scenario is refused or accepted on every machine.
+    What is counted beforehand is refused before a computation begins: output times, corners of the drive, numbers to be
+    held. The computing time of everything else is measured: time stepping ends at the budget, and sweeps, studies,
+    sensitivities and designs once their first cases show that all would exceed it.
     """
     chosen = _ALLOWED.get()
     if time is not None:
@@ -111,11 +120,17 @@ def refuse_beyond(works: Sequence[Work], *, what: str = "this run") -> None:
     """Refuse a computation whose estimate exceeds the budget; times of `works` add up, and the largest memory counts."""
     limit = allowed()
     time, memory = sum(work.time for work in works), max((work.memory for work in works), default=0.0)
-    if time <= limit.time and memory <= limit.memory:
-        return
+    if time > limit.time or memory > limit.memory:
+        raise too_much(works, what)
+
+
+def too_much(works: Sequence[Work], what: str) -> BudgetError:
+    """Return the error for a computation beyond the budget: time, memory, the part to which it is due, what helps."""
+    limit = allowed()
+    time, memory = sum(work.time for work in works), max(work.memory for work in works)
     late, large = time > limit.time, memory > limit.memory
     over = max(works, key=lambda work: max(late * work.time / limit.time, large * work.memory / limit.memory))
-    raise BudgetError(
+    return BudgetError(
         f"{what} would take about {duration(time)} and {megabytes(memory)}, for {over.what}; allowed are"
         f" {duration(limit.time)} and {megabytes(limit.memory)}. {_advice(over.remedy, time, memory)}"
     )
@@ -139,53 +154,11 @@ def _advice(remedy: str, time: float, memory: float) -> str:
     return f"{advice}, or allow more: electrovib --budget '{option}' ..., or electrovib.budget({arguments}) in Python"
 
 
-class Meter:
-    """Counter of time steps whose number is not known beforehand; it ends the time stepping beyond the budget.
-
-    The time stepping ends at `end` [s]; one step takes a computing time of about `each` [s]. `what` and
-    `remedy` are as in `Work`.
-    """
-
-    def __init__(self, what: str, *, end: float, each: float, remedy: str) -> None:
-        self.what, self.end, self.each, self.remedy = what, end, each, remedy
-        self.steps = 0
-        self._most = allowed().time / each
-        self._listener = _LISTENER.get()
-
-    def count(self, now: float, *, steps: int = 1) -> None:
-        """Count further steps, of which the last has reached the time `now` [s]; refuse to go on beyond the budget."""
-        self.steps += steps
-        share = now / self.end if self.end else 1.0
-        if self._listener is not None:
-            self._listener(share)
-        if self.steps > self._most:
-            whole = self.steps * self.each / max(share, 1e-12)
-            self._refuse(
-                f"took {self.steps} steps, about {duration(self.steps * self.each)} of computing time, up to {share:.1%} of"
-                f" {self.end:.6g} s; the whole would take about {duration(whole)}",
-                whole,
-            )
-
-    def expect(self, steps: int) -> None:
-        """Count the steps of a whole time stepping before they are made."""
-        self.steps += steps
-        if self.steps > self._most:
-            whole = self.steps * self.each
-            self._refuse(
-                f"needs {self.steps} steps up to {self.end:.6g} s to be accurate, about {duration(whole)} of computing time",
-                whole,
-            )
-
-    def _refuse(self, found: str, whole: float) -> NoReturn:
-        limit = duration(allowed().time)
-        raise BudgetError(f"{self.what} {found}; allowed are {limit}. {_advice(self.remedy, whole, 0.0)}")
-
-
 @contextmanager
 def listening(listener: Callable[[float], None] | None) -> Iterator[None]:
     """Report the progress of time stepping in the block to a listener, as the fraction that is done, 0 to 1."""
-    token = _LISTENER.set(listener)
+    token = LISTENER.set(listener)
     try:
         yield
     finally:
-        _LISTENER.reset(token)
+        LISTENER.reset(token)

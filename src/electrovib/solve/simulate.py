@@ -22,6 +22,7 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.expanded import Expanded
+from electrovib.solve.meter import measured
 from electrovib.solve.quantities.answer import declared_mean_squares
 from electrovib.solve.stack.expand import phasors
 from electrovib.solve.stack.keys import FieldOf
@@ -67,7 +68,8 @@ def simulate(
         If the force law does not find the layers it needs, models cannot be combined, or the scenario does not have a
         requested signal.
     BudgetError
-        If the run would take more time or memory than `electrovib.budget` allows; raised before any computation.
+        If the run would take more time or memory than `electrovib.budget` allows: before any computation as far as
+        that can be counted, and as soon as the budget is spent.
 
     Notes
     -----
@@ -78,7 +80,7 @@ def simulate(
     scenario = read_scenario(scenario)
     _refuse_unknown(signals)
     expanded = Expanded(scenario, None if time is None else np.asarray(time, dtype=float))
-    with beside(len(expanded.times), functools.partial(provenance, scenario)) as stated:
+    with measured(), beside(len(expanded.times), functools.partial(provenance, scenario)) as stated:
         found = Simulated.of(expanded)
         origin = stated()
     return found.trace(origin, signals=signals)

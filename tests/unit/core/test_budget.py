@@ -1,4 +1,4 @@
-"""What a computation may take: read, estimated, refused beyond, with what would help."""
+"""What a computation may take: read, counted, measured, refused beyond, with what would help."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from electrovib.core.amounts import duration
 from electrovib.core.budget import (
     Budget,
     BudgetError,
-    Meter,
     Work,
     allowed,
     budget,
@@ -19,6 +18,7 @@ from electrovib.core.budget import (
     refuse_beyond,
 )
 from electrovib.core.errors import InputError
+from electrovib.solve.meter import Meter, measured
 
 
 def test_what_is_allowed_holds_within_the_block_and_the_thread():
@@ -97,38 +97,115 @@ def test_an_offer_is_enough():
         refuse_beyond(works)
 
 
-def test_a_march_ends_when_its_steps_take_too_long():
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that is set by hand."""
+    moments = [0.0]
+    monkeypatch.setattr("electrovib.solve.meter.clock", lambda: moments[0])
+
+    def spend(seconds):
+        moments[0] += seconds
+
+    return spend
+
+
+def test_a_march_ends_when_the_budget_is_spent(clock):
     with budget(time=1.0):
-        meter = Meter("the march", end=2.0, each=1e-3, remedy="march less")
-    for step in range(1000):
-        meter.count(step * 1e-3)
-    with pytest.raises(BudgetError) as told:
+        meter = Meter("the march", end=2.0, remedy="march less")
+    for step in range(100):
+        clock(1 / 128)
+        meter.count(step * 0.01)
+    clock(0.25)
+    with pytest.raises(BudgetError) as told, budget(time=1.0):
         meter.count(1.0)
-    assert str(told.value).startswith(
-        "the march took 1001 steps, about 1 s of computing time, up to 50.0% of 2 s; the whole would take about 2 s; allowed"
+    assert str(told.value) == (
+        "the march would take about 2.1 s and 0 MB, for 2 s, of which 50 % took 1 s; allowed are 1 s and 4 GB. March less,"
+        " or allow more: electrovib --budget '3.1 s' ..., or electrovib.budget(time='3.1 s') in Python"
     )
 
 
-def test_a_march_that_is_known_beforehand_is_refused_before_it():
+def test_a_march_ends_when_it_holds_too_much(clock):
+    with budget(memory=8e3):
+        meter = Meter("the march", end=2.0, held=1000, remedy="march less")
+        meter.count(0.5)
+        meter.held += 1
+        with pytest.raises(BudgetError, match=r"0.00801 MB, for 2 s, of which 30 % took .*March less"):
+            meter.count(0.6)
+
+
+def test_meters_of_one_computation_share_its_budget(clock):
     with budget(time=1.0):
-        meter = Meter("the march", end=2.0, each=1e-3, remedy="march less")
-    meter.expect(400)
-    meter.expect(600)
-    with pytest.raises(
-        BudgetError, match=r"the march needs 1200 steps up to 2 s to be accurate, about 1.2 s of comp"
-    ):
-        meter.expect(200)
+        with measured():
+            clock(0.75)
+            with measured():
+                meter = Meter("the march", end=2.0, remedy="march less")
+            clock(0.5)
+            with budget(time=1.0):
+                Meter("another computation", end=2.0).count(1.0)
+            with pytest.raises(BudgetError, match=r"would take about 1\.8 s"):
+                meter.count(1.0)
+        Meter("the next computation", end=2.0).count(1.0)
 
 
-def test_a_march_tells_how_far_it_is():
-    heard = []
+def test_alike_parts_show_soon_what_the_whole_takes(clock):
+    """The quickest tells; what precedes the first, such as compiling, is no part of it."""
+    with budget(time=100.0):
+        meter = Meter.of_cases("this sweep", "1000 cases", 1000, numbers=10, remedy="sweep less")
+        meter.count(0)
+        clock(20.0)
+        meter.count(1)
+        clock(1.0)
+        with pytest.raises(
+            BudgetError, match=r"this sweep would take about 17 min .*1000 cases, of which 0.2 % took 21 s"
+        ):
+            meter.count(2)
+        meter = Meter.of_cases("this sweep", "1000 cases", 1000, numbers=10, remedy="sweep less")
+        clock(20.0)
+        meter.count(1)
+        for done in range(2, 1000):
+            clock(1 / 16)
+            meter.count(done)
+
+
+def test_a_batch_of_cases_is_no_slow_case(clock):
+    """All cases of a batch are computed with its first one."""
+    with budget(time=100.0):
+        meter = Meter.of_cases("this sweep", "500 cases", 500, numbers=10, remedy="sweep less")
+        for done in range(500):
+            meter.count(done)
+            clock(20.0 if done % 250 == 0 else 0.0)
+
+
+def test_time_stepping_that_spends_the_budget_of_all_cases_names_them(clock):
+    with budget(time=10.0), measured():
+        cases = Meter.of_cases("this sweep", "8 cases", 8, numbers=10, remedy="sweep less")
+        clock(6.0)
+        cases.count(2)
+        clock(6.0)
+        with pytest.raises(
+            BudgetError, match=r"this sweep would take about 48 s .*8 cases, of which 25 % took 12 s.*Sweep"
+        ):
+            Meter("the march", end=1.0).count(0.5)
+
+
+def test_cases_that_the_memory_does_not_hold_are_refused_at_once():
+    with pytest.raises(BudgetError, match=r"8e\+03 TB, for 1e15 cases"):
+        Meter.of_cases("this sweep", "1e15 cases", 10**15, numbers=1, remedy="sweep less")
+
+
+def test_a_meter_tells_how_far_it_is():
+    heard, told = [], []
     with listening(heard.append):
-        meter = Meter("the march", end=4.0, each=1e-3, remedy="march less")
+        meter = Meter("the march", end=4.0)
         with listening(None):
-            Meter("another", end=1.0, each=1e-3, remedy="march less").count(0.5)
+            Meter("another", end=1.0).count(0.5)
     meter.count(1.0)
     meter.count(4.0)
     assert heard == [0.25, 1.0]
+    Meter.of_cases("this sweep", "4 cases", 4, numbers=1, remedy="").reporting(lambda *at: told.append(at))(
+        1, 4
+    )
+    assert told == [(1, 4)]
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import sobol_indices
 
 import electrovib as ev
-from electrovib.core.budget import BudgetError
+from electrovib.core.budget import BudgetError, budget
 from electrovib.core.errors import InputError
 from electrovib.scenario.distributions import Normal, Uniform
 from electrovib.scenario.space import Group, Grouping, Space
@@ -227,9 +227,10 @@ def test_values_that_are_not_finite_are_refused_with_a_draw():
         sobol(LINEAR, lambda at: np.where(at["a"] < 0, np.nan, 1.0), n=4096, seed=1)
 
 
-def test_more_evaluations_than_the_budget_allows_are_refused_before_the_first():
-    with pytest.raises(BudgetError, match="Choose a smaller n"):
-        ev.sensitivity(STATIC, LOG_NORMAL, quantity="peak electrostatic_force", n=2**20, seed=1)
+def test_more_evaluations_than_the_budget_allows_are_refused_as_soon_as_it_shows():
+    for n, said in ((2**30, "4294967296 evaluations; .*"), (2**18, "1048576 evaluations, of which .*")):
+        with budget(time=5.0), pytest.raises(BudgetError, match=f"for {said}Choose a smaller n"):
+            ev.sensitivity(STATIC, LOG_NORMAL, quantity="peak electrostatic_force", n=n, seed=1)
 
 
 def test_progress_counts_every_evaluation(monkeypatch):

@@ -41,7 +41,7 @@ def command(
         typer.Option(
             metavar="TIME,MEMORY",
             envvar="ELECTROVIB_BUDGET",
-            help="Time and memory a computation may use, '1 h, 8 GB'; more is refused before it begins. Default: 10 min, 4 GB.",
+            help="Time and memory a computation may use, '1 h, 8 GB'; more is refused. Default: 10 min, 4 GB.",
         ),
     ] = None,
 ) -> None:

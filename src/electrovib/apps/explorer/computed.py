@@ -11,6 +11,7 @@ import numpy as np
 from electrovib.apps.explorer.limits import LARGEST_RUN, LONGEST_RUN
 from electrovib.core.budget import budget
 from electrovib.solve.expanded import Expanded
+from electrovib.solve.meter import measured
 from electrovib.solve.simulate import Simulated, provenance
 
 if TYPE_CHECKING:
@@ -59,9 +60,9 @@ class Computed:
 
 
 def compute(scenario: Scenario, *, longest: float = LONGEST_RUN) -> Computed:
-    """Simulate a scenario within the time and memory that a page allows; a run that would take more is refused.
+    """Simulate a scenario within the time and memory that a page allows; a run that takes more is refused or ended.
 
-    `longest` is the largest estimated time [s].
+    `longest` is the largest computing time [s].
     """
-    with budget(time=longest, memory=LARGEST_RUN):
+    with budget(time=longest, memory=LARGEST_RUN), measured():
         return Computed(scenario, Simulated.of(Expanded(scenario)))

@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.costs import LIMIT_WINDOW, SHORTER, limit_look
 from electrovib.solve.electrics.gain_and_pole import Unlimited, refuse_amplified, without_limits
 from electrovib.solve.electrics.slewing import Course, Network
 from electrovib.solve.electrics.solution import LIMITED, PERIODIC, TRANSIENT, Solution
 from electrovib.solve.electrics.transient import how_it_begins
+from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.electrics import snapped
 
 if TYPE_CHECKING:
@@ -43,8 +42,6 @@ _ROUNDED: Final = 256
 """Roundings of a current that do not count as a change; those of the phase of an oscillation are added."""
 _SLACK: Final = 1e-6
 """Share of a limit up to which an excess of a current that has just left the limit counts as rounding."""
-_FORESEEN: Final = 300
-"""Number of changes after which the duration of the rest is predicted."""
 _CLOSER: Final = 32
 """Additional checks between two, where a current may be larger than at either and beyond its limit."""
 PER_CYCLE: Final = 64
@@ -280,7 +277,6 @@ class LimitedMarch:
         self.plate = LimitedPlate(transfers, amplifier, drive, end)
         self.gains = {name: self._spread(transfer) for name, transfer in transfers.items()}
         self.looks = LimitLooks(drive, end)
-        self.beside = int(LIMIT_WINDOW / limit_look(len(self.plate.rates)))
         self.corners = frozenset(self.looks.corners.tolist())
         self.kinks: list[float] = []
 
@@ -294,11 +290,8 @@ class LimitedMarch:
     def run(self, time: Real) -> tuple[dict[str, Real], list[float]]:
         """Compute the wanted quantities from rest at times (n,) [s], and the times of the changes [s]."""
         found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
-        each, self.kinks = limit_look(len(self.plate.rates)), []
-        meter = functools.partial(
-            Meter, "the amplifier with limits", end=self.looks.end, each=each, remedy=SHORTER
-        )
-        self.meter = meter()
+        self.kinks, repeats = [], self.drive.period or np.inf
+        self.meter = Meter("the amplifier with limits", end=self.looks.end, repeats=repeats)
         wanted = snapped(time, self.looks.corners.tolist())
         none = np.zeros(0)
         nothing, states = Course(none, none, none), np.zeros(len(self.plate.rates))
@@ -316,8 +309,6 @@ class LimitedMarch:
             self.kinks.append(stop)
             if following.mode != span.mode:
                 changes.append(stop)
-                if len(changes) == _FORESEEN:
-                    meter().expect(int(self.meter.steps / max(stop / self.looks.end, 1e-9)))
             at_once = at_once + 1 if stop <= span.start else 0
             if len(changes) > MOST_CHANGES or at_once > MOST_AT_ONCE:
                 most = f"{MOST_AT_ONCE} times at" if at_once else f"{MOST_CHANGES} times before"
@@ -329,7 +320,7 @@ class LimitedMarch:
         seen = np.array([span.start])
         for window in self.looks.after(span.start):
             last = float(window[-1]) if len(window) else span.start
-            self.meter.count(last, steps=len(window) + self.beside)
+            self.meter.count(last)
             looks, values = self._watched(span, np.concatenate([seen, window]))
             for place in np.flatnonzero(np.min(values[:, 1:], axis=0) < 0) + 1:
                 when = float(looks[place])

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.solve.electrics.straight import chebyshev_rule, fading
+from electrovib.solve.meter import Meter
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -133,7 +134,9 @@ def smooth_states(part: Smooth, rates: Real, times: Real) -> Real:
     grid = _grid(part, times)
     wanted = np.searchsorted(grid, times)
     found, state = np.zeros((len(rates), len(times))), np.zeros(len(rates))
+    meter = Meter("the drive, a formula,", end=float(grid[-1]))
     for first in range(0, len(grid) - 1, _STEPS_AT_ONCE):
+        meter.count(float(grid[first]))
         piece = grid[first : first + _STEPS_AT_ONCE + 1]
         states = _march_steps(part, rates, piece, state)
         here = slice(*np.searchsorted(wanted, [first, first + len(piece)]))

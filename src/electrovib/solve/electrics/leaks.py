@@ -9,22 +9,22 @@ extrapolated from the last two step sizes, which makes it a hundred times better
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.stack import pieces
-from electrovib.solve.costs import SHORTER, leak_step
 from electrovib.solve.electrics.gain_and_pole import amplified, refuse_amplified
 from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import LEAK, Solution
 from electrovib.solve.electrics.steps import jump_heights, step_grid
 from electrovib.solve.electrics.straight import straight_response
 from electrovib.solve.electrics.transient import transient
+from electrovib.solve.meter import Meter
 from electrovib.solve.recursion import hold_weights
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import FieldOf
@@ -47,7 +47,9 @@ if TYPE_CHECKING:
 TOLERANCE = 2e-5
 """Error of the layer's field over its largest value, before extrapolation, at which the steps are fine enough."""
 MOST_HALVINGS = 4
-_CHUNK = 1 << 14
+HELD = 14
+"""Numbers that are held for each step."""
+_CHUNK = 1 << 12
 _ROUNDING = 16 * float(np.finfo(float).eps)
 _ROOT = float(np.sqrt(np.finfo(float).eps)) / 4
 
@@ -193,15 +195,10 @@ def leaky_response(
     Steps are halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
     """
     grid = step_grid(drive, time, driven[control], leaking[control], leak=leak)
-    meter = Meter(
-        "the leaking layer", end=float(time[-1]), each=leak_step(len(driven[control].rates)), remedy=SHORTER
-    )
-    meter.expect(len(grid))
     coarse = follow(driven[control], leaking[control], drive, grid, leak=leak)
     fine, error = coarse, 0.0
     for _ in range(MOST_HALVINGS):
         coarse = fine
-        meter.expect(2 * len(grid))
         grid = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
         fine = follow(driven[control], leaking[control], drive, grid, leak=leak)
         error = fine.distance(coarse)
@@ -265,7 +262,10 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
     after[0] = free[0]
     flow_after[0] = leak.current_density(free[0])
     state, density, field, trend = np.zeros(len(rates)), float(flow_after[0]), float(after[0]), 0.0
+    repeats = drive.period or math.inf
+    meter = Meter("the leaking layer", end=float(grid[-1]), repeats=repeats, held=HELD * len(grid))
     for begin in range(0, len(grid) - 1, _CHUNK):
+        meter.count(float(grid[begin]))
         steps = np.diff(grid[begin : begin + _CHUNK + 1])
         decays, firsts, lasts = hold_weights(-np.outer(steps, rates))
         weights = -(lasts @ gains)

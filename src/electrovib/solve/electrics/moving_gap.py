@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.costs import SHORTER, gap_step
 from electrovib.solve.electrics.solution import MOVING_GAP, Solution
 from electrovib.solve.electrics.steps import jump_heights, smooth_grid, with_outputs
 from electrovib.solve.electrics.transient import transient
+from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.radau import NODES, WEIGHTS
 from electrovib.solve.stack.transfer import Transfer
 
@@ -37,7 +36,7 @@ TOLERANCE = 1e-8
 MOST_HALVINGS = 4
 _ORDER = 3
 """Order that the error estimate assumes; the method has order 5, less under fast modes."""
-_NUMBERS_AT_ONCE = 1 << 22
+_NUMBERS_AT_ONCE = 1 << 18
 
 
 def move_gap(
@@ -88,12 +87,9 @@ def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -
 
 def _fine_enough(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> tuple[Real, float]:
     """Halve all steps until the error of the gap's field is small; return the steps and that error."""
-    meter = Meter("the moving gap", end=float(grid[-1]), each=gap_step(space.size), remedy=SHORTER)
-    meter.expect(len(grid))
     coarse = _field(space, plate, grid, _march(space, plate, grid, motion), motion)
     error = 0.0
     for _ in range(MOST_HALVINGS if len(grid) > 1 else 0):
-        meter.expect(2 * len(grid))
         finer = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
         fine = _field(space, plate, finer, _march(space, plate, finer, motion), motion)
         largest = float(np.max(np.abs(fine))) or 1.0
@@ -171,7 +167,9 @@ def _march(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance)
     if space.resistance > 0:
         jumps[-1] = 1.0
     states[0] = state = state + jumps * heights[0]
+    meter = Meter("the moving gap", end=float(grid[-1]), held=(14 + 4 * size) * len(grid))
     for first in range(0, len(grid) - 1, chunk):
+        meter.count(float(grid[first]))
         piece = grid[first : first + chunk + 1]
         carried, added = _carry(space, plate, piece, motion)
         for index in range(len(piece) - 1):

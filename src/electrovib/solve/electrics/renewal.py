@@ -18,6 +18,7 @@ from electrovib.solve.electrics.leaks import leaking_slab
 from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import RENEWAL, Solution
 from electrovib.solve.electrics.transient import transient
+from electrovib.solve.meter import Meter
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.solve.stack.transfer import Transfer
@@ -114,7 +115,15 @@ def mean_over_contact(
     over = Renewal.over(length)
     many = max(1, _AT_ONCE // len(over.places))
     means: dict[Any, list[Real]] = {}
+    meter = Meter(
+        "the response of each place of the film",
+        of=f"{len(over.places)} places at {len(time):.3g} times",
+        end=len(time),
+        repeats=many,
+        remedy="ask for fewer time.samples, or choose a shorter time.duration",
+    )
     for first in range(0, len(time), many):
+        meter.count(first)
         places = renewed(transfers, drive, time[first : first + many], motion=motion, renewal=over)
         for name, rows in read(places).items():
             means.setdefault(name, []).append(np.stack([over.weights, over.coarse]) @ rows)

@@ -9,7 +9,6 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.physics.interface import INTERFACE
-from electrovib.solve.costs import March, gap_step, leak_step, limit_look, radau_step
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, Key
@@ -47,18 +46,19 @@ class Method:
         Name in the Trace.
     by_modes : bool
         Whether the response at any time follows from the modes of the stack at little cost, and is linear in the drive.
-    march : March, optional
-        Cost of the steps of a time integration; a second evaluation then costs as much as the first.
+    is_marched : bool
+        Whether it integrates over time steps; a second evaluation then takes as long as the first.
+    numbers : int
+        Numbers that such a method computes at least after each corner of the drive and in each of its cycles.
+    holds_steps : bool
+        Whether it holds these numbers for all steps at once.
     """
 
     name: str
     by_modes: bool = False
-    march: March | None = None
-
-    @property
-    def is_marched(self) -> bool:
-        """Whether the method integrates over time steps."""
-        return self.march is not None
+    is_marched: bool = False
+    numbers: int = 0
+    holds_steps: bool = False
 
 
 TRANSIENT: Final = Method(name="transient", by_modes=True)
@@ -67,25 +67,10 @@ CURRENT_DRIVE: Final = Method(name="current drive", by_modes=True)
 ONE_SINE: Final = Method(name="one sine", by_modes=True)
 RENEWAL: Final = Method(name="renewal")
 """A mean over places, each with a modal response; not linear where it is the mean of a square."""
-LEAK: Final = Method(
-    name="nonlinear branch",
-    march=March(name="the leaking layer", step=leak_step, at_corner=500, in_cycle=400, for_sample=7),
-)
-MOVING_GAP: Final = Method(
-    name="moving gap",
-    march=March(name="the moving gap", step=gap_step, at_corner=1000, in_cycle=400, for_sample=1),
-)
-LIMITED: Final = Method(
-    name="amplifier",
-    march=March(
-        name="the amplifier with limits", step=limit_look, at_corner=75, in_cycle=64, for_sample=0, numbers=0
-    ),
-)
-"""The cost holds as long as no limit is met; the time integration adds the cost of every change as it occurs."""
-NONLINEAR: Final = Method(
-    name="nonlinear",
-    march=March(name="the nonlinear equations", step=radau_step, at_corner=300, in_cycle=25, for_sample=0),
-)
+LEAK: Final = Method(name="nonlinear branch", is_marched=True, numbers=7000, holds_steps=True)
+MOVING_GAP: Final = Method(name="moving gap", is_marched=True, numbers=14_000, holds_steps=True)
+LIMITED: Final = Method(name="amplifier", is_marched=True, numbers=500)
+NONLINEAR: Final = Method(name="nonlinear", is_marched=True, numbers=400)
 
 
 @dataclass(frozen=True, kw_only=True)

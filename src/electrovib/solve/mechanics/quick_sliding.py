@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
 from electrovib.physics.friction import bristle
-from electrovib.solve.costs import BRISTLE_STEP, SHORTER
 from electrovib.solve.mechanics import compiled_step
 from electrovib.solve.mechanics.compiled_step import (
     DEFLECTION,
@@ -33,6 +31,7 @@ from electrovib.solve.mechanics.compiled_step import (
 )
 from electrovib.solve.mechanics.skin import lifted, skin_of
 from electrovib.solve.mechanics.sliding import DEAD_BAND, KINDS, SMALLEST, TOLERANCE, Slide, not_negative
+from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.integrate import MOST_EVENTS
 from electrovib.solve.nonlinear.radau import COEFFICIENTS, NODES, WEIGHTS
 
@@ -385,12 +384,10 @@ def _marched(
     memory[DIRECTION] = memory[SIDE] = 1.0
     method = RadauNumbers(NODES, WEIGHTS, COEFFICIENTS)
     memory[STATUS] = GOES_ON
-    meter = Meter("a friction with bristles", end=float(times[-1]), each=BRISTLE_STEP, remedy=SHORTER)
+    meter = Meter("a friction with bristles", end=float(times[-1]))
     while memory[STATUS] == GOES_ON:
-        steps, asked = int(memory[STEPS]), int(memory[ASKED])
         march(times, state, *given, method, memory, (moments, kinds), (states, directions))
-        made, evaluated = int(memory[STEPS]) - steps, int(memory[ASKED]) - asked
-        meter.count(float(memory[NOW]), steps=max(made, evaluated // ASKED_IN_STEP))
+        meter.count(float(memory[NOW]))
     if memory[STATUS] == UNSOLVED:
         raise ElectrovibError(f"the equations could not be solved beyond {memory[NOW]:.6g} s")
     if memory[STATUS] == CHATTERS:

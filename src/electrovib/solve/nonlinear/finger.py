@@ -6,6 +6,7 @@ with adaptive steps that locates every kink. The fast solvers are tested against
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -288,7 +289,7 @@ def follow_finger(
     )
     state, mode = system.begin()
     outputs = snapped(times, system.breaks(float(times[-1])))
-    solved = integrate(system, state, mode, outputs, tolerance=tolerance)
+    solved = integrate(system, state, mode, outputs, tolerance=tolerance, repeats=drive.period or math.inf)
     why = (
         "charges, polarisations and the moving gap as one stiff system from rest, Radau's method of order 5,"
         f" {solved.steps} steps, {len(solved.events)} events located"

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
-from electrovib.core.budget import Meter
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.costs import SHORTER, radau_step
+from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.radau import Piece, adaptive_steps, even_steps, steps_to
 
 if TYPE_CHECKING:
@@ -24,6 +24,8 @@ Mode: TypeAlias = tuple[int, ...]
 TOLERANCE = 1e-9
 """Local error of a step, relative, and absolute with respect to the scale of each state."""
 MOST_EVENTS = 100_000
+HELD = 30
+"""Numbers that are held for each state in each step up to the next break or event."""
 _APART = 1e-13
 """Least time between two events, as a share of the whole time."""
 _LOOKS = np.array([0.2, 0.4, 0.6, 0.8])
@@ -121,6 +123,7 @@ def integrate(
     *,
     tolerance: float = TOLERANCE,
     step: float | None = None,
+    repeats: float = math.inf,
 ) -> Solved:
     """Integrate a system from time 0 by Radau's implicit method of fifth order.
 
@@ -130,14 +133,13 @@ def integrate(
     up to a break the rate is evaluated at times before it. An event ends the step at its root: the root is found on
     the collocation polynomial, the shortened step is solved again, and its length is corrected until it ends at the
     root, so that kinks do not reduce the order. A mode that does not hold after a discontinuity ends there at once.
+    `repeats` is the period of what drives the system [s].
     """
     end = float(times[-1])
     states, modes = np.empty((len(state), len(times))), [mode] * len(times)
     stops = np.unique([0.0, *(b for b in system.breaks(end) if 0 < b < end), end])
     now, filled, steps, evaluations = 0.0, 0, 0, 0
-    meter = Meter(
-        f"Radau's method on {len(state)} equations", end=end, each=radau_step(len(state)), remedy=SHORTER
-    )
+    meter = Meter(f"Radau's method on {len(state)} equations", end=end, repeats=repeats)
     events: list[tuple[float, int]] = []
     state = system.jump(np.array(state, dtype=float), time=0.0)
     for stop in stops[1:].tolist():
@@ -242,6 +244,7 @@ def _leg(
     )
     for piece in taken:
         before, after, before_state = bounds[-1], piece.end, state
+        meter.held = HELD * len(state) * len(pieces)
         meter.count(after)
         fall = first_fall(system, piece, piece.state, mode, before=before, after=after)
         if fall is None:

@@ -13,8 +13,7 @@ from electrovib.core.allowance import megabytes
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.data.lock import HeldError, held
-from electrovib.solve.costs import CASE
-from electrovib.solve.effort import works
+from electrovib.solve.meter import Meter, measured
 from electrovib.study.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
 from electrovib.study.population.files import written
 from electrovib.study.population.fingers import Collected, Evaluator
@@ -50,8 +49,7 @@ _RATE: Final = 2e8
 """Signals that are written in a second, about [bytes/s]: what is computed as fast is not worth a checkpoint."""
 _LONGEST: Final = 60.0
 """Time after which a checkpoint is written however long it takes [s]."""
-_SAMPLE: Final = 3e-8
-"""Computing time of a sample of a finger in arrays, with its statistics [s]."""
+_FEWER: Final = "draw fewer fingers"
 _WORKER: Final = 4.0
 """Computing time until a worker process has started [s]."""
 _WORKER_MEMORY: Final = 2.5e8
@@ -62,6 +60,7 @@ class StudyCancelledError(ElectrovibError):
     """A study that its caller has ended; what is stored can be continued."""
 
 
+@measured()
 def study(
     scenario: Source,
     space: SpaceSource,
@@ -166,18 +165,13 @@ def _evaluator(declared: DeclaredStudy, where: dict[str, Any] | None) -> Evaluat
 
 
 def _refuse_large(evaluator: Evaluator, workers: int) -> None:
-    """Refuse a study that would exceed the budget, before anything is written or started."""
-    fingers, each = evaluator.declared.fingers, _SAMPLE * evaluator.numbers
-    if not evaluator.in_arrays:
-        axis = evaluator.axis if evaluator.declared.axis == "time" else None
-        each = CASE + sum(work.time for work in works(evaluator.declared.scenario, axis))
-    memory = 16.0 * min(BLOCK, fingers) * evaluator.numbers
+    """Refuse a study that by its count would exceed the budget, before anything is written or started."""
+    fingers, each = evaluator.declared.fingers, evaluator.numbers
+    held = 2.0 * min(BLOCK, fingers) * each
     of_workers = {"time": workers * _WORKER, "memory": workers * _WORKER_MEMORY}
     refuse_beyond(
         [
-            Work(
-                what=f"{fingers:.3g} fingers", time=fingers * each, memory=memory, remedy="draw fewer fingers"
-            ),
+            Work.counted(f"{fingers:.3g} fingers", fingers * each, held=held, remedy=_FEWER),
             Work(what=f"{workers} workers", **of_workers, remedy="start fewer workers"),
         ],
         what="this study",
@@ -266,10 +260,24 @@ def _report(progress: Progress | None, collected: Collected) -> None:
 def _tiles(
     collected: Collected, where: dict[str, Any] | None, progress: Progress | None
 ) -> Generator[Tile, None, None]:
-    """Yield the tiles that follow the fingers that are known, in order."""
+    """Yield the tiles that follow the fingers that are known, in order; end once their computing time shows too much."""
     evaluator, start = collected.evaluator, collected.fingers
+    spent, count = 0.0, evaluator.declared.fingers - start
+    meter = Meter.of_cases(
+        "this study",
+        f"{count:.3g} fingers",
+        count,
+        numbers=evaluator.numbers,
+        held=2.0 * min(BLOCK, count) * evaluator.numbers,
+        remedy=_FEWER,
+        seconds=lambda: spent,
+    )
     if where is None:
-        yield from tiles_of_process(evaluator, start, collected.rows)
+        tiles = tiles_of_process(evaluator, start, collected.rows)
     else:
         waiting = functools.partial(_report, progress, collected)
-        yield from tiles_of_cluster(evaluator, start, waiting=waiting, **where)
+        tiles = tiles_of_cluster(evaluator, start, waiting=waiting, **where)
+    for tile in tiles:
+        yield tile
+        spent += tile.seconds
+        meter.count(tile.stop - start)

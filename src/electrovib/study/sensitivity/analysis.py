@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.budget import Work, refuse_beyond
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.scenario import Source, read_scenario
 from electrovib.scenario.space import SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
-from electrovib.solve.costs import CASE, CASE_MEMORY
-from electrovib.solve.effort import last_time, works
+from electrovib.solve.meter import Meter, measured
 from electrovib.solve.population.quantity import QuantityOfFingers
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities import read_name
@@ -30,11 +28,11 @@ if TYPE_CHECKING:
 
 _STEP: Final = 1e-3
 """Relative change of a parameter for an elasticity; the error of the difference is of the order of its square."""
-_EVALUATION_TIMES: Final = 200
-_IN_ARRAYS: Final = 0.05
-"""Computing time of an evaluation in arrays over that of one by itself, at most."""
+_HELD: Final = 8
+"""Numbers that are held for each evaluation."""
 
 
+@measured()
 def analyse(
     scenario: Source,
     space: SpaceSource,
@@ -51,8 +49,15 @@ def analyse(
     seed = checked_seed(seed)
     check_power(n)
     many = QuantityOfFingers(base, found.paths, named)
-    _refuse_large(base, n * (len(found.inputs) + 2), in_arrays=many.in_arrays)
-    function = functools.partial(many, progress=progress)
+    count = n * (len(found.inputs) + 2)
+    meter = Meter.of_cases(
+        "this sensitivity analysis",
+        f"{count} evaluations",
+        count,
+        numbers=_HELD,
+        remedy="choose a smaller n",
+    )
+    function = functools.partial(many, progress=meter.reporting(progress))
     indices = sobol(found, function, n=n, seed=seed)
     return Sensitivity(
         scenario=base,
@@ -66,19 +71,6 @@ def analyse(
         elasticities=tuple(_elasticities(base, found, named.name)),
         sample=indices.sample,
     )
-
-
-def _refuse_large(scenario: Scenario, count: int, *, in_arrays: bool) -> None:
-    """Refuse more evaluations than the budget allows, before the first."""
-    each = works(scenario, np.linspace(0.0, last_time(scenario), _EVALUATION_TIMES))
-    time = (_IN_ARRAYS if in_arrays else 1.0) * (CASE + sum(work.time for work in each))
-    work = Work(
-        what=f"{count} evaluations",
-        time=count * time,
-        memory=CASE_MEMORY + 64.0 * count,
-        remedy="choose a smaller n",
-    )
-    refuse_beyond([work], what="this sensitivity analysis")
 
 
 def _ordered(space: Space, indices: Indices) -> tuple[InputIndices, ...]:

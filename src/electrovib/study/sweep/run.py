@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.budget import Work, refuse_beyond
+from electrovib.core.budget import BudgetError
 from electrovib.core.changes import stored_changes, with_current_names
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import expected, format_quantity, parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
-from electrovib.solve.costs import CASE, CASE_MEMORY
 from electrovib.solve.diagnostics.assumptions import sampling
-from electrovib.solve.effort import last_time, works
+from electrovib.solve.effort import counted
+from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities import DEFAULTS, Together
 from electrovib.solve.simulate import simulate
 from electrovib.study.sweep.asked import Asked, read_quantities
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
     import xarray
 
-LOOKS_OF_CASE: Final = 200
-"""Approximate number of times at which the solution of a case is evaluated, whatever its output times are."""
+CASE_NUMBERS: Final = 5000
+"""Numbers that a case takes at least, its scenario included."""
 MOST_PROBLEMS: Final = 10
 """Largest number of reported problems of cases that cannot be made."""
 
@@ -76,7 +76,8 @@ def sweep(
     InputError
         For every value out of range and every unknown quantity; for a case that cannot be solved, with its values.
     BudgetError
-        Before the first case, if all cases would take more time or memory than `electrovib.budget` allows.
+        If all cases would take more time or memory than `electrovib.budget` allows: before the first case as far as
+        that can be counted, and as soon as the first cases show it.
 
     Notes
     -----
@@ -98,6 +99,7 @@ class Cases:
     cases: list[Case]
 
 
+@measured()
 def sweep_cases(
     scenario: Source,
     over: Mapping[str, Sequence[float] | Real],
@@ -111,7 +113,7 @@ def sweep_cases(
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
     named, _ = with_current_names(scenario, over)
     axes = _numbers(scenario, named)
-    _refuse_large(scenario, axes, records=records)
+    report = _metered(scenario, axes, records=records).reporting(progress)
     points = [
         {path: float(value) for path, value in zip(axes, values, strict=True)}
         for values in itertools.product(*axes.values())
@@ -119,13 +121,13 @@ def sweep_cases(
     cases = []
     together = Together(_scenarios(scenario, points), asked.solved)
     for done, point in enumerate(points):
-        if progress is not None:
-            progress(done, len(points))
+        report(done, len(points))
         try:
             cases.append(_solved(point, together, done, asked, records=records))
         except ElectrovibError as error:
             where = f" (at {_words(_units(scenario, axes), point)})" if point else ""
-            raise InputError(problem.followed_by(where) for problem in error.problems) from None
+            kind = BudgetError if isinstance(error, BudgetError) else InputError
+            raise kind(problem.followed_by(where) for problem in error.problems) from None
     return Cases(scenario, axes, asked, cases)
 
 
@@ -133,24 +135,13 @@ def _units(scenario: Scenario, axes: Mapping[str, Any]) -> dict[str, str]:
     return {path: quantity_at(scenario, path).unit for path in axes}
 
 
-def _refuse_large(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> None:
-    """Refuse more cases than the budget allows, before the first is solved."""
-    looked = np.linspace(0.0, last_time(scenario), LOOKS_OF_CASE)
-    each, count = works(scenario, looked), math.prod(len(values) for values in axes.values())
-    held = CASE_MEMORY + (max(work.memory for work in works(scenario)) if records else 0.0)
-    time = CASE + sum(work.time for work in each)
-    what = " x ".join(f"{len(values)} values of {path}" for path, values in axes.items())
-    refuse_beyond(
-        [
-            Work(
-                what=f"{count:.3g} cases, {what}",
-                time=count * time,
-                memory=count * held,
-                remedy="sweep fewer values",
-            )
-        ],
-        what="this sweep",
-    )
+def _metered(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> Meter:
+    """Return the meter of the cases; more than the memory holds are refused before the first is solved."""
+    count = math.prod(len(values) for values in axes.values())
+    numbers = CASE_NUMBERS + (max(work.memory for work in counted(scenario)) / 8 if records else 0.0)
+    every = " x ".join(f"{len(values)} values of {path}" for path, values in axes.items())
+    of = f"{count:.3g} cases, {every}"
+    return Meter.of_cases("this sweep", of, count, numbers=numbers, remedy="sweep fewer values")
 
 
 def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], *, records: bool) -> Asked:

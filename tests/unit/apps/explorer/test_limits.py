@@ -30,8 +30,9 @@ from electrovib.apps.explorer.runner import (
 )
 from electrovib.apps.explorer.session import Session
 from electrovib.apps.explorer.state import PageState
-from electrovib.core.budget import BudgetError, Meter, allowed
+from electrovib.core.budget import BudgetError, allowed
 from electrovib.core.errors import InputError
+from electrovib.solve.meter import Meter
 
 FIG6 = "vezzoli_2014/fig6"
 LONGEST = 60.0
@@ -182,7 +183,7 @@ def test_time_stepping_ends_when_its_result_is_in_vain():
     is_in_vain = threading.Event()
 
     def steps():
-        meter = Meter("steps", end=1.0, each=1e-9, remedy="ask for less")
+        meter = Meter("steps", end=1.0)
         for _ in range(1000):
             meter.count(0.5)
             is_in_vain.set()
@@ -203,7 +204,7 @@ def test_a_long_run_ends_when_a_newer_state_waits_or_the_visitor_leaves(monkeypa
         if longest < LONGEST_RUN:
             raise BudgetError("too long")
         begun.append(scenario)
-        meter = Meter("steps", end=1.0, each=1e-9, remedy="ask for less")
+        meter = Meter("steps", end=1.0)
         try:
             for _ in range(5000):
                 meter.count(0.5)
@@ -291,7 +292,7 @@ def test_a_fit_ends_in_the_middle_of_a_prediction(why, monkeypatch):
         monkeypatch.setattr(fitting, "LONGEST_FIT", 0.05)
 
     def fit(*_, **__):
-        meter = Meter("steps", end=1.0, each=1e-9, remedy="ask for less")
+        meter = Meter("steps", end=1.0)
         meter.count(0.1)
         if why == "cancelled":
             running.cancel()

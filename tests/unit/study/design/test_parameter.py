@@ -430,17 +430,20 @@ def test_all_mistakes_at_once():
     assert len(caught.value.problems) == 2
 
 
-def test_more_than_the_budget_is_refused_before_the_first_evaluation():
+def test_more_than_the_budget_is_refused_as_soon_as_it_shows():
     with (
-        budget(time=0.1),
+        budget(time=1e-3),
         pytest.raises(ElectrovibError, match=r"this design would .* evaluations for drive\.amplitude"),
     ):
         ev.design(SINE, want=WANT, free=FREE)
     with (
-        budget(time=10),
-        pytest.raises(ElectrovibError, match=r"evaluations for 5000 draws.*Choose a smaller n"),
+        budget(time=2),
+        pytest.raises(ElectrovibError, match=r"for 5000 draws, of which .*Choose a smaller n"),
     ):
         ev.design(SINE, want=WANT, free=FREE, space=AREA, seed=1, n=5000)
+    for more in ({}, {"share": 0.9}):
+        with pytest.raises(ElectrovibError, match=r"TB, for 1000000000000 draws; .*Choose a smaller n"):
+            ev.design(SINE, want=WANT, free=FREE, space=AREA, seed=1, n=10**12, **more)
 
 
 def test_everything_as_tables_without_numbers_that_json_does_not_have():

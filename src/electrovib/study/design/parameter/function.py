@@ -7,12 +7,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.scenario.space import read_space
 from electrovib.scenario.space.counter import checked_seed
+from electrovib.solve.choice import chosen
+from electrovib.solve.effort import counted, last_time
+from electrovib.solve.meter import Meter, measured
 from electrovib.study.check import checked, declared_limits
 from electrovib.study.check.result import not_in_rows
-from electrovib.study.design.parameter.evaluation import Evaluation, estimate, refuse_long
+from electrovib.study.design.parameter.evaluation import Evaluation
 from electrovib.study.design.parameter.result import DesignedParameter, Explored, FoundValue, found_value
 from electrovib.study.design.parameter.roots import Root, look_between, solutions
 from electrovib.study.design.parameter.scale import first_values
@@ -38,17 +43,19 @@ _CONSTANT: Final = 1e-12
 _FLAT_LEVEL: Final = 1e-5
 """The same for a level [dB]."""
 _LONG: Final = 0.1
-"""Estimated computing time of an evaluation from which on fewer are made [s]."""
+"""Counted computing time of an evaluation from which on fewer are made [s]."""
+_TIMES: Final = 200
+"""Approximate number of times at which the solution of an evaluation is computed."""
 _FEW_ADDED: Final = 12
 _BETWEEN: Final = 2000
 """Largest number of values that are added among many solutions."""
 """Largest number of values that are then added where the quantity is bent."""
 _DRAWS: Final = 200
 """Number of draws from a space."""
-_EACH_DRAW: Final = 5
-"""Approximate number of evaluations for a draw."""
+_WHAT: Final = "this design"
 
 
+@measured()
 def design_parameter(
     scenario: Scenario,
     *,
@@ -74,11 +81,12 @@ def design_parameter(
     given = tuple(limits) if isinstance(limits, (list, tuple)) else () if limits is None else (limits,)
     declared_limits(scenario, list(given))  # a mistake in them is reported before anything is computed
     over = _draws(scenario, space, n=n, seed=seed, linear=linear)
-    sparse = estimate(scenario) > _LONG
+    sparse = is_long(scenario)
     values = first_values(wanted.low, wanted.high, wanted.begin, sparse=sparse)
-    refuse_long(scenario, len(values), what=free, remedy="narrow the range by --between")
-    evaluation = Evaluation(scenario, wanted, (wanted.free,))
-    function = Function(_reporting(lambda at: evaluation({wanted.free: at}), progress, len(values)))
+    evaluation, of = Evaluation(scenario, wanted, (wanted.free,)), f"{len(values)} evaluations for {free}"
+    meter = Meter.of_cases(_WHAT, of, len(values), numbers=0, remedy="narrow the range by --between")
+    report = meter.reporting(progress)
+    function = Function(_reporting(lambda at: evaluation({wanted.free: at}), report, len(values)))
     explore(function, values, most_added=_FEW_ADDED if sparse else MOST_ADDED)
     _refuse_unknown(function, evaluation)
     _refuse_constant(function, wanted)
@@ -108,7 +116,7 @@ def design_parameter(
             n=over.n,
             seed=over.seed,
             linear=over.linear,
-            progress=progress,
+            report=over.meter.reporting(progress),
         ),
         diagnostics=_diagnostics(evaluation, {wanted.free: wanted.begin if main is None else main}),
         limits=given,
@@ -123,6 +131,13 @@ class _Draws:
     n: int
     seed: int
     linear: bool
+    meter: Meter
+
+
+def is_long(scenario: Scenario) -> bool:
+    """Return whether an evaluation of a scenario takes long: over time steps, or by its counted parts."""
+    works = counted(scenario, np.linspace(0.0, last_time(scenario), _TIMES))
+    return chosen(scenario).method.is_marched or sum(work.time for work in works) > _LONG
 
 
 def _draws(
@@ -146,24 +161,20 @@ def _draws(
         raise InputError(
             "missing: the draws from the space are those of a seed; add one, for instance 1", path="seed"
         )
-    found = _Draws(fingers, count, checked_seed(seed), bool(linear))
-    if not linear:
-        refuse_long(
-            scenario, _EACH_DRAW * count, what=f"{count} draws", remedy="choose a smaller n, or --linear"
-        )
-    return found
+    remedy = "choose a smaller n" if linear else "choose a smaller n, or --linear"
+    meter = Meter.of_cases(_WHAT, f"{count} draws", count, numbers=len(fingers.paths), remedy=remedy)
+    return _Draws(fingers, count, checked_seed(seed), bool(linear), meter)
 
 
 def _reporting(
-    compute: Callable[[float], float], progress: Callable[[int, int], None] | None, count: int
+    compute: Callable[[float], float], report: Callable[[int, int], None], count: int
 ) -> Callable[[float], float]:
     """Return the function with a report of each of its first evaluations."""
     done = 0
 
     def reported(at: float) -> float:
         nonlocal done
-        if progress is not None:
-            progress(min(done, count), count)
+        report(min(done, count), count)
         done += 1
         return compute(at)
 

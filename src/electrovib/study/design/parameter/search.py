@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.budget import BudgetError
 from electrovib.core.errors import ElectrovibError
 from electrovib.study.design.parameter.scale import coordinate
 
@@ -40,6 +41,8 @@ class Function:
         if at not in self.values:
             try:
                 self.values[at] = float(self.compute(at))
+            except BudgetError:  # of all evaluations
+                raise
             except ElectrovibError as error:
                 self.values[at] = math.nan
                 self.refused[at] = str(error.problems[0])

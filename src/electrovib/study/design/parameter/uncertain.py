@@ -145,7 +145,7 @@ def propagated(
     n: int,
     seed: int,
     linear: bool,
-    progress: Callable[[int, int], None] | None = None,
+    report: Callable[[int, int], None],
 ) -> NeededValues:
     """Compute the value that is needed for each draw.
 
@@ -185,8 +185,7 @@ def propagated(
     inside = (guesses >= wanted.low) & (guesses <= wanted.high)
     values = np.where(inside, guesses, math.nan) if linear else np.empty(n)
     for i in range(0 if linear else n):
-        if progress is not None:
-            progress(i, n)
+        report(i, n)
         values[i] = _solved(evaluation, wanted, {path: float(drawn[path][i]) for path in paths}, guesses[i])
     return NeededValues(space.title, values, seed, linear, tuple(remarks))
 

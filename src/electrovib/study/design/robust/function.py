@@ -12,8 +12,8 @@ import numpy as np
 from electrovib.core.errors import InputError, Problem, gathered
 from electrovib.scenario.space import read_space
 from electrovib.scenario.space.counter import checked_seed
+from electrovib.solve.meter import Meter, measured
 from electrovib.study.check import declared_limits
-from electrovib.study.design.parameter.evaluation import refuse_long
 from electrovib.study.design.parameter.wanted import BetweenSource, read_wanted
 from electrovib.study.design.robust.intervals import MOST_VALUES, by_gain, by_solution
 from electrovib.study.design.robust.limits import MemberLimits
@@ -30,11 +30,10 @@ if TYPE_CHECKING:
 
 RESAMPLED: Final = 400
 """Bootstrap samples of the value with the largest share."""
-_REFINED: Final = 8
-"""Approximate number of solutions with which the ends of the interval of a finger are refined."""
 _FEWEST: Final = 20
 
 
+@measured()
 def design_for_share(
     scenario: Scenario,
     *,
@@ -60,15 +59,11 @@ def design_for_share(
     wanted, ends, over = _read(scenario, share, want, band, free, between, space, seed, n)
     given = tuple(limits) if isinstance(limits, (list, tuple)) else () if limits is None else (limits,)
     declared_limits(scenario, list(given))
+    what, remedy = "this design", "choose a smaller n"
+    meter = Meter.of_cases(what, f"{n} draws", n, numbers=2 * len(over.paths), remedy=remedy)
     fingers = DrawnFingers(scenario, wanted, over.draw(seed, 0, n))
     quadratic = fingers.is_quadratic()
-    refuse_long(
-        scenario,
-        n * (3 if quadratic else MOST_VALUES + _REFINED),
-        what=f"{2 * n} draws",
-        remedy="choose a smaller n",
-    )
-    covered = (by_gain if quadratic else by_solution)(fingers, *ends, progress=progress)
+    covered = (by_gain if quadratic else by_solution)(fingers, *ends, progress=meter.reporting(progress))
     fresh = replace(fingers, draws=over.draw(seed, n, 2 * n))
     sampled = _Sampled(fingers, fresh, covered, ends, share, seed, is_banded=band is not None)
     found = sampled.found()
