@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any, TypeGuard
 
+import numpy as np
+
 from electrovib.core.signals import SIGNALS, signal
 
 if TYPE_CHECKING:
@@ -29,16 +31,29 @@ def make_trace(
     attributes: Mapping[str, Any],
 ) -> xarray.Dataset:
     """Make a Trace, with ``units`` and ``long_name`` on every signal; structured attributes are JSON text."""
+    import pandas as pd
     import xarray
 
     for name in variables:
         signal(name)
-    coords = {name: ((name,), values, _meaning(name)) for name, values in coordinates.items()}
+    # xarray imports dask and pint to look whether an array is one of theirs; it does not ask of an index, nor with `fastpath`
+    coords = {
+        name: ((name,), pd.Index(values, dtype=values.dtype) if _is(values, "fO") else values, _meaning(name))
+        for name, values in coordinates.items()
+    }
     return xarray.Dataset(
-        {name: (tuple(dims), data, _meaning(name)) for name, (dims, data) in variables.items()},
+        {
+            name: xarray.Variable(dims, data, _meaning(name), fastpath=_is(data, "biufc"))
+            for name, (dims, data) in variables.items()
+        },
         coords=coords,
         attrs={"format": FORMAT, **attributes},
     )
+
+
+def _is(values: object, kinds: str) -> bool:
+    """Return whether values are an array of numpy itself, of one of some kinds."""
+    return type(values) is np.ndarray and values.dtype.kind in kinds
 
 
 def stamp(trace: xarray.Dataset) -> xarray.Dataset:
