@@ -248,7 +248,7 @@ def even_times(spectrum: Spectrum, count: int) -> Real:
     """Return ``count`` times even in the logarithm, a little beyond the band on both sides [s]."""
     low, high = spectrum.grid_limits()
     first, last = max(low, 1 / (REACH * spectrum.angular[-1])), min(high, REACH / spectrum.angular[0])
-    return np.geomspace(first, last, count)
+    return np.asarray(np.geomspace(first, last, count))
 
 
 def clustered_times(spectrum: Spectrum, count: int) -> Real:
@@ -267,7 +267,7 @@ def clustered_times(spectrum: Spectrum, count: int) -> Real:
         both = slice(near, near + 2)
         logs[both] = [float(np.average(logs[both], weights=strengths[both]))]
         strengths[both] = [sum(strengths[both])]
-    return np.exp(np.asarray(logs, dtype=float))
+    return np.asarray(np.exp(logs), dtype=float)
 
 
 class Fit(NamedTuple):
@@ -358,7 +358,7 @@ def _slopes(spectrum: Spectrum, fit: Fit) -> Real:
     turn = 1j * spectrum.angular[:, np.newaxis] * terms.times
     by_place = -relative * (turn / (1 + turn)) * terms.strengths * spectrum.slopes(terms.times)
     by_size = fit.columns * np.append(terms.high, terms.strengths)
-    return stacked(np.concatenate([by_size, by_place], axis=1) * spectrum.roots)
+    return stacked(np.asarray(np.concatenate([by_size, by_place], axis=1) * spectrum.roots, dtype=complex))
 
 
 def products(rows: Real) -> Real:
@@ -432,7 +432,7 @@ class Spectrum:
     @property
     def roots(self) -> Real:
         """Return the square roots of the weights, shape (N, 1)."""
-        return np.sqrt(np.broadcast_to(self.weights, self.angular.shape))[:, np.newaxis]
+        return np.asarray(np.sqrt(np.broadcast_to(self.weights, self.angular.shape)))[:, np.newaxis]
 
     def grid_limits(self) -> tuple[float, float]:
         """Return the range of initial relaxation times: one decade beyond the band, within the limits [s]."""
