@@ -32,28 +32,18 @@ def make_trace(
 ) -> xarray.Dataset:
     """Make a Trace, with ``units`` and ``long_name`` on every signal; structured attributes are JSON text."""
     import pandas as pd
-    import xarray
+    from xarray import Dataset, Variable
 
-    for name in variables:
+    # xarray imports dask and pint to see whether an array is one of theirs; of an index, and with `fastpath`, it does not ask
+    coords = {}
+    for name, values in coordinates.items():
+        plain = type(values) is np.ndarray
+        coords[name] = (name,), pd.Index(values, dtype=values.dtype) if plain else values, _meaning(name)
+    found = {}
+    for name, (dims, data) in variables.items():
         signal(name)
-    # xarray imports dask and pint to look whether an array is one of theirs; it does not ask of an index, nor with `fastpath`
-    coords = {
-        name: ((name,), pd.Index(values, dtype=values.dtype) if _is(values, "fO") else values, _meaning(name))
-        for name, values in coordinates.items()
-    }
-    return xarray.Dataset(
-        {
-            name: xarray.Variable(dims, data, _meaning(name), fastpath=_is(data, "biufc"))
-            for name, (dims, data) in variables.items()
-        },
-        coords=coords,
-        attrs={"format": FORMAT, **attributes},
-    )
-
-
-def _is(values: object, kinds: str) -> bool:
-    """Return whether values are an array of numpy itself, of one of some kinds."""
-    return type(values) is np.ndarray and values.dtype.kind in kinds
+        found[name] = Variable(dims, data, _meaning(name), fastpath=type(data) is np.ndarray)
+    return Dataset(found, coords=coords, attrs={"format": FORMAT, **attributes})
 
 
 def stamp(trace: xarray.Dataset) -> xarray.Dataset:

@@ -84,10 +84,9 @@ def fit_debye(
 ) -> PronyFit:
     """Reduce a law of the bound permittivity to Debye terms that are passive by construction.
 
-    Reweighting after C. L. Lawson (thesis, University of California, Los Angeles, 1961) reduces the largest
-    relative error. Non-negative terms exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami
-    laws with alpha <= 1 and alpha beta <= 1; for a law without them the result is the nearest passive sum, with
-    its ``largest_error``. Outside the band the sum is passive but does not describe the material.
+    Reweighting after C. L. Lawson (thesis, University of California, Los Angeles, 1961) reduces the largest relative error.
+    Non-negative terms exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami laws with alpha <= 1 and
+    alpha beta <= 1; for others the result is the nearest passive sum. Outside the band it does not describe the material.
     """
     check_range(low=low, high=high, terms=terms, slowest=slowest)
     decades = np.log10(high / low)
@@ -112,11 +111,10 @@ def fit_debye_table(
 
     `frequency` (N,) [Hz], `bound_permittivity` (N,).
 
-    Plain least squares of the relative error: reweighting towards the worst point would follow the noise.
-    By default no term is slower than 1/(2 pi) of the lowest frequency, because noisy data cannot distinguish such a term
-    from conduction; loss of that kind in the table remains as an error at the lowest frequencies (6 % for a
-    constant phase of exponent 0.75). Where the conduction is known, a ``slowest`` of ten times the default allows
-    the fit to represent that loss by relaxations.
+    Plain least squares of the relative error: reweighting towards the worst point would follow the noise. By default no
+    term is slower than 1/(2 pi) of the lowest frequency, because noisy data cannot distinguish such a term from conduction;
+    loss of that kind remains as an error at the lowest frequencies (6 % for a constant phase of exponent 0.75). Where the
+    conduction is known, a ``slowest`` of ten times the default allows relaxations to represent it.
     """
     hertz, target = checked_table(frequency, bound_permittivity)
     low, high = float(hertz[0]), float(hertz[-1])
@@ -252,10 +250,7 @@ def even_times(spectrum: Spectrum, count: int) -> Real:
 
 
 def clustered_times(spectrum: Spectrum, count: int) -> Real:
-    """Return the times of the solution on a dense grid, with neighbours merged until at most ``count`` remain [s].
-
-    A relaxation between two grid times appears in the solution as a pair, which is one term.
-    """
+    """Return the times on a dense grid in pairs, as which one between two times appears, merged until ``count`` remain [s]."""
     terms = fitted(spectrum, np.geomspace(*spectrum.grid_limits(), DENSE)).terms
     used = np.flatnonzero(terms.strengths > NEGLIGIBLE * terms.strengths.sum())
     runs = np.split(used, np.flatnonzero(np.diff(used) > 1) + 1) if used.size else []
