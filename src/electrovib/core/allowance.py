@@ -7,13 +7,11 @@ from typing import Final
 ONE_THREAD: Final = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """Environment for linear algebra on one thread, which numpy reads when it is imported. Threads gain nothing for our matrices of
 some hundred columns, and wait for each other where another process uses a core: up to twenty times as long as one computes."""
-_TIMES: Final = 10
-_BASE: Final = 64 * 1024**2
 
 
 def memory_allowed(size: int) -> int:
     """Return the memory in bytes that reading `size` bytes may use: ten times the size plus 64 MB."""
-    return _TIMES * size + _BASE
+    return 10 * size + 64 * 1024**2
 
 
 def content_allowed(size: int) -> int:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any, TypeGuard
 
+import numpy as np
+
 from electrovib.core.signals import SIGNALS, signal
 
 if TYPE_CHECKING:
@@ -29,16 +31,19 @@ def make_trace(
     attributes: Mapping[str, Any],
 ) -> xarray.Dataset:
     """Make a Trace, with ``units`` and ``long_name`` on every signal; structured attributes are JSON text."""
-    import xarray
+    import pandas as pd
+    from xarray import Dataset, Variable
 
-    for name in variables:
+    # xarray imports dask and pint to see whether an array is one of theirs; of an index, and with `fastpath`, it does not ask
+    coords = {}
+    for name, values in coordinates.items():
+        plain = type(values) is np.ndarray
+        coords[name] = (name,), pd.Index(values, dtype=values.dtype) if plain else values, _meaning(name)
+    found = {}
+    for name, (dims, data) in variables.items():
         signal(name)
-    coords = {name: ((name,), values, _meaning(name)) for name, values in coordinates.items()}
-    return xarray.Dataset(
-        {name: (tuple(dims), data, _meaning(name)) for name, (dims, data) in variables.items()},
-        coords=coords,
-        attrs={"format": FORMAT, **attributes},
-    )
+        found[name] = Variable(dims, data, _meaning(name), fastpath=type(data) is np.ndarray)
+    return Dataset(found, coords=coords, attrs={"format": FORMAT, **attributes})
 
 
 def stamp(trace: xarray.Dataset) -> xarray.Dataset:

@@ -19,12 +19,11 @@ PARTS = (
 def versions() -> dict[str, str]:
     """Return the versions of Python, electrovib and the installed packages on which a result depends, without imports."""
     import platform
+    from contextlib import suppress
     from importlib.metadata import PackageNotFoundError, version
 
     found = {}
     for part in PARTS:
-        try:
+        with suppress(PackageNotFoundError):
             found[part] = version(part)
-        except PackageNotFoundError:
-            continue
     return {"electrovib": found.pop("electrovib", "unknown"), "python": platform.python_version()} | found

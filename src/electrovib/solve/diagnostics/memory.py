@@ -56,7 +56,7 @@ ROWS_PER_DECADE: Final = 16
 """Frequencies at which D is fitted."""
 BEYOND: Final = 10.0
 """Factor by which the relaxation rates of D extend beyond the band on both sides."""
-POWERS: Final = (0.0, -0.5, -1.0, 0.5, 1.0)
+POWERS: Final = (0.0, -0.5, 0.5)
 """Powers of the frequency by which a quantity may fall; the fit of D is weighted by the one with the least residual."""
 AT_REST: Final = 1e-60
 """Frequency that replaces 0, where a power law has no value [Hz]."""

@@ -1,14 +1,13 @@
 """Debye terms of a spectrum of the bound permittivity, given as a function or as a table.
 
-Non-negative least squares on fixed grids of relaxation times gives the start, least squares in the logarithms of all
-parameters refines it, and reweighting reduces the largest error.
+Non-negative least squares on fixed grids of relaxation times gives the start, separable least squares move the times, and
+reweighting reduces the largest error. In numpy alone: scipy.optimize takes ten times as long to import as a fit to compute.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,33 +15,43 @@ import numpy as np
 from electrovib.core.arrays import Complex, Real
 from electrovib.core.errors import InputError
 from electrovib.physics.debye_sum import DebyeSum
+from electrovib.solve.recursion.blocks import PRODUCT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import numpy.typing as npt
+    from numpy.typing import NDArray
 
 SAMPLES_PER_DECADE = 15
 # Terms this factor beyond the band act in it as a constant, or as conduction, to less than 1 part in 100.
 SLOW_ROOM, FAST_ROOM = 100.0, 1000.0
 # Number of points for which twice the estimated noise is allowed, because the estimate itself is uncertain.
 FEW_POINTS = 20
-# scipy's nnls may fail on long, nearly dependent grids; it does not for 59 times and the high term.
+# Number of times of the grid on which the relaxations of a spectrum are looked for; no sum has more terms.
 DENSE = 59
-# Decades by which the end points of the even grid may lie beyond the band.
-SLOW_REACH = (0.0, 0.2, 0.4, 0.7, 1.0)
-FAST_REACH = (0.0, 0.2, 0.4, 0.7, 1.0)
-# Far above any logarithm of a permittivity, well within the range of floating-point numbers.
-LARGEST_LOGARITHM = 200.0
+# Factor by which the even grid of times extends beyond the band on both sides.
+REACH = 2.5
+# Steps of a refinement, the share of the squared error that each has to save, and rounds of levelling, of one step each.
+STEPS, GAIN, ROUNDS = 60, 1e-3, 17
+# Damping of a first step, and its inverse the largest; the times are nearly dependent, and move little under a stronger one.
+DAMPING = 1e-6
+# Longest move of a time in one step, as a difference of logistic parameters.
+LONGEST = 2.0
+# Added to the diagonal of normal equations of columns of norm 1, which may be dependent to rounding.
+RIDGE = 1e-14
+# Derivative that counts as none, and variables that enter a non-negative solution at most.
+SLACK, ENTRIES = 1e-12, 200
 # Share of the smallest permittivity in the band below which a term is negligible.
-NOTHING = 1e-12
+NOTHING = 1e-10
+# Share of all strengths on the dense grid below which one is rounding.
+NEGLIGIBLE = 1e-10
 # The permittivity at high frequency stays above this share of it, because a stack of layers divides by it.
 HIGH_FLOOR = 1e-6
 # Two relaxation times closer than this in the logarithm are equivalent to one, with an error of about its square.
 COINCIDENT = 1e-4
 # A relative error below this is due to rounding, not to the number of terms.
 EXACT = 1e-9
-_FAR_OFF = 1e100
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,10 +84,9 @@ def fit_debye(
 ) -> PronyFit:
     """Reduce a law of the bound permittivity to Debye terms that are passive by construction.
 
-    Reweighting after C. L. Lawson (thesis, University of California, Los Angeles, 1961) reduces the largest
-    relative error. Non-negative terms exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami
-    laws with alpha <= 1 and alpha beta <= 1; for a law without them the result is the nearest passive sum, with
-    its ``largest_error``. Outside the band the sum is passive but does not describe the material.
+    Reweighting after C. L. Lawson (thesis, University of California, Los Angeles, 1961) reduces the largest relative error.
+    Non-negative terms exist for Cole-Cole and constant-phase laws, and for Havriliak-Negami laws with alpha <= 1 and
+    alpha beta <= 1; for others the result is the nearest passive sum. Outside the band it does not describe the material.
     """
     check_range(low=low, high=high, terms=terms, slowest=slowest)
     decades = np.log10(high / low)
@@ -103,11 +111,10 @@ def fit_debye_table(
 
     `frequency` (N,) [Hz], `bound_permittivity` (N,).
 
-    Plain least squares of the relative error: reweighting towards the worst point would follow the noise.
-    By default no term is slower than 1/(2 pi) of the lowest frequency, because noisy data cannot distinguish such a term
-    from conduction; loss of that kind in the table remains as an error at the lowest frequencies (6 % for a
-    constant phase of exponent 0.75). Where the conduction is known, a ``slowest`` of ten times the default allows
-    the fit to represent that loss by relaxations.
+    Plain least squares of the relative error: reweighting towards the worst point would follow the noise. By default no
+    term is slower than 1/(2 pi) of the lowest frequency, because noisy data cannot distinguish such a term from conduction;
+    loss of that kind remains as an error at the lowest frequencies (6 % for a constant phase of exponent 0.75). Where the
+    conduction is known, a ``slowest`` of ten times the default allows relaxations to represent it.
     """
     hertz, target = checked_table(frequency, bound_permittivity)
     low, high = float(hertz[0]), float(hertz[-1])
@@ -119,11 +126,9 @@ def fit_debye_table(
 
 
 def _least(spectrum: Spectrum, terms: int) -> Terms:
-    starts = [clustered_start(spectrum, terms), even_start(spectrum, terms)]
-    polished = [
-        tidied(spectrum, least_squares(spectrum, start, evaluations=80)) if start.times.size else start
-        for start in starts
-    ]
+    starts = [clustered_times(spectrum, terms), even_times(spectrum, terms)]
+    moved = [tidied(spectrum, refined(spectrum, start, steps=STEPS)).times for start in starts]
+    polished = [tidied(spectrum, fitted(spectrum, times).terms) for times in moved]
     errors = [float(np.linalg.norm(spectrum.relative_error(one))) for one in polished]
     good = [one for one, error in zip(polished, errors, strict=True) if error <= max(min(errors), EXACT)]
     return min(good, key=lambda one: one.times.size)
@@ -237,150 +242,141 @@ def refuse_active(frequency: Real, target: Complex, *, allowed: float) -> None:
         )
 
 
-def nonnegative_terms(spectrum: Spectrum, times: Real) -> tuple[Terms, float]:
-    """Fit non-negative strengths for given relaxation times.
-
-    `times` (M,) [s].
-    """
-    from scipy.optimize import lsq_linear, nnls
-
-    columns = np.column_stack([np.ones(spectrum.angular.size), debye_responses(spectrum.angular, times)])
-    matrix = stacked(columns / spectrum.target[:, np.newaxis])
-    sizes = np.linalg.norm(matrix, axis=0)
-    matrix = matrix / sizes
-    wanted = stacked(np.ones(spectrum.angular.size, dtype=complex))
-    try:
-        weights, misfit = nnls(matrix, wanted, maxiter=50 * matrix.shape[1])
-    except (
-        RuntimeError
-    ):  # nnls reached its limit of iterations: an interior-point solution is as good a start
-        solution = lsq_linear(matrix, wanted, bounds=(0, np.inf))
-        weights, misfit = solution.x, float(np.sqrt(2 * solution.cost))
-    weights = weights / sizes
-    return Terms(float(weights[0]), weights[1:], times), float(misfit)
-
-
-def even_start(spectrum: Spectrum, count: int) -> Terms:
-    """Return terms with ``count`` times even in the logarithm, with the best end points of a coarse search."""
+def even_times(spectrum: Spectrum, count: int) -> Real:
+    """Return ``count`` times even in the logarithm, a little beyond the band on both sides [s]."""
     low, high = spectrum.grid_limits()
-    best, smallest = None, np.inf
-    for slow, fast in itertools.product(SLOW_REACH, FAST_REACH):
-        first = max(low, 10.0**-fast / spectrum.angular[-1])
-        last = min(high, 10.0**slow / spectrum.angular[0])
-        terms, misfit = nonnegative_terms(spectrum, np.geomspace(first, last, count))
-        if misfit < smallest:
-            best, smallest = terms, misfit
-    assert best is not None
-    used = best.strengths > 0
-    return Terms(best.high, best.strengths[used], best.times[used])
+    first, last = max(low, 1 / (REACH * spectrum.angular[-1])), min(high, REACH / spectrum.angular[0])
+    return np.asarray(np.geomspace(first, last, count))
 
 
-def clustered_start(spectrum: Spectrum, count: int) -> Terms:
-    """Return the solution on a dense grid, with neighbours merged until at most ``count`` terms remain.
-
-    A relaxation between two grid times appears in the solution as a pair, which is one term.
-    """
-    terms, _ = nonnegative_terms(spectrum, np.geomspace(*spectrum.grid_limits(), DENSE))
-    used = np.flatnonzero(terms.strengths > 0)
+def clustered_times(spectrum: Spectrum, count: int) -> Real:
+    """Return the times on a dense grid in pairs, as which one between two times appears, merged until ``count`` remain [s]."""
+    terms = fitted(spectrum, np.geomspace(*spectrum.grid_limits(), DENSE)).terms
+    used = np.flatnonzero(terms.strengths > NEGLIGIBLE * terms.strengths.sum())
     runs = np.split(used, np.flatnonzero(np.diff(used) > 1) + 1) if used.size else []
     pairs = [pair for run in runs for pair in np.array_split(run, max(1, round(run.size / 2)))]
-    logs = np.log(terms.times)
     strengths = [float(terms.strengths[pair].sum()) for pair in pairs]
-    places = [float(np.average(logs[pair], weights=terms.strengths[pair])) for pair in pairs]
-    while len(places) > count:
-        near = int(np.argmin(np.diff(places)))
-        total = strengths[near] + strengths[near + 1]
-        share = strengths[near] / total
-        places[near : near + 2] = [share * places[near] + (1 - share) * places[near + 1]]
-        strengths[near : near + 2] = [total]
-    return Terms(terms.high, np.asarray(strengths, dtype=float), np.exp(np.asarray(places, dtype=float)))
+    logs = [float(np.average(np.log(terms.times[pair]), weights=terms.strengths[pair])) for pair in pairs]
+    while len(logs) > count:
+        near = int(np.argmin(np.diff(logs)))
+        both = slice(near, near + 2)
+        logs[both] = [float(np.average(logs[both], weights=strengths[both]))]
+        strengths[both] = [sum(strengths[both])]
+    return np.asarray(np.exp(logs), dtype=float)
 
 
-@dataclass(frozen=True)
-class LogParameters:
-    """Map between Debye terms and unbounded numbers: positive and within the limits by construction.
+class Fit(NamedTuple):
+    """Terms with the best non-negative strengths at their times.
 
-    The vector holds log high, log strengths, and for each time the logistic parameter of its place between the limits.
+    `columns` (N, M + 1) are the responses over the target, `error` (2 N,) is weighted, `size` its sum of squares.
     """
 
-    spectrum: Spectrum
-
-    def pack(self, terms: Terms) -> Real:
-        """Return the vector of terms whose strengths are above 0."""
-        first, span = self._range()
-        share = np.clip((np.log(terms.times) - first) / span, 1e-4, 1 - 1e-4)
-        high = max(terms.high, 1e-3 * self.spectrum.smallest())
-        return np.concatenate([[np.log(high)], np.log(terms.strengths), np.log(share / (1 - share))])
-
-    def unpack(self, vector: Real) -> Terms:
-        """Return the terms of a vector of logarithms [1], in the order of the vector."""
-        count = vector.size // 2
-        first, span = self._range()
-        sizes = np.exp(np.clip(vector[: count + 1], -LARGEST_LOGARITHM, LARGEST_LOGARITHM))
-        return Terms(float(sizes[0]), sizes[1:], np.exp(first + span * _logistic(vector[count + 1 :])))
-
-    def error(self, vector: Real) -> Complex:
-        """Return the relative error [1] at the samples, shape (N,)."""
-        return self.spectrum.relative_error(self.unpack(vector))
-
-    def jacobian(self, vector: Real) -> Complex:
-        """Return the derivative [1] of the relative error, shape (N, 2M + 1)."""
-        terms = self.unpack(vector)
-        angular = self.spectrum.angular
-        responses = debye_responses(angular, terms.times)
-        share = _logistic(vector[vector.size // 2 + 1 :])
-        slope = self._range()[1] * share * (1 - share)
-        by_time = -terms.strengths * responses**2 * (1j * angular[:, np.newaxis] * terms.times) * slope
-        columns = [np.full(angular.size, terms.high), responses * terms.strengths, by_time]
-        return np.asarray(np.column_stack(columns) / self.spectrum.target[:, np.newaxis])
-
-    def _range(self) -> tuple[float, float]:
-        first = np.log(self.spectrum.fastest)
-        return float(first), float(np.log(self.spectrum.slowest) - first)
+    terms: Terms
+    columns: Complex
+    error: Real
+    size: float
 
 
-def least_squares(
-    spectrum: Spectrum, terms: Terms, *, evaluations: int, weights: Real | None = None
-) -> Terms:
-    """Fit all parameters by weighted least squares of the relative error."""
-    import scipy.optimize
-
-    parameters = LogParameters(spectrum)
-    roots = np.sqrt(np.ones(spectrum.angular.size) if weights is None else weights)
-
-    def residuals(vector: Real) -> Real:
-        if not np.all(np.isfinite(vector)):  # a step from a singular matrix, which has to be rejected
-            return np.full(2 * roots.size, _FAR_OFF)
-        return stacked(parameters.error(vector) * roots)
-
-    found = scipy.optimize.least_squares(
-        residuals,
-        parameters.pack(terms),
-        lambda vector: stacked(parameters.jacobian(vector) * roots[:, np.newaxis]),
-        method="lm",
-        max_nfev=evaluations,
-        xtol=1e-12,
-        ftol=1e-10,
-        gtol=1e-15,
-    )
-    return parameters.unpack(found.x)
+def fitted(spectrum: Spectrum, times: Real) -> Fit:
+    """Return the non-negative strengths with the least weighted squares of the relative error at given times."""
+    responses = debye_responses(spectrum.angular, times)
+    columns = np.column_stack([np.ones(len(responses)), responses]) / spectrum.target[:, np.newaxis]
+    rows, wanted = stacked(columns * spectrum.roots), stacked(spectrum.roots[:, 0].astype(complex))
+    sizes = np.linalg.norm(rows, axis=0)
+    rows = rows / sizes
+    found = nonnegative(products(rows), rows.T @ wanted)
+    error = rows @ found - wanted
+    found = found / sizes
+    return Fit(Terms(float(found[0]), found[1:], times), columns, error, float(error @ error))
 
 
-def level_errors(spectrum: Spectrum, terms: Terms, *, rounds: int = 12) -> Terms:
+def nonnegative(gram: Real, aim: Real) -> Real:
+    """Return the x >= 0 with the least x gram x/2 - aim x, for a diagonal of ones.
+
+    After C. L. Lawson and R. J. Hanson (Solving Least Squares Problems, 1974, chapter 23), from all variables, which are often
+    the solution: those that fall below 0 leave, and then the one enters along which the function falls fastest.
+    """
+    gram = gram + RIDGE * np.eye(aim.size)
+    used, found = np.ones(aim.size, bool), np.zeros(aim.size)
+    for _ in range(ENTRIES):
+        wanted = _solution(gram, aim, used)
+        while np.any(falling := used & (wanted <= 0)):
+            shares = np.full(aim.size, np.inf)
+            shares[falling] = found[falling] / (found[falling] - wanted[falling] + np.finfo(float).tiny)
+            found = found + np.min(shares) * (wanted - found)
+            used &= shares > np.min(shares)
+            found[~used] = 0.0
+            wanted = _solution(gram, aim, used)
+        found, slopes = wanted, np.where(used, 0.0, aim - gram @ wanted)
+        enters = int(np.argmax(slopes))
+        if slopes[enters] < SLACK:
+            break
+        used[enters] = True
+    return found
+
+
+def _solution(gram: Real, aim: Real, used: NDArray[np.bool_]) -> Real:
+    found = np.zeros(aim.size)
+    found[used] = np.linalg.solve(gram[np.ix_(used, used)], aim[used])
+    return found
+
+
+def refined(spectrum: Spectrum, times: Real, *, steps: int) -> Terms:
+    """Move times by damped Gauss-Newton steps, and return the terms with the best strengths at any times.
+
+    Separable least squares (G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432): a step solves for strengths
+    and times together and keeps the times, which a logistic map holds within the limits of the spectrum.
+    """
+    places, damping = spectrum.places(times), DAMPING
+    fit = fitted(spectrum, spectrum.times(places))
+    for _ in range(steps if places.size else 0):
+        slopes, previous = _slopes(spectrum, fit), fit.size
+        gram, gradient = products(slopes), slopes.T @ fit.error
+        while damping < 1 / DAMPING:
+            shares = np.where(np.arange(len(gram)) < len(gram) - places.size, RIDGE, damping)
+            damped = gram + np.diag(np.diag(gram) * shares + np.finfo(float).tiny)
+            step = np.linalg.solve(damped, -gradient)[-places.size :]
+            trial = places + np.clip(step, -LONGEST, LONGEST)
+            found = fitted(spectrum, spectrum.times(trial))
+            if found.size < fit.size:
+                places, fit, damping = trial, found, damping / 10
+                break
+            damping = max(10 * damping, DAMPING)
+        if not fit.size < (1 - GAIN) * previous:
+            break
+    return fit.terms
+
+
+def _slopes(spectrum: Spectrum, fit: Fit) -> Real:
+    """Return the derivatives of the weighted error by log high, log strengths and the places, (2 N, 2 M + 1)."""
+    terms, relative = fit.terms, fit.columns[:, 1:]
+    turn = 1j * spectrum.angular[:, np.newaxis] * terms.times
+    by_place = -relative * (turn / (1 + turn)) * terms.strengths * spectrum.slopes(terms.times)
+    by_size = fit.columns * np.append(terms.high, terms.strengths)
+    return stacked(np.asarray(np.concatenate([by_size, by_place], axis=1) * spectrum.roots, dtype=complex))
+
+
+def products(rows: Real) -> Real:
+    """Return rows^T rows, of parts of the rows that stay on one thread: more threads wait for each other on a busy machine."""
+    height = max(1, PRODUCT // rows.shape[1] ** 2)
+    parts = [rows[begin : begin + height] for begin in range(0, len(rows), height)]
+    return np.asarray(sum(part.T @ part for part in parts))
+
+
+def level_errors(spectrum: Spectrum, terms: Terms) -> Terms:
     """Reduce the largest error, at the cost of the mean error, by raising the weights of the worst samples."""
-    weights = np.ones(spectrum.angular.size)
-    best, smallest = terms, np.inf
-    for step in range(rounds + 1):
+    weights, best, smallest = np.ones(spectrum.angular.size), terms, np.inf
+    for _ in range(ROUNDS):
         error = np.abs(spectrum.relative_error(terms))
         largest = float(error.max())
         if largest < smallest:
             best, smallest = terms, largest
-        if largest < EXACT or step == rounds:
+        if largest < EXACT:
             break
         # The small constant keeps the weight of samples whose error crosses zero above 0.
         weights = weights * (error / largest + 1e-3)
         weights /= weights.mean()
-        terms = least_squares(spectrum, terms, evaluations=6, weights=weights)
+        terms = refined(replace(spectrum, weights=weights), terms.times, steps=1)
     return best
 
 
@@ -396,10 +392,6 @@ def tidied(spectrum: Spectrum, terms: Terms) -> Terms:
         times, strengths = np.add.reduceat(strengths * times, first) / together, together
     high = max(terms.high, HIGH_FLOOR * spectrum.smallest())
     return Terms(high, strengths, np.minimum(times, spectrum.slowest))
-
-
-def _logistic(values: Real) -> Real:
-    return np.asarray(0.5 * (1 + np.tanh(0.5 * values)))
 
 
 class Terms(NamedTuple):
@@ -422,18 +414,46 @@ class Spectrum:
         Relative permittivity without conduction [1].
     fastest, slowest : float
         Limits of the relaxation times, 0 < fastest < slowest [s].
+    weights : ndarray, shape (N,), or float
+        Weights of the squared relative errors [1].
     """
 
     angular: Real
     target: Complex
     fastest: float
     slowest: float
+    weights: Real | float = 1.0
+
+    @property
+    def roots(self) -> Real:
+        """Return the square roots of the weights, shape (N, 1)."""
+        return np.asarray(np.sqrt(np.broadcast_to(self.weights, self.angular.shape)))[:, np.newaxis]
 
     def grid_limits(self) -> tuple[float, float]:
         """Return the range of initial relaxation times: one decade beyond the band, within the limits [s]."""
         first, last = 0.1 / self.angular[-1], 10 / self.angular[0]
-        # Just inside the limits, at which the map of polish.py has a slope of 0.
+        # Just inside the limits, at which the logistic map has a slope of 0.
         return max(float(first), 1.01 * self.fastest), min(float(last), self.slowest / 1.01)
+
+    def times(self, places: Real) -> Real:
+        """Return the times of any numbers: a logistic map to the logarithms between the limits [s]."""
+        first, span = self._range()
+        return np.asarray(np.exp(first + span * (0.5 + 0.5 * np.tanh(0.5 * places))))
+
+    def places(self, times: Real) -> Real:
+        """Return the numbers of times: the inverse of `times`, a little inside the limits."""
+        first, span = self._range()
+        share = np.clip((np.log(times) - first) / span, 1e-4, 1 - 1e-4)
+        return np.asarray(np.log(share / (1 - share)))
+
+    def slopes(self, times: Real) -> Real:
+        """Return d log(time)/d place at given times."""
+        first, span = self._range()
+        share = (np.log(times) - first) / span
+        return np.asarray(span * share * (1 - share))
+
+    def _range(self) -> tuple[float, float]:
+        return math.log(self.fastest), math.log(self.slowest / self.fastest)
 
     def smallest(self) -> float:
         """Return the smallest modulus of the permittivity in the band."""

@@ -16,10 +16,10 @@ from electrovib.physics.drive.parts import Tones
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.tabulated import FEWEST
 from electrovib.solve.stack.harmonics import spectrum
-from electrovib.solve.stack.prony import DENSE, PronyFit, fit_debye, fit_debye_table
+from electrovib.solve.stack.prony import DENSE, fit_debye, fit_debye_table
 
 if TYPE_CHECKING:
-    from electrovib.core.arrays import Complex, Real
+    from electrovib.core.arrays import Real
     from electrovib.physics.debye_sum import DebyeSum
     from electrovib.physics.drive.parts import Part
     from electrovib.physics.material import Material
@@ -80,36 +80,15 @@ def reduce_material(
 
 @functools.lru_cache(maxsize=256)
 def _reduced(material: Material, low: float, high: float, terms: int | None) -> Reduction:
-    rows = material.table()
-    fit = (
-        _fit_law(
-            material, low, high, terms or min(DENSE, math.ceil(TERMS_PER_DECADE * math.log10(high / low)) + 2)
-        )
-        if rows is None
-        else _fit_rows(material, rows, low, high, terms or FEWEST_TERMS)
-    )
+    rows, slowest = material.table(), material.slowest_relaxation
+    if rows is None:
+        count = terms or min(DENSE, math.ceil(TERMS_PER_DECADE * math.log10(high / low)) + 2)
+        fit = fit_debye(material.bound_permittivity, low=low, high=high, terms=count, slowest=slowest)
+    else:
+        near = (rows[0] >= low) & (rows[0] <= high)
+        wanted = near if np.count_nonzero(near) >= FEWEST else np.ones_like(near)
+        fit = fit_debye_table(*(row[wanted] for row in rows), terms=terms or FEWEST_TERMS, slowest=slowest)
     return Reduction(fit.debye, fit.largest_error)
-
-
-def _fit_law(material: Material, low: float, high: float, terms: int) -> PronyFit:
-    return fit_debye(
-        lambda frequency: np.asarray(material.bound_permittivity(frequency)),
-        low=low,
-        high=high,
-        terms=terms,
-        slowest=material.slowest_relaxation,
-    )
-
-
-def _fit_rows(
-    material: Material, rows: tuple[Real, Complex], low: float, high: float, terms: int
-) -> PronyFit:
-    frequency, polarisation = rows
-    near = (frequency >= low) & (frequency <= high)
-    wanted = near if np.count_nonzero(near) >= FEWEST else np.ones_like(near)
-    return fit_debye_table(
-        frequency[wanted], polarisation[wanted], terms=terms, slowest=material.slowest_relaxation
-    )
 
 
 def band_of_run(scenario: Scenario, times: Real) -> tuple[float, float]:
