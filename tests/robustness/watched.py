@@ -20,7 +20,7 @@ from electrovib.core.model import read_model
 from electrovib.scenario import Scenario
 
 ALLOWED = {"time": 5.0, "memory": 1e9}
-"""Budget of each scenario: estimated seconds and bytes."""
+"""Budget of each scenario: seconds of computing and bytes."""
 ENDLESS = 100.0
 """Seconds of computing time after which a scenario counts as endless, whatever else the machine does."""
 WAITING = 900
@@ -87,7 +87,7 @@ def _run(table: dict[str, Any]) -> tuple[str, str]:
         with budget(**ALLOWED):
             ev.simulate(scenario)
     except BudgetError as error:
-        return ("budget" if "would take about" in str(error).split(";")[0] else "stopped"), str(error)
+        return ("stopped" if ", of which " in str(error) else "budget"), str(error)
     except ElectrovibError as error:
         return "refused", str(error)
     return "ran", ""

@@ -85,7 +85,7 @@ def design_plate(
     InputError
         Every mistake at once; nothing has been written then.
     BudgetError
-        Before the first candidate, if all would take more time than `electrovib.budget` allows.
+        If all candidates would take more time or memory than `electrovib.budget` allows.
 
     Notes
     -----
