@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.few_poles import Roots
-from electrovib.solve.stack.secular import secular_roots
+from electrovib.solve.stack.secular import Roots, secular_roots
 
 # rounding of the sums, 2e-16, times the worst conditioning that is left to 53 bits, with room
 TOLERANCE = 1e-13

@@ -292,21 +292,7 @@ class Sines:
 
     def weights(self, transfers: Mapping[Key, Transfer]) -> dict[Key, Complex]:
         """Return the complex amplitudes of linear quantities in every case."""
-        groups: dict[bytes, list[Key]] = {}
-        for name, transfer in transfers.items():
-            groups.setdefault(transfer.rates.tobytes(), []).append(name)
-        s, found = 2j * np.pi * self.frequency, dict[Any, Any]()
-        for names in groups.values():
-            rates = transfers[names[0]].rates
-            share = 1 / (s[:, None] + rates)
-            for name in names:
-                each = transfers[name]
-                level, parts = (
-                    (each.direct, each.gains * rates) if each.static is None else (each.static, 0.0)
-                )
-                modal = share @ parts if each.static is None else -s * (share @ each.gains)
-                found[name] = (level + each.slope * s + modal) * self.amplitude
-        return found
+        return {name: each.at(self.frequency) * self.amplitude for name, each in transfers.items()}
 
     def waves(self, cases: Indices, times: Real) -> tuple[Real, Real]:
         """Return cosine and sine of the phase of some cases at some times.

@@ -21,8 +21,7 @@ import numpy as np
 from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.solve.stack.few_poles import Roots
-from electrovib.solve.stack.secular import secular_roots
+from electrovib.solve.stack.secular import Roots, secular_roots
 from electrovib.solve.stack.transfer import Column, NotInArraysError, Transfer, side_by_side, summed
 
 if TYPE_CHECKING:

@@ -2,62 +2,58 @@
 
 from __future__ import annotations
 
-import decimal
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from electrovib.core.arrays import Indices, Numbers, Real
+from electrovib.core.arrays import Indices, Real
 from electrovib.core.errors import InputError
-from electrovib.solve.stack.few_poles import Roots, _between_two_poles, _of_one_pole, _of_two_poles, roots_at
-from electrovib.solve.stack.secular_input import _checked, refuse_beyond_reach
-from electrovib.solve.stack.secular_step import step_with
+from electrovib.solve.stack.secular_step import offsets_in_arrays
 
-_ROUNDING = float(np.finfo(float).eps)
-
-_ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than about 1e-14
-_SLACK = 8 * _ROUNDING
 _COMPILED = 1024  # number of roots from which compiled loops are faster than they take to load
-_LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
-_TINY = decimal.Decimal("1e-25")
-_step = step_with(np.where)
+_CANCELLED = 8.0  # largest cancellation in the closed form of two poles: three of 53 bits
+_LARGEST_NODE = 1e20
+_SMALLEST_GAP = 1e-30
+_LARGEST_WEIGHT = 1e50  # of the constant too; the smallest is its inverse
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Equations:
-    """Equations of the roots of one or many problems, one column for each, mirrored where the root lies below its origin.
+class Roots:
+    r"""Roots at which a sum of poles equals a constant, each stored as a distance from the nearer pole.
 
-    With t > 0 the distance from the origin, the root is where
-    ``weight/t + sum(rest/(t - position)) + level = 0``; the left side falls with t.
+    Parameters
+    ----------
+    nodes : ndarray, shape (..., nodes)
+        Poles of the sum.
+    values : ndarray, shape (..., roots)
+        Roots, increasing; a root closer to its node than rounding allows equals that node.
+    origin : ndarray of int, shape (..., roots)
+        Index of the nearer end of the bracket of each root.
+    offset : ndarray, shape (..., roots)
+        Root minus ``nodes[origin]``, signed, never 0.
+    slope : ndarray, shape (..., roots)
+        :math:`-f'` at each root, > 0; its inverse is the residue of :math:`-1/f`.
+
+    Notes
+    -----
+    All arrays are read-only.
     """
 
-    position: Numbers  # (nodes, roots), of the nodes relative to the origin, positive towards the root
-    weight: Numbers  # (roots,), of the origin
-    rest: Numbers  # (nodes, roots), the weights with 0 at the origin
-    level: Numbers  # (roots,)
-    neighbour: Numbers  # (roots,), position of the other end of the bracket, 0 where there is none
+    nodes: Real
+    values: Real
+    origin: Indices
+    offset: Real
+    slope: Real
 
-    def take(self, chosen: NDArray[Any]) -> _Equations:
-        return _Equations(
-            position=self.position[:, chosen],
-            weight=self.weight[chosen],
-            rest=self.rest[:, chosen],
-            level=self.level[chosen],
-            neighbour=self.neighbour[chosen],
-        )
+    def differences(self) -> Real:
+        """Return the distance of each root from each node, without cancellation.
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Sums:
-    """The mirrored function times t, and the sums needed for a step towards its zero."""
-
-    product: Numbers  # t times the function: finite at the origin, positive below the root
-    size: Numbers  # the same with the absolute values of all terms: the scale of its rounding
-    others: Numbers  # poles other than the origin
-    rest: Numbers  # the same plus the level
-    steepness: Numbers  # minus the derivative of the rest
+        Returns `differences` (..., roots, nodes).
+        """
+        return _differences(self.nodes, self.origin, self.offset)
 
 
 def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: Any) -> Roots:
@@ -77,16 +73,20 @@ def secular_roots(nodes: ArrayLike, weights: ArrayLike, *, constant: Any) -> Roo
     """
     if np.ndim(nodes) == 2:
         return _of_cases(np.asarray(nodes, float), np.asarray(weights, float), constant)
-    node, weight = _checked(nodes, weights, constant)
+    node, weight = np.array(nodes, dtype=float), np.array(weights, dtype=float)
+    if node.ndim != 1 or node.size == 0 or weight.shape != node.shape:
+        message = f"nodes and weights: shapes {node.shape} and {weight.shape}, expected the same (count,)"
+        raise ValueError(message)
+    _refuse_beyond_reach(node[:, None], weight[:, None], np.array([float(constant)]))
     if node.size == 1 and constant > 0:
         return _of_one_pole(node, weight, float(constant))
     if node.size == 2 and constant == 0:
         return _between_two_poles(node, weight)
     if node.size == 2 and (found := _of_two_poles(node, weight, float(constant))) is not None:
         return found
-    offset, origin = _roots(node[:, None], weight[:, None], np.array([float(constant)]))
+    offset, origin = offsets_in_arrays(node[:, None], weight[:, None], np.array([float(constant)]))
     count = node.size - (constant == 0)
-    return roots_at(node, weight, origin[:count, 0], offset[:count, 0])
+    return _roots_at(node, weight, origin[:count, 0], offset[:count, 0])
 
 
 def _of_cases(nodes: Real, weights: Real, constant: Any) -> Roots:
@@ -102,11 +102,11 @@ def _of_cases(nodes: Real, weights: Real, constant: Any) -> Roots:
     np.put_along_axis(apart, order, ordered, 1)
     has_last = np.ndim(constant) > 0 or constant > 0
     if count == 1 and has_last:
-        return roots_at(apart, weight, np.zeros((cases, 1), np.intp), weight / level)
-    find = _roots if cases * count < _COMPILED else secular_offsets
+        return _roots_at(apart, weight, np.zeros((cases, 1), np.intp), weight / level)
+    find = offsets_in_arrays if cases * count < _COMPILED else secular_offsets
     offsets, origins = find(ordered.T, heavy.T, level[:, 0])
     some = slice(count if has_last else count - 1)
-    return roots_at(apart, weight, np.take_along_axis(order, origins[some].T, 1), offsets[some].T)
+    return _roots_at(apart, weight, np.take_along_axis(order, origins[some].T, 1), offsets[some].T)
 
 
 def secular_offsets(nodes: Real, weights: Real, constants: Real) -> tuple[Real, Indices]:
@@ -126,7 +126,7 @@ def secular_offsets(nodes: Real, weights: Real, constants: Real) -> tuple[Real, 
             f"nodes, weights and constants have the shapes {nodes.shape}, {weights.shape} and {constants.shape}: expected "
             "(nodes, problems) twice, and (problems,)."
         )
-    refuse_beyond_reach(nodes, weights, constants)
+    _refuse_beyond_reach(nodes, weights, constants)
     from electrovib.solve.stack.secular_many import write_roots
 
     node, weight, constant = (np.ascontiguousarray(each, float) for each in (nodes, weights, constants))
@@ -134,131 +134,94 @@ def secular_offsets(nodes: Real, weights: Real, constants: Real) -> tuple[Real, 
     lost = np.zeros(len(constant), bool)
     write_roots(node, weight, constant, offsets, origins, lost)
     if lost.any():  # by rounding: with as many digits as they need
-        found = _roots(node[:, lost], weight[:, lost], constant[lost])
+        found = offsets_in_arrays(node[:, lost], weight[:, lost], constant[lost])
         offsets[:, lost], origins[:, lost] = found
     return offsets, origins
 
 
-def _roots(node: Real, weight: Real, constant: Real) -> tuple[Real, Indices]:
-    """Return offsets and origins as `secular_offsets` does."""
-    root, problem, origin, side, reach = _nearer_ends(node, weight, constant)
-    equations = _equations(node, weight, constant, problem, origin, side)
-    distance = _solve(equations, reach, tolerance=1e-10, noise=2 * _ROUNDING)
-    sums = _sums(equations, distance)
-    doubtful = sums.size > _ILL_CONDITIONED * (equations.weight + distance * distance * sums.steepness)
-    if doubtful.any():
-        chosen = problem[doubtful], origin[doubtful], side[doubtful]
-        with decimal.localcontext(_LONG):
-            equations = _long_equations(node, weight, constant, *chosen)
-            long = _solve(equations, _long(reach[doubtful]), tolerance=_TINY, noise=_TINY**5)
-            distance[doubtful] = long.astype(float)
-    offsets, origins = np.full(node.shape, np.inf), np.full(node.shape, len(node) - 1, np.intp)
-    offsets[root, problem], origins[root, problem] = np.where(side > 0, distance, -distance), origin
-    return offsets, origins
+class BeyondReachError(InputError, ValueError):
+    """Error for rates of a stack that cannot be resolved in double precision."""
 
-
-def _nearer_ends(node: Real, weight: Real, constant: Real) -> tuple[Indices, Indices, Indices, Indices, Real]:
-    """Return for each root its index, its problem, its origin, the side of the origin it is on, and a bound of its distance."""
-    count, problems = node.shape
-    left, problem = np.divmod(np.arange((count - 1) * problems), problems)
-    upwards, origin = np.ones_like(left), left
-    reach: Real = np.diff(node, axis=0).reshape(-1) / 2
-    if left.size:
-        sums = _sums(_equations(node, weight, constant, problem, left, upwards), reach)
-        product = sums.product
-        doubtful = np.abs(product) <= 64 * _ROUNDING * sums.size
-        if doubtful.any():  # the nearer end follows from the sign alone, so the sign must be right
-            chosen = problem[doubtful], left[doubtful], upwards[doubtful]
-            with decimal.localcontext(_LONG):
-                equations = _long_equations(node, weight, constant, *chosen)
-                product[doubtful] = np.where(_sums(equations, _long(reach[doubtful])).product > 0, 1, -1)
-        above = product > 0
-        origin, upwards = left + above, np.where(above, -1, 1)
-    last = np.flatnonzero(constant > 0)
-    top = np.full(last.size, count - 1)
-    reach = np.concatenate([reach, weight[:, last].sum(axis=0) / constant[last]]) * (1 + _SLACK)
-    return (
-        np.concatenate([left, top]),
-        np.concatenate([problem, last]),
-        np.concatenate([origin, top]),
-        np.concatenate([upwards, np.ones_like(last)]),
-        reach,
-    )
-
-
-def _equations(
-    node: Numbers, weight: Numbers, constant: Numbers, problem: Indices, origin: Indices, side: Indices
-) -> _Equations:
-    column = np.arange(origin.size)
-    position = side * (node[:, problem] - node[origin, problem])
-    rest = weight[:, problem]
-    own = rest[origin, column]
-    rest[origin, column] = 0 * own
-    # the bracket of the root above the last node has no other end: the index is that of the origin, position 0
-    neighbour = position[np.minimum(origin + side, len(node) - 1), column]
-    return _Equations(
-        position=position, weight=own, rest=rest, level=-side * constant[problem], neighbour=neighbour
-    )
-
-
-def _sums(equations: _Equations, distance: Numbers) -> _Sums:
-    apart = distance - equations.position
-    terms = equations.rest / apart
-    others = terms.sum(axis=0)
-    rest = others + equations.level
-    size = equations.weight + distance * (np.abs(terms).sum(axis=0) + np.abs(equations.level))
-    return _Sums(
-        product=equations.weight + distance * rest,
-        size=size,
-        others=others,
-        rest=rest,
-        steepness=(terms / apart).sum(axis=0),
-    )
-
-
-def _solve(equations: _Equations, reach: Numbers, *, tolerance: Any, noise: Any) -> Numbers:
-    """Return the distance of each root from its origin, at most ``reach``.
-
-    Convergence is quadratic, so a last step below ``tolerance`` leaves an error of about its square.
-    """
-    found = reach.copy()
-    active = np.arange(reach.size)
-    distance, high = reach, reach
-    sums = _sums(equations, distance)
-    low = reach * (equations.weight / sums.size) / 2
-    turn = 0
-    while active.size:
-        found[active], done, distance, low, high = _step(
-            distance,
-            low,
-            high,
-            equations.weight,
-            equations.level,
-            equations.neighbour,
-            sums.others,
-            sums.steepness,
-            sums.size,
-            turn,
-            tolerance,
-            noise,
+    def __init__(self, why: str) -> None:
+        super().__init__(
+            "stack: the rates or impedances of layers and circuit lie too far apart to be computed. Choose longer relaxation"
+            " times or smaller conductivities of the layers, or a less extreme resistance or thickness (in the secular"
+            f" equation, {why})"
         )
-        if done.any():
-            keep = ~done
-            equations, active = equations.take(keep), active[keep]
-            distance, low, high = distance[keep], low[keep], high[keep]
-        sums = _sums(equations, distance)
-        turn += 1
-    return found
 
 
-def _long_equations(
-    node: Real, weight: Real, constant: Real, problem: Indices, origin: Indices, side: Indices
-) -> _Equations:
-    """Return the equations in exact decimals, so that the same steps use as many digits as the context has."""
-    nodes, weights, constants = (_long(each[..., problem]) for each in (node, weight, constant))
-    return _equations(nodes, weights, constants, np.arange(len(problem)), origin, side)
+def _refuse_beyond_reach(nodes: Real, weights: Real, constants: Real) -> None:
+    """Refuse the first of many problems whose numbers are beyond reach; `nodes`, `weights` (nodes, problems)."""
+    within = np.asarray(np.all(np.isfinite(nodes), axis=0) & (nodes[0] >= 0) & (nodes[-1] <= _LARGEST_NODE))
+    apart = np.asarray(np.all(np.diff(nodes, axis=0) >= _SMALLEST_GAP, axis=0))
+    heavy = np.asarray(((weights >= 1 / _LARGEST_WEIGHT) & (weights <= _LARGEST_WEIGHT)).all(axis=0))
+    level = (constants == 0) | ((constants >= 1 / _LARGEST_WEIGHT) & (constants <= _LARGEST_WEIGHT))
+    if (within & apart & heavy & level).all():
+        return
+    first = int(np.argmin(within & apart & heavy & level))
+    node, weight, constant = nodes[:, first], weights[:, first], float(constants[first])
+    if not within[first]:
+        why = f"nodes: expected numbers from 0 to {_LARGEST_NODE:g}, got up to {node.max():.3g}"
+    elif not apart[first]:
+        where = int(np.argmin(np.diff(node)))
+        why = (
+            f"nodes[{where}] = {node[where]!r} and nodes[{where + 1}] = {node[where + 1]!r}: expected "
+            f"strictly increasing nodes {_SMALLEST_GAP:g} apart; merge equal nodes by adding their weights"
+        )
+    elif not heavy[first]:
+        worst = weight[np.argmax(np.abs(np.log(np.abs(weight) + 1e-300)))]
+        why = f"weights: expected {1 / _LARGEST_WEIGHT:g} to {_LARGEST_WEIGHT:g}, got {worst:.3g}"
+    else:
+        why = f"constant = {constant!r}: expected 0, or {1 / _LARGEST_WEIGHT:g} to {_LARGEST_WEIGHT:g}"
+    raise BeyondReachError(why)
 
 
-def _long(numbers: Real) -> Numbers:
-    flat = [decimal.Decimal(number) for number in numbers.reshape(-1).tolist()]
-    return np.array(flat, dtype=object).reshape(numbers.shape)
+def _roots_at(node: Real, weight: Real, origin: Indices, offset: Real) -> Roots:
+    """Return roots whose distance from the nearer node is known."""
+    difference = _differences(node, origin, offset)
+    slope: Real = (weight[..., None, :] / difference / difference).sum(axis=-1)
+    values: Real = np.take_along_axis(node, origin, -1) + offset
+    for array in (node, values, origin, offset, slope):
+        array.flags.writeable = False
+    return Roots(nodes=node, values=values, origin=origin, offset=offset, slope=slope)
+
+
+def _between_two_poles(node: Real, weight: Real) -> Roots:
+    """Return the root between two poles for a constant of 0, in closed form."""
+    nearer = int(weight[0] > weight[1])
+    distance = (node[1] - node[0]) * (weight[nearer] / (weight[0] + weight[1]))
+    return _roots_at(node, weight, np.array([nearer]), np.array([-distance if nearer else distance]))
+
+
+def _of_one_pole(node: Real, weight: Real, constant: float) -> Roots:
+    """Return the root above a single pole, in closed form."""
+    return _roots_at(node, weight, np.zeros(1, np.intp), weight / constant)
+
+
+def _of_two_poles(node: Real, weight: Real, constant: float) -> Roots | None:
+    """Return the roots between and above two poles, in closed form; None where terms cancel too much.
+
+    With x the distance from the upper pole, c x^2 + (c gap - w0 - w1) x - w1 gap = 0: one root below it, one above.
+    """
+    (below, above), gap = weight.tolist(), float(node[1] - node[0])
+    reach = constant * gap
+    middle, product = reach - below - above, above * gap
+    root = math.sqrt(middle * middle + 4 * constant * product)
+    if not (reach + below + above <= _CANCELLED * root and product > 0):
+        return None
+    larger = (abs(middle) + root) / (2 * constant)
+    smaller = product / constant / larger
+    down, up = (larger, smaller) if middle > 0 else (smaller, larger)
+    if 2 * down <= gap:
+        origin, offset = [1, 1], [-down, up]
+    else:  # the lower root is nearer to the lower pole
+        other = reach + below + above
+        between = math.hypot(reach + above - below, 2 * math.sqrt(below * above))
+        origin, offset = [0, 1], [2 * below * gap / (other + between), up]
+    return _roots_at(node, weight, np.array(origin), np.array(offset))
+
+
+def _differences(node: Real, origin: Indices, offset: Real) -> Real:
+    begins = np.take_along_axis(node, origin, -1)
+    result: Real = (begins[..., :, None] - node[..., None, :]) + offset[..., :, None]
+    return result
