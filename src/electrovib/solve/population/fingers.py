@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
 
 TOGETHER: Final = (
-    "together: arrays over fingers (linear layers, a fixed gap, a voltage of straight pieces or sines, friction without"
+    "together: arrays over fingers (linear layers, a fixed gap, a drive of straight pieces or sines, friction without"
     " memory)"
 )
 """Method that is stated where fingers are computed in arrays."""
