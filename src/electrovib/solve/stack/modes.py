@@ -298,7 +298,7 @@ def _assembled(
     thickness = stacked([row_of(slab.thickness) for slab in slabs])
     limit: Any = 0.0
     if not is_there(resistance):
-        limit = stacked([_column(row) / _column(parts.total) for row in np.moveaxis(parts.layers, -2, 0)])
+        limit = _column(parts.layers) / _column(parts.total)[..., None, :]
     direct = limit / thickness  # (..., layers, 1)
     left = np.zeros(rates.shape[-1])
     free = bound_free = np.zeros((len(slabs), rates.shape[-1]))
@@ -311,8 +311,8 @@ def _assembled(
         idle = held[..., :, None] - (driving / parts.total[..., shared])[..., None, :]
         left = side_by_side(charged, np.zeros(len(shared)))
         charged = charged[..., None, :]
-        free = _beside(drops * charged, parts.layers[..., shared] * idle) / thickness
-        bound_free = _beside(bound * charged, parts.bound[..., shared] * idle)
+        free = side_by_side(drops * charged, parts.layers[..., shared] * idle) / thickness
+        bound_free = side_by_side(bound * charged, parts.bound[..., shared] * idle)
     share = forced[..., None, :]
     gains = _gains(drops * share / thickness, rates[..., None, :])
     at_once = [eps0 * slab.debye.high for slab in slabs]
@@ -320,13 +320,6 @@ def _assembled(
     displacements = _each(rates, _gains(bound * share, rates[..., None, :]), direct, bound_free, at_once)
     current = _current(parts, rates, _gains(forced, rates), left, resistance)
     return StackModes(rates, fields, displacements, current, driven.shape[-1], parts.charges)
-
-
-def _beside(one: Real, other: Real) -> Real:
-    """Return arrays (..., layers, n) side by side along their last axis."""
-    lead = np.broadcast_shapes(one.shape[:-1], other.shape[:-1])
-    parts = [np.broadcast_to(each, (*lead, each.shape[-1])) for each in (one, other)]
-    return np.concatenate(parts, axis=-1)
 
 
 def _each(
@@ -346,10 +339,7 @@ def _each(
 def _gains(residues: Real, rates: Real) -> Real:
     """Return residues over rates for the driven modes, and 0 for the others."""
     driven = residues.shape[-1]
-    over = residues / rates[..., :driven]
-    gains = np.zeros((*over.shape[:-1], rates.shape[-1]))
-    gains[..., :driven] = over
-    return gains
+    return side_by_side(residues / rates[..., :driven], np.zeros(rates.shape[-1] - driven))
 
 
 def _current(parts: _InSeries, rates: Real, gains: Real, free: Real, resistance: Column) -> Transfer:
