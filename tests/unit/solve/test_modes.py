@@ -163,6 +163,36 @@ def test_charge_from_a_floating_body_goes_back_to_it():
         assert np.max(np.abs(field.free)) > 0
 
 
+@pytest.mark.parametrize("second", [0.0, 0.5])
+@pytest.mark.parametrize("body", [0.0, 2e-9])
+def test_no_current_flows_at_first(body, second):
+    """The plate's image of all charges, that of the body among them, is such that the voltages of all parts add up to 0."""
+    element = replace(BODY, charge=body)
+    modes = stack_modes([charged(FILM, 1e-5), SKIN], area=AREA, element=element, second=second)
+    current = modes.current_density.free
+    assert np.abs(current.sum()) < 1e-12 * np.abs(current).sum()
+
+
+def test_charge_in_one_of_two_contacts_relaxes_through_the_layer_it_is_on():
+    """A second contact of the same size has the same poles: the difference of both decays with the rate of a layer alone."""
+    layer = Slab(1e-4, DebyeSum(10.0), 1e-8)
+    slabs = [charged(FILM, 1e-6), layer]
+    modes = stack_modes(slabs, area=AREA, element=SeriesElement(resistance=1e4), second=1.0)
+    own = layer.conductivity / (EPS0 * layer.debye.high)
+    s = 2j * np.pi * FREQUENCY
+    film, skin = impedance(FILM), impedance(layer)
+    current = -(modes.charges[0] * film + modes.charges[1] * skin) / (
+        2 * (film + skin) + AREA * SeriesElement(resistance=1e4).impedance(FREQUENCY)
+    )
+    for place, drop in enumerate((film, skin)):
+        field = modes.fields[place]
+        free = np.sum(field.free / (s[:, None] + modes.rates), axis=1)
+        expected = drop * (modes.charges[place] + current) / slabs[place].thickness
+        assert np.max(np.abs(free - expected)) < 1e-11 * np.max(np.abs(expected))
+    alone = modes.fields[1].free[np.isclose(modes.rates, own, rtol=1e-13)]
+    assert alone == pytest.approx([modes.charges[1] / 2 / (EPS0 * layer.debye.high)], rel=1e-12)
+
+
 def test_charge_on_the_film_shares_its_lines_with_a_neutral_floating_body():
     """In the end the charge has two paths to ground: through the film, and over the skin through the body."""
     charge = 1e-5
