@@ -99,6 +99,7 @@ def assert_same_modes(slabs, surroundings):
         current, found = alone.current_density, together.current_density
         size = current.direct + current.slope * 2 * np.pi * FREQUENCY
         assert_same(found, current, case, scale=size, of_charge=current_of_charge(alone, mine))
+        assert of_case(found.direct, case) == pytest.approx(current.direct, rel=SAME)
         assert of_case(found.static, case) == pytest.approx(current.static, rel=SAME)
         held = row(together.charges, case)
         assert np.max(np.abs(held - alone.charges)) <= SAME * np.max(np.abs(alone.charges))

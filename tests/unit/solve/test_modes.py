@@ -83,6 +83,17 @@ def test_one_leaky_layer_is_not_a_mode_of_a_voltage_drive():
     assert np.max(np.abs(current * impedance(SKIN) - 1)) < 1e-10  # where conduction is 1e-3 of the terms
 
 
+@pytest.mark.parametrize("resistance", [0.0, 1e6])
+@pytest.mark.parametrize("second", [0.0, 0.5])
+def test_a_constant_voltage_flows_through_the_conductances(resistance, second):
+    slabs = [replace(FILM, conductivity=1e-9), SKIN]
+    element = SeriesElement(resistance=resistance)
+    current = stack_modes(slabs, area=AREA, element=element, second=second).current_density
+    expected = sum(slab.thickness / slab.conductivity for slab in slabs) * (1 + second) + AREA * resistance
+    assert current.static == pytest.approx(1 / expected, rel=1e-13)
+    assert current.direct + current.gains.sum() == pytest.approx(current.static, abs=1e-12 * current.direct)
+
+
 @pytest.mark.parametrize("second", [0.0, 0.5])
 @pytest.mark.parametrize(
     "element",
@@ -161,6 +172,16 @@ def test_charge_from_a_floating_body_goes_back_to_it():
     for field in modes.fields:
         assert np.abs(field.free[modes.rates == 0].sum()) < ROUNDING * np.max(np.abs(field.free))
         assert np.max(np.abs(field.free)) > 0
+
+
+def test_a_charged_body_holds_a_voltage_over_both_its_capacitors():
+    """Without charge on the layers, the body's charge is on its own capacitor and on the stack, in parallel to ground."""
+    charge, slabs = 2e-9, [FILM, SKIN]
+    modes = stack_modes(slabs, area=AREA, element=replace(BODY, charge=charge))
+    lengths = sum(slab.thickness / slab.debye.high for slab in slabs)
+    body = charge / (1 / BODY.elastance + EPS0 * AREA / lengths)
+    across = sum(field.free.sum() * slab.thickness for field, slab in zip(modes.fields, slabs, strict=True))
+    assert across == pytest.approx(-body, rel=1e-12)
 
 
 @pytest.mark.parametrize("second", [0.0, 0.5])
