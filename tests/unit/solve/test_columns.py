@@ -13,7 +13,7 @@ from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.population.response import some_of
 from electrovib.solve.stack.expand import current_section
 from electrovib.solve.stack.modes import Slab, blocked, slots, stack_modes
-from electrovib.solve.stack.section import modal_section
+from electrovib.solve.stack.section import field_in_gap, modal_section
 from electrovib.solve.stack.secular import secular_roots
 from electrovib.solve.stack.transfer import (
     INTEGRATING,
@@ -269,6 +269,61 @@ def test_sections_per_ampere_with_columns_are_those_of_each_case(seed):
         assert_same(per_volt.voltage, volt.voltage, case)
         whole, part = per_volt.interface_displacement, volt.interface_displacement
         assert_same(whole, part, case)
+
+
+def film_and_skin(film, skin, charge=0.0):
+    """Return the layers of a scenario without a gap, with other conductivities."""
+    found = {}
+    for (name, layer), conductivity in zip(
+        load("vezzoli_2014/fig6").stack.layers.items(), (film, skin), strict=True
+    ):
+        material = layer.material.model_copy(update={"conductivity": conductivity})
+        on_face = charge if name == "insulator" else 0.0
+        found[name] = layer.model_copy(update={"material": material, "initial_charge": on_face})
+    return found, {name: layer.material.debye() for name, layer in found.items()}
+
+
+def test_the_displacement_at_the_interface_begins_with_what_leaves_the_charge_for_the_finger():
+    layers, debye = film_and_skin(0.0, 1e-7, charge=1e-5)
+    around = ALONE | {"element": SeriesElement(resistance=1e4)}
+    section = modal_section(layers, debye, **around)
+    begin = section["stratum_corneum"].displacement.free.sum()
+    assert begin - section["insulator"].displacement.free.sum() == pytest.approx(1e-5, rel=SAME)
+    assert section.interface_displacement.free.sum() == pytest.approx(begin, rel=SAME)
+
+
+def test_a_gap_beside_the_layers_with_columns_is_that_of_each_case():
+    of_skin, of_film = column(1e-8, 1e-7, 4e-6, 3e-7), 1e-10
+    layers, debye = film_and_skin(of_film, of_skin)
+    around = ALONE | {"element": SeriesElement(resistance=1e6)}
+    found = field_in_gap(modal_section(layers, debye, **around), thickness=2e-6, conductivity=1e-9)
+    for case in range(CASES):
+        mine, its = film_and_skin(of_film, of_case(of_skin, case))
+        alone = field_in_gap(modal_section(mine, its, **around), thickness=2e-6, conductivity=1e-9)
+        expected = alone.at(FREQUENCY)
+        assert np.max(np.abs(found.at(FREQUENCY)[case] - expected)) < 1e-11 * np.max(np.abs(expected))
+
+
+def test_a_gap_beside_layers_with_equal_rates_in_one_case_is_refused():
+    """There the drive excites one mode less, at a rate of both factors: their product would divide by 0."""
+    of_skin, of_film = column(1e-8, 1e-7, 4e-6, 3e-7), 1e-10
+    _, debye = film_and_skin(of_film, of_skin)
+    of_skin[1, 0] = of_film * debye["stratum_corneum"].high / debye["insulator"].high
+    section = modal_section(
+        *film_and_skin(of_film, of_skin), **ALONE | {"element": SeriesElement(resistance=1e6)}
+    )
+    with pytest.raises(NotInArraysError, match="fewer modes"):
+        field_in_gap(section, thickness=2e-6, conductivity=1e-9)
+
+
+def test_a_filter_stays_clear_of_the_modes_of_every_case():
+    layers, debye = film_and_skin(0.0, 1e-7)
+    debye["stratum_corneum"] = DebyeSum(60.0, (1000.0, 30.0), (1e-3, 1e-6))
+    section, names = modal_section(layers, debye, **ALONE), tuple(layers)
+    one = section.inverse_root_thickness(names).rates
+    taken = np.array([[1e-3, 1e9], one[[0, -1]]])
+    other = replace(section, modes=replace(section.modes, rates=taken), _roots={})
+    assert np.min(np.abs(other.inverse_root_thickness(names).rates[:, np.newaxis] / one[[0, -1]] - 1)) > 1e-6
 
 
 def random_transfer(seed, count=3, *, static=False, is_filter=False, shared=False):

@@ -13,7 +13,8 @@ from electrovib.physics.drive.base import Drive
 from electrovib.solve.population import population
 from electrovib.solve.population.arrays import _agree, _keep
 from electrovib.solve.population.drives import excitation
-from electrovib.solve.population.response import settled_state
+from electrovib.solve.population.response import respond, settled_state
+from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integrated
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)
@@ -149,6 +150,22 @@ def test_a_current_with_a_mean_has_no_periodic_state_in_arrays():
     assert "mean" in many.method
     with pytest.raises(InputError, match="mean"):
         many.signals({free[0]: np.array([0.5, 0.7]), free[1]: np.array([-0.5, -0.5])})
+
+
+def test_a_drive_with_a_mean_is_not_integrated_for_ever():
+    """The integral of a periodic drive is periodic only without a mean."""
+    time, charge = (
+        np.linspace(0.0, 0.02, 41),
+        integrated(Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=2.0)),
+    )
+    square = {"model": "Square", "frequency": 50.0}
+    even = excitation(drive_of(**square, high=1.0, low=-1.0), time, settled=True)
+    found = respond({"charge": charge}, [(np.array([[3.0]]), even)])["charge"]
+    assert np.max(found) == pytest.approx(2 * 3 * 0.01 / 2, rel=1e-12)
+    with pytest.raises(NotInArraysError, match="mean"):
+        respond(
+            {"charge": charge}, [(1.0, excitation(drive_of(**square, high=1.0, low=0.0), time, settled=True))]
+        )
 
 
 def test_fingers_are_written_where_they_belong():
