@@ -83,6 +83,17 @@ def test_one_leaky_layer_is_not_a_mode_of_a_voltage_drive():
     assert np.max(np.abs(current * impedance(SKIN) - 1)) < 1e-10  # where conduction is 1e-3 of the terms
 
 
+@pytest.mark.parametrize("resistance", [0.0, 1e6])
+@pytest.mark.parametrize("second", [0.0, 0.5])
+def test_a_constant_voltage_flows_through_the_conductances(resistance, second):
+    slabs = [replace(FILM, conductivity=1e-9), SKIN]
+    element = SeriesElement(resistance=resistance)
+    current = stack_modes(slabs, area=AREA, element=element, second=second).current_density
+    expected = sum(slab.thickness / slab.conductivity for slab in slabs) * (1 + second) + AREA * resistance
+    assert current.static == pytest.approx(1 / expected, rel=1e-13)
+    assert current.direct + current.gains.sum() == pytest.approx(current.static, abs=1e-12 * current.direct)
+
+
 @pytest.mark.parametrize("second", [0.0, 0.5])
 @pytest.mark.parametrize(
     "element",
@@ -161,6 +172,46 @@ def test_charge_from_a_floating_body_goes_back_to_it():
     for field in modes.fields:
         assert np.abs(field.free[modes.rates == 0].sum()) < ROUNDING * np.max(np.abs(field.free))
         assert np.max(np.abs(field.free)) > 0
+
+
+def test_a_charged_body_holds_a_voltage_over_both_its_capacitors():
+    """Without charge on the layers, the body's charge is on its own capacitor and on the stack, in parallel to ground."""
+    charge, slabs = 2e-9, [FILM, SKIN]
+    modes = stack_modes(slabs, area=AREA, element=replace(BODY, charge=charge))
+    lengths = sum(slab.thickness / slab.debye.high for slab in slabs)
+    body = charge / (1 / BODY.elastance + EPS0 * AREA / lengths)
+    across = sum(field.free.sum() * slab.thickness for field, slab in zip(modes.fields, slabs, strict=True))
+    assert across == pytest.approx(-body, rel=1e-12)
+
+
+@pytest.mark.parametrize("second", [0.0, 0.5])
+@pytest.mark.parametrize("body", [0.0, 2e-9])
+def test_no_current_flows_at_first(body, second):
+    """The plate's image of all charges, that of the body among them, is such that the voltages of all parts add up to 0."""
+    element = replace(BODY, charge=body)
+    modes = stack_modes([charged(FILM, 1e-5), SKIN], area=AREA, element=element, second=second)
+    current = modes.current_density.free
+    assert np.abs(current.sum()) < 1e-12 * np.abs(current).sum()
+
+
+def test_charge_in_one_of_two_contacts_relaxes_through_the_layer_it_is_on():
+    """A second contact of the same size has the same poles: the difference of both decays with the rate of a layer alone."""
+    layer = Slab(1e-4, DebyeSum(10.0), 1e-8)
+    slabs = [charged(FILM, 1e-6), layer]
+    modes = stack_modes(slabs, area=AREA, element=SeriesElement(resistance=1e4), second=1.0)
+    own = layer.conductivity / (EPS0 * layer.debye.high)
+    s = 2j * np.pi * FREQUENCY
+    film, skin = impedance(FILM), impedance(layer)
+    current = -(modes.charges[0] * film + modes.charges[1] * skin) / (
+        2 * (film + skin) + AREA * SeriesElement(resistance=1e4).impedance(FREQUENCY)
+    )
+    for place, drop in enumerate((film, skin)):
+        field = modes.fields[place]
+        free = np.sum(field.free / (s[:, None] + modes.rates), axis=1)
+        expected = drop * (modes.charges[place] + current) / slabs[place].thickness
+        assert np.max(np.abs(free - expected)) < 1e-11 * np.max(np.abs(expected))
+    alone = modes.fields[1].free[np.isclose(modes.rates, own, rtol=1e-13)]
+    assert alone == pytest.approx([modes.charges[1] / 2 / (EPS0 * layer.debye.high)], rel=1e-12)
 
 
 def test_charge_on_the_film_shares_its_lines_with_a_neutral_floating_body():

@@ -14,7 +14,7 @@ from electrovib.physics.debye_sum import DebyeSum
 from electrovib.physics.interface import Role, interface_place, roles_of
 from electrovib.solve.stack.inverse_root import inverse_root_thickness
 from electrovib.solve.stack.modes import Slab, StackModes, stack_modes
-from electrovib.solve.stack.transfer import Column, Transfer, integrated, summed
+from electrovib.solve.stack.transfer import Column, NotInArraysError, Transfer, integrated, summed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -234,5 +234,7 @@ def _busy(transfer: Transfer) -> Transfer:
     """Omit modes that the drive does not excite, because a product divides by the distance between rates."""
     scale = np.abs(transfer.direct) + summed(np.abs(transfer.gains))
     kept = (np.abs(transfer.gains) > IDLE * scale) & (transfer.rates > 0)
-    kept = np.any(kept, axis=tuple(range(kept.ndim - 1)))
+    if np.any(kept != np.atleast_2d(kept)[:1]):
+        raise NotInArraysError("the drive excites fewer modes in some cases")
+    kept = np.atleast_2d(kept)[0]
     return Transfer(rates=transfer.rates[..., kept], gains=transfer.gains[..., kept], direct=transfer.direct)

@@ -1,0 +1,191 @@
+"""Drives of many fingers as straight pieces and sines: rises, periods, means, and what is settled."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.errors import InputError
+from electrovib.core.model import read_model
+from electrovib.physics.drive.base import Drive
+from electrovib.solve.population import population
+from electrovib.solve.population.arrays import _agree, _keep
+from electrovib.solve.population.drives import excitation
+from electrovib.solve.population.response import respond, settled_state
+from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integrated
+
+_SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
+fingers_of = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(fingers_of)
+difference, times_of = fingers_of.difference, fingers_of.times_of
+
+EQUAL = 1e-12
+GAP = "vezzoli_2014/fig6_gap"
+CURRENT = "kim_2015/current"
+PERIODIC = {"time.initial_state": {"model": "PeriodicState"}}
+SQUARE = {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0}
+PULSES = {"model": "PulseTrain", "high": 40.0, "width": 2e-3, "frequency": 120.0, "edge": 1e-3}
+
+
+def drive_of(**given):
+    return read_model(Drive, given)
+
+
+def test_a_rise_keeps_its_digits_beside_a_large_voltage():
+    """A slope of 1e-3 V/s at 1 kV rises by 1e-9 V in a step: the difference of the voltages would have four digits."""
+    drive = drive_of(model="Trapezium", low=1000.0, high=1000.001, rise=1.0, hold=1.0, fall=1.0)
+    time = np.linspace(0.0, 0.9, 900_001)[::1000]
+    found = excitation(drive, time, settled=False)
+    steps = np.diff(found.moments.time)
+    slope = (1000.001 - 1000.0) / 1.0
+    assert np.allclose(found.rises[:-1][steps > 0], slope * steps[steps > 0], rtol=1e-12, atol=0)
+    assert found.rises[-1] == 0
+
+
+def test_rises_add_up_to_the_voltage_over_jumps_too():
+    time = np.linspace(0.0, 0.05, 83)
+    found = excitation(drive_of(**SQUARE), time, settled=False)
+    assert np.any(np.diff(found.moments.time) == 0)
+    assert np.allclose(found.voltage[0] + np.cumsum(found.rises)[:-1], found.voltage[1:], rtol=0, atol=1e-10)
+    drive = drive_of(**SQUARE)
+    assert np.array_equal(found.values(), drive.voltage(time))
+
+
+@pytest.mark.parametrize("offset", [0.0, 7.0])
+def test_a_settled_drive_has_its_mean_and_otherwise_its_integral(offset):
+    high, low = 30.0 + offset, -30.0 + offset
+    drive = drive_of(model="Square", high=high, low=low, frequency=50.0)
+    time = np.linspace(0.0, 0.04, 81)
+    found = excitation(drive, time, settled=True)
+    assert found.mean == pytest.approx(offset, rel=1e-14)
+    if not offset:  # a triangle of height 30 V times half a period
+        assert np.max(found.integral) == pytest.approx(30.0 * 0.01 / 2, rel=1e-12)
+        assert np.max(np.abs(np.diff(found.integral))) == pytest.approx(30.0 * 5e-4, rel=1e-9)
+    else:
+        assert not np.any(found.integral)
+    ((lengths, begins, ends),) = found.periods()
+    assert lengths.sum() == pytest.approx(0.02, rel=1e-14)
+    assert begins @ lengths == pytest.approx(offset * 0.02, abs=1e-12)
+    assert np.array_equal(begins, ends)
+
+
+def test_the_settled_state_is_that_after_many_periods():
+    """From rest, each period of a ramp and a rest adds what the decay over the period has left."""
+    rates, lengths = np.array([[0.3, 40.0, 900.0]]), np.array([0.01, 0.03])
+    begins, ends = np.array([0.0, 5.0]), np.array([5.0, 2.0])
+    state, steps = np.zeros(3), 2000
+    for _ in range(40):  # of 0.04 s: the slowest mode has decayed to 0.62, and its rest is added below
+        for length, begin, end in zip(lengths, begins, ends, strict=True):
+            h = length / steps
+            middles = begin + (end - begin) * (np.arange(steps) + 0.5) / steps
+            weights = np.exp(-np.outer(length - (np.arange(steps) + 0.5) * h, rates[0])) * h
+            state = np.exp(-rates[0] * length) * state + rates[0] * (middles @ weights)
+    decayed = np.exp(-rates[0] * 40 * lengths.sum())
+    assert np.allclose(settled_state(rates, lengths, begins, ends)[0], state / (1 - decayed), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes", "free", "names"),
+    [
+        (GAP, {"drive": SQUARE} | PERIODIC, ("drive.high", "drive.low", "stack.gap.thickness"), ("current",)),
+        (
+            GAP,
+            {"drive": {"model": "Sum", "drives": [SQUARE, PULSES]}} | PERIODIC,
+            ("drive.drives.0.high", "drive.drives.1.high", "stack.gap.thickness"),
+            ("current", "field", "electrostatic_force"),
+        ),
+        (
+            GAP,
+            {
+                "drive": {
+                    "model": "Sum",
+                    "drives": [
+                        SQUARE,
+                        {"model": "Step", "level": 20.0},
+                        {"model": "Sine", "amplitude": 5.0, "frequency": 120.0},
+                    ],
+                }
+            }
+            | PERIODIC,
+            ("drive.drives.0.low", "drive.drives.1.level", "drive.drives.2.amplitude", "stack.gap.thickness"),
+            ("current", "displacement", "drive_voltage"),
+        ),
+        (
+            CURRENT,
+            {},
+            ("drive.amplitude", "stack.gap.thickness", "stack.insulator.thickness"),
+            ("electrostatic_force", "interface_field", "field", "stack_voltage"),
+        ),
+        (
+            CURRENT,
+            {"stack.insulator.initial_charge": 1e-6},
+            ("stack.insulator.initial_charge", "stack.gap.thickness", "contact.area"),
+            ("electrostatic_force", "field", "displacement"),
+        ),
+    ],
+)
+def test_settled_drives_agree_with_one_by_one(scenario, changes, free, names):
+    member = ev.load(scenario).replace(changes)
+    found, method = difference(member, free, names, time=np.linspace(0.0, 0.04, 61))
+    assert method.startswith("together"), method
+    assert found < (1e-10 if "current" in names else EQUAL)
+
+
+def test_a_current_with_a_mean_has_no_periodic_state_in_arrays():
+    """Two offsets that cancel beside the scenario, but not for every finger."""
+    sines = [
+        {"model": "Sine", "amplitude": amplitude, "offset": offset, "frequency": 50.0}
+        for amplitude, offset in ((1.0, 0.0), (0.0, 0.5), (0.0, -0.5))
+    ]
+    drive = {
+        "model": "CurrentAmplifier",
+        "sense_resistance": 1e6,
+        "command": {"model": "Sum", "drives": sines},
+    }
+    free = ["drive.command.drives.1.offset", "drive.command.drives.2.offset"]
+    member, time = ev.load(CURRENT).replace({"drive": drive}), np.linspace(0, 0.02, 5)
+    many = population(member, free, ["interface_field"], time)
+    assert "mean" in many.method
+    with pytest.raises(InputError, match="mean"):
+        many.signals({free[0]: np.array([0.5, 0.7]), free[1]: np.array([-0.5, -0.5])})
+
+
+def test_a_drive_with_a_mean_is_not_integrated_for_ever():
+    """The integral of a periodic drive is periodic only without a mean."""
+    time, charge = (
+        np.linspace(0.0, 0.02, 41),
+        integrated(Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=2.0)),
+    )
+    square = {"model": "Square", "frequency": 50.0}
+    even = excitation(drive_of(**square, high=1.0, low=-1.0), time, settled=True)
+    found = respond({"charge": charge}, [(np.array([[3.0]]), even)])["charge"]
+    assert np.max(found) == pytest.approx(2 * 3 * 0.01 / 2, rel=1e-12)
+    with pytest.raises(NotInArraysError, match="mean"):
+        respond(
+            {"charge": charge}, [(1.0, excitation(drive_of(**square, high=1.0, low=0.0), time, settled=True))]
+        )
+
+
+def test_fingers_are_written_where_they_belong():
+    rows, found = np.arange(6.0).reshape(3, 2), {"x": np.full((6, 2), -1.0)}
+    _keep(found, {"x": rows}, np.array([1, 3, 4, 5]), 6)
+    assert found["x"][:, 0].tolist() == [-1.0, 0.0, -1.0, 2.0, 4.0, -1.0]
+    _keep(found, {"x": rows, "y": rows}, np.array([3, 4, 5]), 6)
+    assert np.array_equal(found["x"][3:], rows)
+    assert np.array_equal(found["y"][3:], rows)
+
+
+@pytest.mark.parametrize(
+    ("other", "agrees"),
+    [
+        ([1.0, -2.0, 0.0], True),
+        ([1.0, -2.0, 1e-9], True),
+        ([1.0, -2.0, 4e-9], False),
+        ([1.0, np.nan, 0.0], False),
+        ([1.0, -2.0], False),
+    ],
+)
+def test_fingers_agree_to_a_billionth_of_the_peak(other, agrees):
+    assert _agree(np.array(other), np.array([1.0, -2.0, 0.0])) == agrees
