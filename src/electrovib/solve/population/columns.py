@@ -9,6 +9,7 @@ import numpy as np
 from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
+from electrovib.solve.parametric import value_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -112,13 +113,6 @@ def _refused(scenario: Scenario, part: str, columns: Mapping[str, Real]) -> str:
 def _checked(model: Model) -> None:
     for name in checks_together(type(model)):
         getattr(model, name)()
-
-
-def value_of(model: Any, path: str) -> Any:
-    """Return what a model has at a dotted path of stored parameters."""
-    for key in path.split("."):
-        model = model[int(key)] if isinstance(model, tuple) else getattr(model, key)
-    return model
 
 
 def stored_columns(scenario: Scenario, columns: Mapping[str, Real]) -> dict[str, Real]:

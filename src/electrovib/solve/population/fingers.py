@@ -29,7 +29,7 @@ TOGETHER: Final = (
     " memory)"
 )
 """Method that is stated where fingers are computed in arrays."""
-_GRIDS = ("time", "frequency")
+GRIDS: Final = ("time", "frequency")
 """Parts of a scenario that are the same for all fingers."""
 
 
@@ -165,7 +165,7 @@ def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -
     problems += [
         f"{path}: the grid is the same for all fingers; choose another parameter"
         for path in free
-        if path.partition(".")[0] in _GRIDS
+        if path.partition(".")[0] in GRIDS
     ]
     for path in free:
         try:

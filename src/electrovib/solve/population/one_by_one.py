@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.signals import SIGNALS
 from electrovib.solve.electrics.over_frequency import over_frequency
-from electrovib.solve.prepare import Prepared
+from electrovib.solve.parametric import ParametricScenario
 from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class OneByOne:
         band: Real | None = None,
     ) -> None:
         self.names, self.time, self.band = tuple(names), time, band
-        self.prepared = Prepared(scenario, free=free)
+        self.prepared = ParametricScenario(scenario, free)
 
     def signals(
         self, draws: Mapping[str, Real], *, out: Mapping[str, NDArray[Any]] | None = None

@@ -59,9 +59,10 @@ class Mesh:
     def series(self, values: Real) -> Real:
         """Return the Chebyshev coefficients of a signal in each piece.
 
-        `values` (n,); returns `coefficients` (pieces, nodes).
+        `values` (..., n); returns `coefficients` (..., pieces, nodes).
         """
-        inside = values[:-1].reshape(len(self.lengths), self.nodes + 1)[:, 1:]
+        shape = (*values.shape[:-1], len(self.lengths), self.nodes + 1)
+        inside = values[..., :-1].reshape(shape)[..., 1:]
         coefficients: Real = inside @ _transform(self.nodes).T
         return coefficients
 

@@ -1,0 +1,117 @@
+"""A scenario as a function of a few of its parameters, which recomputes only what depends on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from electrovib.core.changes import is_stored_as_given, stored_changes, stored_path
+from electrovib.core.errors import InputError
+from electrovib.core.model import Model
+from electrovib.core.numbers import with_numbers
+from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.signals import without
+from electrovib.solve.expanded import Expanded
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike
+
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+
+
+class ParametricScenario:
+    """A scenario as a function of the parameters at the dotted paths `free`, for one set of values after the other.
+
+    Parts of the scenario without a changed value stay the same objects, and results that depend on them alone are kept.
+    """
+
+    def __init__(self, scenario: Scenario, free: Sequence[str]) -> None:
+        problems: list[str] = []
+        self.free = tuple(free)
+        for path in self.free:
+            try:
+                quantity_at(scenario, path)
+            except InputError as error:
+                problems += error.problems
+        problems += [
+            f"free: '{path}' is named twice" for path in {p for p in self.free if self.free.count(p) > 1}
+        ]
+        if problems:
+            raise InputError(problems)
+        begin = {path: value_at(scenario, path) for path in self.free}
+        stored = {path: stored_path(scenario, path) for path in self.free}
+        plain = all(is_stored_as_given(scenario, path, Model) for path in stored.values())
+        self.base = scenario if plain else scenario.replace(begin)
+        self.begin = begin
+        self._stored = stored if plain and len(set(stored.values())) == len(stored) else None
+        self._recent = self.base
+        self._run: Expanded | None = None
+
+    def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
+        """Return the scenario for given values of the free parameters."""
+        given = self._columns(values)
+        foreign = [path for path in given if path not in self.begin]
+        if foreign:
+            raise InputError(
+                f"{foreign[0]}: not a free parameter; the free parameters are {', '.join(self.free)}"
+            )
+        point = self._by_stored_path(self.begin | given)
+        last = self._recent
+        changed = {path: value for path, value in point.items() if value_of(last, path) != value}
+        if changed:
+            self._recent = with_numbers(last, changed)
+        return self._recent
+
+    def signals(
+        self,
+        values: Mapping[str, float] | Sequence[float],
+        *,
+        names: Sequence[str] = ("electrostatic_force",),
+        time: ArrayLike | None = None,
+        band: Real | None = None,
+    ) -> dict[str, Real]:
+        """Compute signals over time for given values of the free parameters.
+
+        `time` (n,) [s] are the output times, by default those of the scenario; `band` (m,) [s] those of a run over whose band
+        the materials are reduced.
+        """
+        member = self.scenario(values)
+        times = None if time is None else np.asarray(time, dtype=float)
+        self._run = Expanded(member, times if band is None else band, before=self._run)
+        record = self._run.at(self._run.times if times is None else times, wanted=names)
+        missing = [name for name in names if name not in record.signals]
+        if missing:
+            raise InputError(without(missing[0], record.signals))
+        return {"time": record.times} | {name: record.signals[name][1] for name in names}
+
+    def _by_stored_path(self, point: Mapping[str, float]) -> dict[str, float]:
+        """Return values by the paths of the parameters that the models store."""
+        if self._stored is not None:
+            return {self._stored[path]: value for path, value in point.items()}
+        changes, problems = stored_changes(self.base, point)
+        if problems:
+            raise InputError(problems)
+        return changes
+
+    def _columns(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:
+        """Return values by path; a sequence has one for each free parameter, in their order."""
+        if isinstance(values, Mapping):
+            return dict(values)
+        given = list(values)
+        if len(given) != len(self.free):
+            raise InputError(
+                f"values: {len(given)} given, {len(self.free)} expected, one for each of {', '.join(self.free)}"
+            )
+        return dict(zip(self.free, given, strict=True))
+
+
+def value_of(model: Any, path: str) -> Any:
+    """Return what a model has at a dotted path of stored parameters."""
+    for key in path.split("."):
+        model = model[int(key)] if isinstance(model, tuple) else getattr(model, key)
+    return model
