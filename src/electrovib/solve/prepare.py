@@ -11,10 +11,9 @@ from electrovib.core.budget import BudgetError
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
-from electrovib.solve.parametric import ParametricScenario
+from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.population.fingers import GRIDS, TOGETHER, Population
-from electrovib.solve.quantities import answer
-from electrovib.solve.quantities.answer import numbers, validity
+from electrovib.solve.quantities.answer import answer, numbers, validity
 from electrovib.solve.quantities.names import DEFAULTS, read_name
 from electrovib.solve.quantities.pieces import tails, taken_from, taken_of_many
 from electrovib.solve.quantities.resolve import MOST_VALUES, TOLERANCE, first_mesh, solved, times_of_window
@@ -32,10 +31,8 @@ if TYPE_CHECKING:
 
 _CHUNK: Final = 1024
 """Points whose signals are in memory together, at most."""
-_NUMBERS: Final = 4_000_000
+_NUMBERS: Final = 1_000_000
 """Numbers of these signals, about."""
-_SERIES: Final = 64
-"""Points whose polynomials are in memory together."""
 _PROBES: Final = 32
 """Points on which a mesh is refined."""
 _ROUNDS: Final = 8
@@ -145,9 +142,12 @@ class Prepared(ParametricScenario):
         if any(not isinstance(value, float) for value in self.begin.values()):
             return "one by one: a parameter has no value in the scenario"
         try:
-            return self._population(first_mesh(solved(self.base))).method
+            many = self._population(first_mesh(solved(self.base)))
         except ElectrovibError as error:
             return f"one by one: {error.problems[0]}"
+        return (
+            many.method if many.shares_times else "one by one: the times of the drive differ between points"
+        )
 
     def __call__(
         self,
@@ -183,7 +183,7 @@ class Prepared(ParametricScenario):
         report = progress or (lambda _done, _count: None)
         if count >= _FEWEST and self.method == TOGETHER:
             try:
-                left = self._on_meshes(draws, found, report)
+                left = self._on_meshes(draws, left, found, report)
             except BudgetError:
                 raise
             except ElectrovibError:  # one by one, a point raises its own error
@@ -197,16 +197,12 @@ class Prepared(ParametricScenario):
         return found
 
     def _on_meshes(
-        self,
-        draws: Mapping[str, Real],
-        found: Mapping[str, Real],
-        report: Callable[[int, int], None],
+        self, draws: Mapping[str, Real], left: Indices, found: Mapping[str, Real], report: Callable[..., None]
     ) -> Indices:
         """Write the quantities of the points that a mesh resolves, and return the other points."""
-        count = len(next(iter(draws.values())))
-        left = np.arange(count)
+        count = len(left)
         for _ in range(_MESHES):
-            if len(left) < _FEWEST or (made := self._mesh(_of(draws, _probes(left)))) is None:
+            if len(left) < _FEWEST or (made := self._mesh(_of(draws, _probes(draws, left)))) is None:
                 break
             mesh, many = made
             size = max(1, min(_CHUNK, _NUMBERS // (len(mesh.times()) * len(many.names))))
@@ -215,10 +211,7 @@ class Prepared(ParametricScenario):
                 report(count - len(left) + start - sum(len(each) for each in open_), count)
                 some = left[start : start + size]
                 rows = self._rows(many, _of(draws, some))
-                for begin in range(0, len(some), _SERIES):
-                    part = slice(begin, begin + _SERIES)
-                    own = {key: row[part] for key, row in rows.items()}
-                    open_.append(some[part][~self._taken(mesh, own, some[part], found)])
+                open_.append(some[~self._taken(mesh, rows, some, found)])
             left = np.concatenate(open_)
         return left
 
@@ -230,10 +223,9 @@ class Prepared(ParametricScenario):
     def _mesh(self, draws: Mapping[str, Real]) -> tuple[Mesh, Population] | None:
         """Return a mesh that resolves some points, or None where they are not computed together on it.
 
-        The first pieces are those of the point with the fastest mode.
+        The first pieces are those of the point with the fastest mode among the ends of the parameters.
         """
-        count = len(next(iter(draws.values())))
-        runs = [solved(self.scenario(_point(draws, point)), mechanics=False) for point in range(count)]
+        runs = [solved(self.scenario(_point(draws, point)), mechanics=False) for point in _ends(draws)]
         mesh = first_mesh(max(runs, key=lambda run: float(np.max(run.section.modes.rates, initial=0.0))))
         for _ in range(_ROUNDS):
             many = self._population(mesh)
@@ -255,11 +247,7 @@ class Prepared(ParametricScenario):
         return {key: found[key[0]][:, layers.index(key[1])] if key[1] else found[key[0]] for key in keys}
 
     def _taken(
-        self,
-        mesh: Mesh,
-        rows: Mapping[tuple[str, str], Real],
-        points: Indices,
-        found: Mapping[str, Real],
+        self, mesh: Mesh, rows: Mapping[tuple[str, str], Real], points: Indices, found: Mapping[str, Real]
     ) -> NDArray[np.bool_]:
         """Write the quantities of some points, and return which points a mesh resolves, shape (points,)."""
         resolved = np.ones(len(points), dtype=bool)
@@ -285,9 +273,15 @@ def _of(draws: Mapping[str, Real], points: Indices) -> dict[str, Real]:
     return {path: values[points] for path, values in draws.items()}
 
 
-def _probes(points: Indices) -> Indices:
-    """Return some of the points, evenly spaced."""
-    return points[:: -(-len(points) // _PROBES)]
+def _probes(draws: Mapping[str, Real], points: Indices) -> Indices:
+    """Return some of the points: evenly spaced ones, and those with the smallest and the largest value of a parameter."""
+    spaced = np.arange(0, len(points), -(-len(points) // _PROBES))
+    return points[np.union1d(spaced, _ends(_of(draws, points)))]
+
+
+def _ends(draws: Mapping[str, Real]) -> list[int]:
+    """Return the points with the smallest and the largest value of each parameter."""
+    return [int(end(values)) for values in draws.values() for end in (np.argmin, np.argmax)]
 
 
 def _open(series: Real) -> NDArray[np.bool_]:

@@ -123,20 +123,20 @@ def test_the_value_of_a_point_does_not_depend_on_the_parts_of_a_call(monkeypatch
     draws = {path: draws[path] for path in (THICKNESS, AREA)}
     whole, seen = many(draws)[text], []
     monkeypatch.setattr(prepare, "_CHUNK", 8)
-    monkeypatch.setattr(prepare, "_SERIES", 3)
     assert many(draws, progress=lambda *at: seen.append(at))[text].tobytes() == whole.tobytes()
     assert seen == [(start, count) for start in range(0, count, 8)]
 
 
 def test_points_that_the_mesh_of_the_others_does_not_resolve_are_solved_alone(monkeypatch):
-    """Skins that conduct 1e6 times better relax faster; none of them is among the points on which the mesh is refined."""
+    """Skins that conduct 1e6 times better relax faster, and are not among the points on which the mesh is refined."""
     scenario, path = load(GAP), "stack.stratum_corneum.material.conductivity"
     usual = scenario.stack.layers["stratum_corneum"].material.conductivity
     values = np.full(100, usual)
     values[[1, 2, 5]] = 1e6 * usual
     text = "peak field in stratum_corneum"
     many = made(scenario, text, free=(path,))
-    assert not {1, 2, 5} & set(prepare._probes(np.arange(100)).tolist())
+    assert {1, 4, 8} < set(prepare._probes({path: values}, np.arange(100)).tolist())
+    monkeypatch.setattr(prepare, "_probes", lambda _draws, left: left[6:])
     evaluated, one = [], many._numbers
     monkeypatch.setattr(many, "_numbers", lambda *given: evaluated.append(given) or one(*given))
     found = many({path: values})[text]
@@ -155,6 +155,13 @@ def test_points_with_grids_of_their_own_are_solved_one_by_one():
     scenario, draws = load(GAP), {"time.duration": np.linspace(0.1, 0.2, 33)}
     many = made(scenario, FORCE, free=("time.duration",))
     assert "grid differs" in many.method
+    np.testing.assert_array_equal(many(draws)[FORCE], alone(scenario, [FORCE], draws)[FORCE])
+
+
+def test_points_with_a_period_of_their_own_have_their_own_window():
+    scenario, draws = load("bau_2010/sine"), {"drive.frequency": np.linspace(100.0, 190.0, 40)}
+    many = made(scenario, FORCE, free=("drive.frequency",))
+    assert "times of the drive differ" in many.method
     np.testing.assert_array_equal(many(draws)[FORCE], alone(scenario, [FORCE], draws)[FORCE])
 
 

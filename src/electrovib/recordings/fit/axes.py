@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.recordings.fit.measured import Observed
     from electrovib.scenario import Scenario
-    from electrovib.solve.parametric import ParametricScenario
+    from electrovib.solve.one_by_one import ParametricScenario
 
 
 def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list[str]]:

@@ -16,7 +16,7 @@ from electrovib.recordings.fit.axes import along, over_time, signals_over_freque
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
 from electrovib.solve.mechanics.lateral import INDEPENDENT, proportional_to_friction
-from electrovib.solve.parametric import ParametricScenario
+from electrovib.solve.one_by_one import ParametricScenario
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.mechanics.filters import Filter
-    from electrovib.solve.parametric import ParametricScenario
+    from electrovib.solve.one_by_one import ParametricScenario
 
 _MECHANICAL: Final = frozenset({"friction", "finger", "rig"})
 """Parts of a scenario on which no electrical quantity depends."""

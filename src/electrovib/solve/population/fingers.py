@@ -11,9 +11,9 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
+from electrovib.solve.one_by_one import KERNEL, OneByOne, over_which
 from electrovib.solve.population.arrays import Arrays
 from electrovib.solve.population.kernels import kernel_name
-from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
@@ -114,6 +114,11 @@ class Population:
             self._together = Arrays(scenario, self.free, self.names, self._alone)
         except NotInArraysError as reason:
             self.method, self.kernel = f"one by one: {reason}", KERNEL
+
+    @property
+    def shares_times(self) -> bool:
+        """Whether the drives of all fingers have the same times and frequencies, where signals are over time."""
+        return self._together is None or self._together.drive is not None
 
     def signals(
         self,

@@ -61,8 +61,7 @@ class Mesh:
 
         `values` (..., n); returns `coefficients` (..., pieces, nodes).
         """
-        shape = (*values.shape[:-1], len(self.lengths), self.nodes + 1)
-        inside = values[..., :-1].reshape(shape)[..., 1:]
+        inside = values[..., :-1].reshape(*values.shape[:-1], -1, self.nodes + 1)[..., 1:]
         coefficients: Real = inside @ _transform(self.nodes).T
         return coefficients
 

@@ -19,7 +19,7 @@ from electrovib.physics.contact import PerssonSurface
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import Friction
 from electrovib.physics.material import Material
-from electrovib.solve.parametric import value_of
+from electrovib.solve.one_by_one import value_of
 from electrovib.solve.population import population
 from electrovib.solve.simulate import simulate
 
