@@ -51,10 +51,11 @@ class ParametricScenario:
             raise InputError(problems)
         begin = {path: value_at(scenario, path) for path in self.free}
         stored = {path: stored_path(scenario, path) for path in self.free}
-        plain = all(is_stored_as_given(scenario, path, Model) for path in stored.values())
-        self.base = scenario if plain else scenario.replace(begin)
+        plain = [path for path, name in stored.items() if is_stored_as_given(scenario, name, Model)]
+        self.base = scenario if len(plain) == len(stored) else scenario.replace(begin)
         self.begin = begin
-        self._stored = stored if plain and len(set(stored.values())) == len(stored) else None
+        named_once = len(set(stored.values())) == len(stored)
+        self._plain = {path: stored[path] for path in plain if named_once}
         self._recent = self.base
         self._run: Expanded | None = None
 
@@ -97,12 +98,11 @@ class ParametricScenario:
 
     def _by_stored_path(self, point: Mapping[str, float]) -> dict[str, float]:
         """Return values by the paths of the parameters that the models store."""
-        if self._stored is not None:
-            return {self._stored[path]: value for path, value in point.items()}
-        changes, problems = stored_changes(self.base, point)
+        others = {path: value for path, value in point.items() if path not in self._plain}
+        changes, problems = stored_changes(self.base, others)
         if problems:
             raise InputError(problems)
-        return changes
+        return changes | {name: point[path] for path, name in self._plain.items()}
 
     def _columns(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:
         """Return values by path; a sequence has one for each free parameter, in their order."""

@@ -56,9 +56,7 @@ class DrawnFingers:
         progress: Callable[[int, int], None] | None = None,
     ) -> Real:
         """Compute the quantity of every finger at one value of the free parameter; one that is not known is refused."""
-        held = self.scenario.replace({self.wanted.free: at})
-        others = {path: values for path, values in self.draws.items() if path != self.wanted.free}
-        together = Evaluation(held, self.wanted, tuple(others)).of_many(others, progress=progress)
+        together = self.together_at(at, progress=progress)
         if together is not None:
             return together
         own = evaluation or self.evaluation()
@@ -68,6 +66,12 @@ class DrawnFingers:
                 progress(finger, self.count)
             found[finger] = self.one_at(own, finger, at)
         return found
+
+    def together_at(self, at: float, *, progress: Callable[[int, int], None] | None = None) -> Real | None:
+        """Compute the quantity of every finger in arrays at one value of the free parameter; None where there are none."""
+        held = self.scenario.replace({self.wanted.free: at})
+        others = {path: values for path, values in self.draws.items() if path != self.wanted.free}
+        return Evaluation(held, self.wanted, tuple(others)).of_many(others, progress=progress)
 
     def one_at(self, evaluation: Evaluation, finger: int, at: float) -> float:
         """Compute the quantity of one finger by the general solution; one that is not known is refused."""

@@ -195,6 +195,20 @@ def test_quantities_in_arrays_are_those_of_the_general_solution(monkeypatch, nam
     np.testing.assert_allclose(fingers.each_at(at)[fingers.some()], expected, rtol=1e-9)
 
 
+def test_intervals_from_arrays_are_those_of_the_general_solution(monkeypatch):
+    scenario = ev.load("bau_2010/sine")
+    wanted = read_wanted(scenario, want={MEAN: 5e-3}, free="stack.insulator.thickness", between=(1e-6, 2e-5))
+    fingers = DrawnFingers(scenario, wanted, ev.read_space(scenario, "fingers").draw(1, 0, 33))
+    seen = []
+    quick = by_solution(fingers, 5e-3, math.inf, progress=lambda *at: seen.append(at))
+    assert seen == sorted(seen)
+    monkeypatch.setattr(DrawnFingers, "together_at", lambda *_, **__: None)
+    general = by_solution(fingers, 5e-3, math.inf)
+    assert len(general.members) > 10
+    np.testing.assert_array_equal(quick.members, general.members)
+    np.testing.assert_allclose(quick.ends, general.ends, rtol=1e-8)
+
+
 def test_a_parameter_that_is_not_quadratic_is_solved_in_general():
     """The gap is largest at V sqrt(eps0 A/(4 F)) - T/eps, so thick films need a small gap."""
     found = ev.design(
