@@ -24,28 +24,31 @@ def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
     A part whose parameters have ranges and no rule among each other is not validated again when the new
     numbers are in these ranges; parts without a change are shared with the original.
     """
+    try:
+        return _rebuilt(model, nested(numbers))
+    except (ValidationError, LookupError, TypeError):
+        return model.replace(numbers)  # reports what is wrong with them
+
+
+def nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by dotted path as tables within tables."""
     tree: dict[str, Any] = {}
-    for path, value in numbers.items():
+    for path, value in values.items():
         *parents, last = path.split(".")
         branch = tree
         for key in parents:
             branch = branch.setdefault(key, {})
         branch[last] = value
-    try:
-        return _rebuilt(model, tree)
-    except (ValidationError, LookupError, TypeError):
-        return model.replace(numbers)  # reports what is wrong with them
+    return tree
 
 
 def _rebuilt(model: M, tree: Mapping[str, Any]) -> M:
     content = dict(model)
     plain = _has_ranges_only(type(model))
     for key, change in tree.items():
-        if isinstance(change, dict):
-            content[key] = _put(content[key], change)
-        else:
-            content[key] = change
-            plain = plain and _is_in_range(type(model), key, change)
+        is_part = isinstance(change, dict)
+        content[key] = _put(content[key], change) if is_part else change
+        plain = plain and (is_part or _is_in_range(type(model), key, change))
     return _copied(model, content) if plain else type(model).model_validate(content)
 
 

@@ -1,33 +1,46 @@
-"""A scenario as a function of a few of its parameters, which recomputes only what depends on them."""
+"""Quantities of a scenario as a function of a few of its parameters, for many points on one mesh of polynomials."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+import functools
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.changes import is_stored_as_given, stored_changes, stored_path
-from electrovib.core.errors import InputError
-from electrovib.core.model import Model
-from electrovib.core.numbers import with_numbers
-from electrovib.core.paths import quantity_at, value_at
-from electrovib.core.signals import without
-from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.core.budget import BudgetError
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.scenario import Source, read_scenario
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
-from electrovib.solve.quantities import answer
-from electrovib.solve.quantities.answer import numbers, validity
+from electrovib.solve.one_by_one import ParametricScenario
+from electrovib.solve.population.fingers import GRIDS, TOGETHER, Population
+from electrovib.solve.quantities.answer import answer, numbers, validity
 from electrovib.solve.quantities.names import DEFAULTS, read_name
-from electrovib.solve.quantities.resolve import solved
+from electrovib.solve.quantities.pieces import tails, taken_from, taken_of_many
+from electrovib.solve.quantities.resolve import MOST_VALUES, TOLERANCE, first_mesh, solved, times_of_window
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.solve.quantities import Answer
+    from electrovib.scenario import Scenario
+    from electrovib.solve.quantities import Answer, Named
+    from electrovib.solve.quantities.pieces import Mesh
+
+_CHUNK: Final = 1024
+"""Points whose signals are in memory together, at most."""
+_NUMBERS: Final = 1_000_000
+"""Numbers of these signals, about."""
+_PROBES: Final = 32
+"""Points on which a mesh is refined."""
+_ROUNDS: Final = 8
+"""Largest number of rounds in which pieces of a mesh are halved."""
+_MESHES: Final = 4
+"""Meshes that are tried, each for the points that the one before does not resolve."""
+_FEWEST: Final = 32
+"""Smallest number of points for which a mesh is made; fewer are evaluated one by one."""
 
 
 def prepare(
@@ -60,7 +73,7 @@ def prepare(
     return Prepared(read_scenario(scenario), free=free, quantities=quantities)
 
 
-class Prepared:
+class Prepared(ParametricScenario):
     """A scenario as a function of some of its parameters.
 
     Parameters
@@ -79,11 +92,17 @@ class Prepared:
 
     Notes
     -----
-    Parts of the scenario without a changed value stay the same objects, and results that depend on them alone are
-    kept: the pieces of the drive, the modes of the stack unless a layer, the circuit or the contact area changes, and the
-    attraction unless one of these, the drive, the law, the load or the motion changes. No electrical quantity is
-    recomputed where only friction, fingertip or rig vary. The values are those of `electrovib.sweep`. They are not judged
-    as they are computed: `diagnostics` judges the last of them, and `judged` any.
+    One point after the other, parts of the scenario without a changed value stay the same objects, and results that depend
+    on them alone are kept: the pieces of the drive, the modes of the stack unless a layer, the circuit or the contact area
+    changes, and the attraction unless one of these, the drive, the law, the load or the motion changes. No electrical
+    quantity is recomputed where only friction, fingertip or rig vary. The values are those of `electrovib.sweep`.
+
+    Where arrays exist for all quantities (`method` tells), 32 points or more are evaluated on one mesh of Chebyshev
+    polynomials, which is refined until it resolves some of the points to the tolerance of a single run; points that it does
+    not resolve get a finer mesh, and the last ones are solved one by one. Both agree to 1e-9 of the largest value of the
+    signal. The mesh follows from all points of a call; given the mesh, the number of a point does not depend on the others.
+
+    The values are not judged as they are computed: `diagnostics` judges the last scenario that was made, and `judged` any.
     """
 
     def __init__(
@@ -91,31 +110,19 @@ class Prepared:
     ) -> None:
         problems: list[str] = []
         layers = tuple(scenario.stack.layers)
-        self._names, self.free = [], tuple(free)
-        for path in self.free:
-            try:
-                quantity_at(scenario, path)
-            except InputError as error:
-                problems += error.problems
+        self._names: list[Named] = []
         for text in quantities:
             try:
                 self._names.append(read_name(" ".join(text.split()), layers))
             except InputError as error:
                 problems += error.problems
-        problems += [
-            f"free: '{path}' is named twice" for path in {p for p in self.free if self.free.count(p) > 1}
-        ]
+        try:
+            super().__init__(scenario, free)
+        except InputError as error:
+            problems = [*error.problems, *problems]
         if problems:
             raise InputError(problems)
-        begin = {path: value_at(scenario, path) for path in self.free}
-        stored = {path: stored_path(scenario, path) for path in self.free}
-        plain = all(is_stored_as_given(scenario, path, Model) for path in stored.values())
-        self.base = scenario if plain else scenario.replace(begin)
-        self.begin = begin
-        self._stored = stored if plain and len(set(stored.values())) == len(stored) else None
-        self._recent = self.base
         self._last: Expanded | None = None
-        self._run: Expanded | None = None
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -127,89 +134,159 @@ class Prepared:
         """Names of the quantities that a call returns."""
         return tuple(each.name for each in self._names)
 
-    def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
-        """Return the scenario for given values of the free parameters."""
-        point = self._by_stored_path(self._point(values))
-        last = self._recent
-        changed = {path: value for path, value in point.items() if _leaf(last, path) != value}
-        if changed:
-            self._recent = with_numbers(last, changed)
-        return self._recent
+    @functools.cached_property
+    def method(self) -> str:
+        """How the quantities of many points are computed, together or one by one, and why."""
+        if any(path.partition(".")[0] in GRIDS for path in self.free):
+            return "one by one: the grid differs between points"
+        if any(not isinstance(value, float) for value in self.begin.values()):
+            return "one by one: a parameter has no value in the scenario"
+        try:
+            many = self._population(first_mesh(solved(self.base)))
+        except ElectrovibError as error:
+            return f"one by one: {error.problems[0]}"
+        return (
+            many.method if many.shares_times else "one by one: the times of the drive differ between points"
+        )
 
-    def __call__(self, values: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Any]:
+    def __call__(
+        self,
+        values: Mapping[str, ArrayLike] | ArrayLike,
+        *,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> dict[str, Any]:
         """Compute the quantities for one set of values of the free parameters, or for many."""
         given = self._columns(values)
         columns = np.broadcast_arrays(*[np.asarray(each, dtype=float) for each in given.values()])
         if not columns or columns[0].ndim == 0:
-            return dict(self._numbers({path: float(each) for path, each in zip(given, columns, strict=True)}))
-        points = zip(*[column.ravel().tolist() for column in columns], strict=True)
-        rows = [self._numbers(dict(zip(given, point, strict=True))) for point in points]
-        shape = columns[0].shape
-        return {name: np.array([row[name] for row in rows]).reshape(shape) for name in self.quantities}
-
-    def signals(
-        self,
-        values: Mapping[str, float] | Sequence[float],
-        *,
-        names: Sequence[str] = ("electrostatic_force",),
-        time: ArrayLike | None = None,
-        band: Real | None = None,
-    ) -> dict[str, Real]:
-        """Compute signals over time for given values of the free parameters.
-
-        `time` (n,) [s] are the output times, by default those of the scenario; `band` (m,) [s] those of a run over whose band
-        the materials are reduced.
-        """
-        member = self.scenario(values)
-        times = None if time is None else np.asarray(time, dtype=float)
-        self._run = Expanded(member, times if band is None else band, before=self._run)
-        record = self._run.at(self._run.times if times is None else times, wanted=names)
-        missing = [name for name in names if name not in record.signals]
-        if missing:
-            raise InputError(without(missing[0], record.signals))
-        return {"time": record.times} | {name: record.signals[name][1] for name in names}
+            point = {path: float(each) for path, each in zip(given, columns, strict=True)}
+            return dict(self._numbers(point))
+        draws = {path: column.ravel() for path, column in zip(given, columns, strict=True)}
+        found = self._of_points(draws, columns[0].size, progress)
+        return {name: found[name].reshape(columns[0].shape) for name in self.quantities}
 
     def judged(self, values: Mapping[str, float] | Sequence[float]) -> Answer:
         """Compute the quantities for given values of the free parameters, with their diagnostics."""
         return answer(solved(self.scenario(values)), self._names)
 
     def _numbers(self, point: Mapping[str, float]) -> dict[str, float]:
+        """Return the quantities of one point."""
         mechanics = not {each.signal for each in self._names} <= OF_ELECTRICS
         self._last = solved(self.scenario(point), before=self._last, mechanics=mechanics)
-        found, _, _ = numbers(self._last, self._names, alone=True)
+        return numbers(self._last, self._names, alone=True)[0]
+
+    def _of_points(
+        self, draws: Mapping[str, Real], count: int, progress: Callable[[int, int], None] | None
+    ) -> dict[str, Real]:
+        """Return the quantities of many points, each of shape (points,)."""
+        found, left = {name: np.full(count, np.nan) for name in self.quantities}, np.arange(count)
+        report = progress or (lambda _done, _count: None)
+        if count >= _FEWEST and self.method == TOGETHER:
+            try:
+                left = self._on_meshes(draws, left, found, report)
+            except BudgetError:
+                raise
+            except ElectrovibError:  # one by one, a point raises its own error
+                pass
+        for place, point in enumerate(left.tolist()):
+            report(count - len(left) + place, count)
+            for name, value in self._numbers(_point(draws, point)).items():
+                found[name][point] = value
+        if count:
+            self.scenario(_point(draws, -1))
         return found
 
-    def _by_stored_path(self, point: Mapping[str, float]) -> dict[str, float]:
-        """Return values by the paths of the parameters that the models store."""
-        if self._stored is not None:
-            return {self._stored[path]: value for path, value in point.items()}
-        changes, problems = stored_changes(self.base, point)
-        if problems:
-            raise InputError(problems)
-        return changes
+    def _on_meshes(
+        self, draws: Mapping[str, Real], left: Indices, found: Mapping[str, Real], report: Callable[..., None]
+    ) -> Indices:
+        """Write the quantities of the points that a mesh resolves, and return the other points."""
+        count = len(left)
+        for _ in range(_MESHES):
+            if len(left) < _FEWEST or (made := self._mesh(_of(draws, _probes(draws, left)))) is None:
+                break
+            mesh, many = made
+            size = max(1, min(_CHUNK, _NUMBERS // (len(mesh.times()) * len(many.names))))
+            open_ = [left[:0]]
+            for start in range(0, len(left), size):
+                report(count - len(left) + start - sum(len(each) for each in open_), count)
+                some = left[start : start + size]
+                rows = self._rows(many, _of(draws, some))
+                open_.append(some[~self._taken(mesh, rows, some, found)])
+            left = np.concatenate(open_)
+        return left
 
-    def _columns(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:
-        if isinstance(values, Mapping):
-            return dict(values)
-        given = list(values)
-        if len(given) != len(self.free):
-            raise InputError(
-                f"values: {len(given)} given, {len(self.free)} expected, one for each of {', '.join(self.free)}"
-            )
-        return dict(zip(self.free, given, strict=True))
+    def _population(self, mesh: Mesh) -> Population:
+        signals = dict.fromkeys(each.signal for each in self._names)
+        band = times_of_window(self.base)
+        return Population(self.base, free=self.free, signals=tuple(signals), time=mesh.times(), band=band)
 
-    def _point(self, values: Mapping[str, float] | Sequence[float]) -> dict[str, float]:
-        given = self._columns(values)
-        foreign = [path for path in given if path not in self.begin]
-        if foreign:
-            raise InputError(
-                f"{foreign[0]}: not a free parameter; the free parameters are {', '.join(self.free)}"
-            )
-        return self.begin | given
+    def _mesh(self, draws: Mapping[str, Real]) -> tuple[Mesh, Population] | None:
+        """Return a mesh that resolves some points, or None where they are not computed together on it.
+
+        The first pieces are those of the point with the fastest mode among the ends of the parameters.
+        """
+        runs = [solved(self.scenario(_point(draws, point)), mechanics=False) for point in _ends(draws)]
+        mesh = first_mesh(max(runs, key=lambda run: float(np.max(run.section.modes.rates, initial=0.0))))
+        for _ in range(_ROUNDS):
+            many = self._population(mesh)
+            if many.method != TOGETHER:
+                return None
+            rows = self._rows(many, draws).values()
+            open_ = np.any([_open(mesh.series(row)).any(axis=0) for row in rows], axis=0)
+            if not open_.any():
+                return mesh, many
+            mesh = mesh.halved(open_)
+            if len(mesh.lengths) * (mesh.nodes + 1) > MOST_VALUES:
+                break
+        return None
+
+    def _rows(self, many: Population, draws: Mapping[str, Real]) -> dict[tuple[str, str], Real]:
+        """Return the signals of which quantities are taken by their keys, each of shape (points, n)."""
+        found, layers = many.signals(draws), list(self.base.stack.layers)
+        keys = dict.fromkeys(each.key for each in self._names)
+        return {key: found[key[0]][:, layers.index(key[1])] if key[1] else found[key[0]] for key in keys}
+
+    def _taken(
+        self, mesh: Mesh, rows: Mapping[tuple[str, str], Real], points: Indices, found: Mapping[str, Real]
+    ) -> NDArray[np.bool_]:
+        """Write the quantities of some points, and return which points a mesh resolves, shape (points,)."""
+        resolved = np.ones(len(points), dtype=bool)
+        for key, row in rows.items():
+            series = mesh.series(row)
+            known = np.isfinite(series).all(axis=(1, 2))
+            meshes = [mesh] * int(np.count_nonzero(known))
+            resolved &= ~_open(series).any(axis=1)
+            for each in [each for each in self._names if each.key == key]:
+                own = found[each.name]
+                own[points[known]] = taken_of_many(each.taken, meshes, series[known])
+                own[points[~known]] = [taken_from(each.taken, mesh, one) for one in series[~known]]
+        return resolved
 
 
-def _leaf(model: Any, path: str) -> Any:
-    """Return the number at a dotted path, without converting the whole model to tables."""
-    for key in path.split("."):
-        model = model[int(key)] if isinstance(model, tuple) else getattr(model, key)
-    return model
+def _point(draws: Mapping[str, Real], point: int) -> dict[str, float]:
+    """Return the values of one point [SI units]."""
+    return {path: float(values[point]) for path, values in draws.items()}
+
+
+def _of(draws: Mapping[str, Real], points: Indices) -> dict[str, Real]:
+    """Return the values of some points [SI units]."""
+    return {path: values[points] for path, values in draws.items()}
+
+
+def _probes(draws: Mapping[str, Real], points: Indices) -> Indices:
+    """Return some of the points: evenly spaced ones, and those with the smallest and the largest value of a parameter."""
+    spaced = np.arange(0, len(points), -(-len(points) // _PROBES))
+    return points[np.union1d(spaced, _ends(_of(draws, points)))]
+
+
+def _ends(draws: Mapping[str, Real]) -> list[int]:
+    """Return the points with the smallest and the largest value of each parameter."""
+    return [int(end(values)) for values in draws.values() for end in (np.argmin, np.argmax)]
+
+
+def _open(series: Real) -> NDArray[np.bool_]:
+    """Return which pieces are not resolved, shape (points, pieces); a piece that is not known counts as resolved."""
+    finite = np.asarray(np.isfinite(series).all(axis=2))
+    known = np.where(finite[:, :, np.newaxis], series, 0.0)
+    scale = np.abs(known).sum(axis=2).max(axis=1, keepdims=True)
+    return np.asarray(tails(known) > TOLERANCE * np.where(scale > 0, scale, 1.0))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.recordings.fit.measured import Observed
     from electrovib.scenario import Scenario
-    from electrovib.solve.prepare import Prepared
+    from electrovib.solve.one_by_one import ParametricScenario
 
 
 def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list[str]]:
@@ -31,7 +31,7 @@ def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list
     return there, stamps[0] if same else np.unique(np.concatenate(stamps)), names
 
 
-def over_time(prepared: Prepared, columns: Sequence[Observed]) -> Repeated | None:
+def over_time(prepared: ParametricScenario, columns: Sequence[Observed]) -> Repeated | None:
     """Prepare the signals of a recording over time; None where none is over time."""
     if all(each.axis != "time" for each in columns):
         return None

@@ -16,7 +16,7 @@ from electrovib.recordings.fit.axes import along, over_time, signals_over_freque
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
 from electrovib.solve.mechanics.lateral import INDEPENDENT, proportional_to_friction
-from electrovib.solve.prepare import Prepared
+from electrovib.solve.one_by_one import ParametricScenario
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -71,7 +71,7 @@ class Prediction:
         self.measured = tuple(measured)
         self.columns: tuple[tuple[Observed, ...], ...] = tuple(observed(each, signals) for each in measured)
         self.prepared = tuple(
-            Prepared(scenario.replace(each.changes) if each.changes else scenario, free=free)
+            ParametricScenario(scenario.replace(each.changes) if each.changes else scenario, free)
             for each in measured
         )
         self._repeated = tuple(over_time(*each) for each in zip(self.prepared, self.columns, strict=True))

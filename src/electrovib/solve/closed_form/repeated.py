@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.mechanics.filters import Filter
-    from electrovib.solve.prepare import Prepared
+    from electrovib.solve.one_by_one import ParametricScenario
 
 _MECHANICAL: Final = frozenset({"friction", "finger", "rig"})
 """Parts of a scenario on which no electrical quantity depends."""
@@ -32,7 +32,7 @@ class Repeated:
 
     Parameters
     ----------
-    prepared : Prepared
+    prepared : ParametricScenario
         Scenario and free parameters.
     names : sequence of str
         Names of signals over time.
@@ -47,7 +47,7 @@ class Repeated:
     Electrical responses of the last few points are kept, so that another friction, finger or rig needs none of them again.
     """
 
-    def __init__(self, prepared: Prepared, names: Sequence[str], time: Real) -> None:
+    def __init__(self, prepared: ParametricScenario, names: Sequence[str], time: Real) -> None:
         self._prepared, self._time = prepared, time
         self._names = tuple(name for name in names if name != "capacitance")
         self._has_capacitance = len(self._names) < len(names)

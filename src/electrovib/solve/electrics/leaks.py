@@ -71,7 +71,8 @@ def leaking_slab(layers: Mapping[str, Layer], *, second: float) -> tuple[str, ..
 
 def leaking_slabs(layers: Mapping[str, Layer]) -> list[tuple[str, ...]]:
     """Return the layers with a leak, pieces of one slab together."""
-    return [slab for slab in pieces(layers) if layers[slab[0]].leak is not None]
+    leaking = {name for name, layer in layers.items() if layer.leak is not None}
+    return [slab for slab in pieces(layers) if slab[0] in leaking] if leaking else []
 
 
 def leaks(scenario: Scenario) -> bool:

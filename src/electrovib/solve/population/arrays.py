@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.population.one_by_one import OneByOne
+    from electrovib.solve.one_by_one import OneByOne
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.transfer import Transfer
 
@@ -94,9 +94,9 @@ class Arrays:
         of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
         times = scenario.time.times(scenario.drive) if self.time is None else self.time
         self._largest: Any = scenario.drive.largest() if self.time is None else 0.0
-        self._drive: SharedDrive | None = None
+        self.drive: SharedDrive | None = None
         if self.time is not None or of_drive:
-            self._drive = self._shared(of_drive, times)
+            self.drive = self._shared(of_drive, times)
         if self.time is None and of_drive:
             self._largest = self._largest_per_parameter()
         of_fields = {*LAYERED, "interface_field", "stack_voltage", "current"}
@@ -108,7 +108,7 @@ class Arrays:
         self._reduced = (
             shared_reductions(scenario, free, band) if self._has_modes and band is not None else {}
         )
-        if self._reduced and self._drive is None:
+        if self._reduced and self.drive is None:
             raise NotInArraysError(
                 "the band over which materials are reduced follows from the drive of each finger"
             )
@@ -198,8 +198,8 @@ class Arrays:
         """Return ranges of fingers, and the factors and drives that add up to the drive of each range."""
         if self.time is None:
             return []
-        if self._drive is not None:
-            return [(slice(None), self._drive.terms(columns))]
+        if self.drive is not None:
+            return [(slice(None), self.drive.terms(columns))]
         settled, found = self.scenario.time.settled, []
         mine = {path: values.tolist() for path, values in draws.items() if path.startswith("drive.")}
         for finger, values in enumerate(zip(*mine.values(), strict=True)):
@@ -282,10 +282,10 @@ class Arrays:
 
     def _largest_per_parameter(self) -> tuple[str, float]:
         """Return the path to which the largest value of the drive [V] is proportional, and the factor."""
-        assert self._drive is not None
-        if self._drive.fixed is not None or len(self._drive.shares) != 1:
+        assert self.drive is not None
+        if self.drive.fixed is not None or len(self.drive.shares) != 1:
             raise NotInArraysError("the largest voltage is not proportional to one parameter of the drive")
-        (path,) = self._drive.shares
+        (path,) = self.drive.shares
         value = abs(float(value_at(self.scenario, path)))
         if not value:
             raise NotInArraysError("the largest voltage of the scenario is 0")

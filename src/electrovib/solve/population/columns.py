@@ -9,6 +9,8 @@ import numpy as np
 from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
+from electrovib.core.numbers import nested
+from electrovib.solve.one_by_one import value_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,14 +24,7 @@ M = TypeVar("M", bound=Model)
 
 def with_columns(model: M, columns: Mapping[str, Any]) -> M:
     """Return a copy of a model with columns in the place of some numbers; nothing is validated."""
-    tree: dict[str, Any] = {}
-    for path, column in columns.items():
-        *parents, last = path.split(".")
-        branch = tree
-        for key in parents:
-            branch = branch.setdefault(key, {})
-        branch[last] = column
-    copied: M = _copied(model, tree)
+    copied: M = _copied(model, nested(columns))
     return copied
 
 
@@ -112,13 +107,6 @@ def _refused(scenario: Scenario, part: str, columns: Mapping[str, Real]) -> str:
 def _checked(model: Model) -> None:
     for name in checks_together(type(model)):
         getattr(model, name)()
-
-
-def value_of(model: Any, path: str) -> Any:
-    """Return what a model has at a dotted path of stored parameters."""
-    for key in path.split("."):
-        model = model[int(key)] if isinstance(model, tuple) else getattr(model, key)
-    return model
 
 
 def stored_columns(scenario: Scenario, columns: Mapping[str, Real]) -> dict[str, Real]:

@@ -11,9 +11,9 @@ from electrovib.core.paths import quantity_at
 from electrovib.core.signals import SIGNALS
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.choice import refuse_unsolved
+from electrovib.solve.one_by_one import KERNEL, OneByOne, over_which
 from electrovib.solve.population.arrays import Arrays
 from electrovib.solve.population.kernels import kernel_name
-from electrovib.solve.population.one_by_one import KERNEL, OneByOne, over_which
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ TOGETHER: Final = (
     " memory)"
 )
 """Method that is stated where fingers are computed in arrays."""
-_GRIDS = ("time", "frequency")
+GRIDS: Final = ("time", "frequency")
 """Parts of a scenario that are the same for all fingers."""
 
 
@@ -115,6 +115,11 @@ class Population:
         except NotInArraysError as reason:
             self.method, self.kernel = f"one by one: {reason}", KERNEL
 
+    @property
+    def shares_times(self) -> bool:
+        """Whether the drives of all fingers have the same times and frequencies, where signals are over time."""
+        return self._together is None or self._together.drive is not None
+
     def signals(
         self,
         draws: Mapping[str, ArrayLike],
@@ -165,7 +170,7 @@ def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -
     problems += [
         f"{path}: the grid is the same for all fingers; choose another parameter"
         for path in free
-        if path.partition(".")[0] in _GRIDS
+        if path.partition(".")[0] in GRIDS
     ]
     for path in free:
         try:

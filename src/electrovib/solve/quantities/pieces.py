@@ -59,9 +59,9 @@ class Mesh:
     def series(self, values: Real) -> Real:
         """Return the Chebyshev coefficients of a signal in each piece.
 
-        `values` (n,); returns `coefficients` (pieces, nodes).
+        `values` (..., n); returns `coefficients` (..., pieces, nodes).
         """
-        inside = values[:-1].reshape(len(self.lengths), self.nodes + 1)[:, 1:]
+        inside = values[..., :-1].reshape(*values.shape[:-1], -1, self.nodes + 1)[..., 1:]
         coefficients: Real = inside @ _transform(self.nodes).T
         return coefficients
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import TYPE_CHECKING, Final
 
@@ -14,7 +13,6 @@ from electrovib.scenario import Source, read_scenario
 from electrovib.scenario.space import SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter, measured
-from electrovib.solve.population.quantity import QuantityOfFingers
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities import read_name
 from electrovib.study.sensitivity.indices import Indices, check_power, sobol
@@ -23,7 +21,6 @@ from electrovib.study.sensitivity.result import Elasticity, InputIndices, Sensit
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from electrovib.scenario import Scenario
     from electrovib.scenario.space import Space
 
 _STEP: Final = 1e-3
@@ -48,7 +45,7 @@ def analyse(
     named = read_name(" ".join(quantity.split()), tuple(base.stack.layers))
     seed = checked_seed(seed)
     check_power(n)
-    many = QuantityOfFingers(base, found.paths, named)
+    prepared = Prepared(base, free=found.paths, quantities=[named.name])
     count = n * (len(found.inputs) + 2)
     meter = Meter.of_cases(
         "this sensitivity analysis",
@@ -57,8 +54,8 @@ def analyse(
         numbers=_HELD,
         remedy="choose a smaller n",
     )
-    function = functools.partial(many, progress=meter.reporting(progress))
-    indices = sobol(found, function, n=n, seed=seed)
+    report = meter.reporting(progress)
+    indices = sobol(found, lambda draws: prepared(draws, progress=report)[named.name], n=n, seed=seed)
     return Sensitivity(
         scenario=base,
         space=found,
@@ -66,9 +63,9 @@ def analyse(
         unit=named.unit,
         n=n,
         seed=seed,
-        method=many.method,
+        method=prepared.method,
         indices=_ordered(found, indices),
-        elasticities=tuple(_elasticities(base, found, named.name)),
+        elasticities=tuple(_elasticities(prepared, found, named.name)),
         sample=indices.sample,
     )
 
@@ -88,9 +85,8 @@ def _ordered(space: Space, indices: Indices) -> tuple[InputIndices, ...]:
     return tuple(sorted(found, key=lambda each: -each.total))
 
 
-def _elasticities(scenario: Scenario, space: Space, quantity: str) -> list[Elasticity]:
+def _elasticities(prepared: Prepared, space: Space, quantity: str) -> list[Elasticity]:
     """Differentiate the quantity at the medians by central differences."""
-    prepared = Prepared(scenario, free=space.paths, quantities=[quantity])
     middle = space.values({stream: np.array([0.5]) for stream in space.streams})
     medians = {path: float(value[0]) for path, value in middle.items()}
     at = prepared(medians)[quantity]
@@ -105,6 +101,6 @@ def _elasticities(scenario: Scenario, space: Space, quantity: str) -> list[Elast
                 slope = math.log(up / down) / (2 * _STEP) if up / down > 0 else math.nan
             except InputError:  # the range of the parameter ends here
                 slope = math.nan
-        unit = quantity_at(scenario, path).unit
+        unit = quantity_at(prepared.base, path).unit
         found.append(Elasticity(path=path, at=value, unit=unit, value=slope))
     return found

@@ -4,8 +4,8 @@ import numpy as np
 
 import electrovib as ev
 from electrovib.core.paths import quantity_at, value_at
+from electrovib.solve.one_by_one import OneByOne
 from electrovib.solve.population import population
-from electrovib.solve.population.one_by_one import OneByOne
 
 OVER_TIME = (
     "electrostatic_force",

@@ -19,8 +19,8 @@ from electrovib.physics.contact import PerssonSurface
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import Friction
 from electrovib.physics.material import Material
+from electrovib.solve.one_by_one import value_of
 from electrovib.solve.population import population
-from electrovib.solve.population.columns import value_of
 from electrovib.solve.simulate import simulate
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import electrovib as ev
+from electrovib.solve.one_by_one import OneByOne
 from electrovib.solve.population import population
-from electrovib.solve.population.one_by_one import OneByOne
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)

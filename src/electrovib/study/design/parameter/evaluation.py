@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from electrovib.core.budget import BudgetError, allowed, budget
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve.meter import clock
+from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared
 from electrovib.study.sweep.felt import felt
 
 if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.study.design.parameter.wanted import Wanted
@@ -52,6 +56,20 @@ class Evaluation:
                 return self._at({path: float(value) for path, value in values.items()})
         except BudgetError as error:  # of this evaluation, not of the design
             raise InputError(error.problems) from None
+
+    def of_many(
+        self, draws: Mapping[str, Real], *, progress: Callable[[int, int], None] | None = None
+    ) -> Real | None:
+        """Compute the quantity of many points in arrays; None without arrays, or where one is refused or not known."""
+        if self.wanted.is_felt or self.wanted.at is not None or self.prepared.method != TOGETHER:
+            return None
+        try:
+            found: Real = self.prepared(draws, progress=progress)[self.wanted.name]
+        except BudgetError:
+            raise
+        except ElectrovibError:
+            return None
+        return None if np.isnan(found).any() else found
 
     def _at(self, point: dict[str, float]) -> float:
         if self.wanted.is_felt:

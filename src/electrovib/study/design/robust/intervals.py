@@ -55,6 +55,8 @@ def by_solution(
     """
     wanted = fingers.wanted
     values = _thinned(first_values(wanted.low, wanted.high, wanted.begin))
+    begun = None if progress is None else (lambda *_: progress(0, fingers.count))
+    together = {at: fingers.together_at(at, progress=begun) for at in values.tolist()}
     evaluation = fingers.evaluation()
     starts: list[float] = []
     ends: list[float] = []
@@ -64,7 +66,8 @@ def by_solution(
             progress(finger, fingers.count)
 
         def quantity(at: float, finger: int = finger) -> float:
-            return fingers.one_at(evaluation, finger, at)
+            row = together.get(at)
+            return fingers.one_at(evaluation, finger, at) if row is None else float(row[finger])
 
         for start, end in intervals_of(quantity, values, low, high):
             starts.append(start)

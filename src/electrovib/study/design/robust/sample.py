@@ -10,10 +10,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.physics.drive.sines import Sine
-from electrovib.scenario import PeriodicState
-from electrovib.solve.population import population
-from electrovib.solve.quantities.resolve import times_of_window
 from electrovib.study.design.parameter.evaluation import Evaluation
 
 if TYPE_CHECKING:
@@ -21,11 +17,6 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.study.design.parameter.wanted import Wanted
 
-MEAN_FORCE: Final = "mean electrostatic_force"
-_CHUNK: Final = 256
-"""DrawnFingers of one call of the arrays."""
-_ALIKE: Final = 1e-9
-"""Largest relative difference between the arrays and the general solution of single fingers."""
 _QUADRATIC: Final = 1e-7
 """Largest relative deviation from the square of the free parameter, at any of the values at which it is compared."""
 _FEW: Final = 3
@@ -65,7 +56,7 @@ class DrawnFingers:
         progress: Callable[[int, int], None] | None = None,
     ) -> Real:
         """Compute the quantity of every finger at one value of the free parameter; one that is not known is refused."""
-        together = self._together(at)
+        together = self.together_at(at, progress=progress)
         if together is not None:
             return together
         own = evaluation or self.evaluation()
@@ -75,6 +66,12 @@ class DrawnFingers:
                 progress(finger, self.count)
             found[finger] = self.one_at(own, finger, at)
         return found
+
+    def together_at(self, at: float, *, progress: Callable[[int, int], None] | None = None) -> Real | None:
+        """Compute the quantity of every finger in arrays at one value of the free parameter; None where there are none."""
+        held = self.scenario.replace({self.wanted.free: at})
+        others = {path: values for path, values in self.draws.items() if path != self.wanted.free}
+        return Evaluation(held, self.wanted, tuple(others)).of_many(others, progress=progress)
 
     def one_at(self, evaluation: Evaluation, finger: int, at: float) -> float:
         """Compute the quantity of one finger by the general solution; one that is not known is refused."""
@@ -89,34 +86,6 @@ class DrawnFingers:
                 f"draw {finger}, {self.wanted.free} = {self.wanted.parameter(at)}: {self.wanted.name} is not known"
             )
         return value
-
-    def _together(self, at: float) -> Real | None:
-        """Return the mean force in arrays over fingers; None where it is not that of a sine, or not the general one.
-
-        The force of a sine has harmonics 0 to 2, whose mean the samples of a period give exactly.
-        """
-        held = self.scenario.replace({self.wanted.free: at})
-        if (
-            self.wanted.name != MEAN_FORCE
-            or not isinstance(held.drive, Sine)
-            or not isinstance(held.time.initial_state, PeriodicState)
-            or any(path.partition(".")[0] == "drive" for path in self.draws)
-        ):
-            return None
-        found = population(held, tuple(self.draws), time=times_of_window(held))
-        if found.method.startswith("one by one"):
-            return None
-        rows = []
-        for start in range(0, self.count, _CHUNK):
-            some = {path: values[start : start + _CHUNK] for path, values in self.draws.items()}
-            rows.append(found.signals(some)["electrostatic_force"][:, :-1].mean(axis=1))
-        values = np.concatenate(rows)
-        evaluation = self.evaluation()
-        for finger in self.some():
-            exact = self.one_at(evaluation, finger, at)
-            if not abs(values[finger] - exact) <= _ALIKE * abs(exact):
-                return None
-        return np.asarray(values)
 
     def some(self) -> list[int]:
         """Return the indices of a few fingers: the first, the middle and the last one."""

@@ -182,14 +182,31 @@ def test_the_gain_of_each_finger_gives_what_the_general_solution_gives(low, high
     np.testing.assert_allclose(quick.ends, general.ends, rtol=1e-7)
 
 
+@pytest.mark.parametrize("quantity", [MEAN, "swing lateral_force"])
 @pytest.mark.parametrize("name", ["bau_2010/sine", "meyer_2013/first_order"])
-def test_means_in_arrays_are_those_of_the_general_solution(name):
+@pytest.mark.parametrize(("free", "at"), [("drive.amplitude", 80.0), ("drive.frequency", 200.0)])
+def test_quantities_in_arrays_are_those_of_the_general_solution(monkeypatch, name, quantity, free, at):
     scenario = ev.load(name)
-    wanted = read_wanted(scenario, want={MEAN: 1e-3}, free="drive.amplitude")
-    fingers = DrawnFingers(scenario, wanted, ev.read_space(scenario, "fingers").draw(1, 0, 6))
-    together, evaluation = fingers._together(80.0), fingers.evaluation()
-    assert together is not None
-    np.testing.assert_allclose(together, [fingers.one_at(evaluation, i, 80.0) for i in range(6)], rtol=1e-9)
+    wanted = read_wanted(scenario, want={quantity: 1e-3}, free=free)
+    fingers = DrawnFingers(scenario, wanted, ev.read_space(scenario, "fingers").draw(1, 0, 40))
+    evaluation = fingers.evaluation()
+    expected = [fingers.one_at(evaluation, finger, at) for finger in fingers.some()]
+    monkeypatch.setattr(DrawnFingers, "one_at", None)  # none by itself
+    np.testing.assert_allclose(fingers.each_at(at)[fingers.some()], expected, rtol=1e-9)
+
+
+def test_intervals_from_arrays_are_those_of_the_general_solution(monkeypatch):
+    scenario = ev.load("bau_2010/sine")
+    wanted = read_wanted(scenario, want={MEAN: 5e-3}, free="stack.insulator.thickness", between=(1e-6, 2e-5))
+    fingers = DrawnFingers(scenario, wanted, ev.read_space(scenario, "fingers").draw(1, 0, 33))
+    seen = []
+    quick = by_solution(fingers, 5e-3, math.inf, progress=lambda *at: seen.append(at))
+    assert seen == sorted(seen)
+    monkeypatch.setattr(DrawnFingers, "together_at", lambda *_, **__: None)
+    general = by_solution(fingers, 5e-3, math.inf)
+    assert len(general.members) > 10
+    np.testing.assert_array_equal(quick.members, general.members)
+    np.testing.assert_allclose(quick.ends, general.ends, rtol=1e-8)
 
 
 def test_a_parameter_that_is_not_quadratic_is_solved_in_general():

@@ -5,8 +5,8 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
+from electrovib.solve.one_by_one import OneByOne
 from electrovib.solve.population import population
-from electrovib.solve.population.one_by_one import OneByOne
 from electrovib.solve.prepare import prepare
 
 SCENARIO = "vezzoli_2014/fig6_gap"

@@ -1,0 +1,192 @@
+"""A scenario as a function of a few of its parameters, solved for one set of values after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.changes import is_stored_as_given, stored_changes, stored_path
+from electrovib.core.errors import InputError
+from electrovib.core.model import Model
+from electrovib.core.numbers import with_numbers
+from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.signals import SIGNALS, without
+from electrovib.solve.electrics.over_frequency import over_frequency
+from electrovib.solve.expanded import Expanded
+from electrovib.solve.stack.expand import phasors
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+
+
+KERNEL: Final = "one scenario at a time"
+"""Kernel that is stated where no kernel over fingers is used."""
+
+
+class ParametricScenario:
+    """A scenario as a function of the parameters at the dotted paths `free`, for one set of values after the other.
+
+    Parts of the scenario without a changed value stay the same objects, and results that depend on them alone are kept.
+    """
+
+    def __init__(self, scenario: Scenario, free: Sequence[str]) -> None:
+        problems: list[str] = []
+        self.free = tuple(free)
+        for path in self.free:
+            try:
+                quantity_at(scenario, path)
+            except InputError as error:
+                problems += error.problems
+        problems += [
+            f"free: '{path}' is named twice" for path in {p for p in self.free if self.free.count(p) > 1}
+        ]
+        if problems:
+            raise InputError(problems)
+        begin = {path: value_at(scenario, path) for path in self.free}
+        stored = {path: stored_path(scenario, path) for path in self.free}
+        plain = [path for path, name in stored.items() if is_stored_as_given(scenario, name, Model)]
+        self.base = scenario if len(plain) == len(stored) else scenario.replace(begin)
+        self.begin = begin
+        named_once = len(set(stored.values())) == len(stored)
+        self._plain = {path: stored[path] for path in plain if named_once}
+        self._recent = self.base
+        self._run: Expanded | None = None
+
+    def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
+        """Return the scenario for given values of the free parameters."""
+        given = self._columns(values)
+        foreign = [path for path in given if path not in self.begin]
+        if foreign:
+            raise InputError(
+                f"{foreign[0]}: not a free parameter; the free parameters are {', '.join(self.free)}"
+            )
+        point = self._by_stored_path(self.begin | given)
+        last = self._recent
+        changed = {path: value for path, value in point.items() if value_of(last, path) != value}
+        if changed:
+            self._recent = with_numbers(last, changed)
+        return self._recent
+
+    def signals(
+        self,
+        values: Mapping[str, float] | Sequence[float],
+        *,
+        names: Sequence[str] = ("electrostatic_force",),
+        time: ArrayLike | None = None,
+        band: Real | None = None,
+    ) -> dict[str, Real]:
+        """Compute signals over time for given values of the free parameters.
+
+        `time` (n,) [s] are the output times, by default those of the scenario; `band` (m,) [s] those of a run over whose band
+        the materials are reduced.
+        """
+        member = self.scenario(values)
+        times = None if time is None else np.asarray(time, dtype=float)
+        self._run = Expanded(member, times if band is None else band, before=self._run)
+        record = self._run.at(self._run.times if times is None else times, wanted=names)
+        missing = [name for name in names if name not in record.signals]
+        if missing:
+            raise InputError(without(missing[0], record.signals))
+        return {"time": record.times} | {name: record.signals[name][1] for name in names}
+
+    def _by_stored_path(self, point: Mapping[str, float]) -> dict[str, float]:
+        """Return values by the paths of the parameters that the models store."""
+        others = {path: value for path, value in point.items() if path not in self._plain}
+        changes, problems = stored_changes(self.base, others)
+        if problems:
+            raise InputError(problems)
+        return changes | {name: point[path] for path, name in self._plain.items()}
+
+    def _columns(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:
+        """Return values by path; a sequence has one for each free parameter, in their order."""
+        if isinstance(values, Mapping):
+            return dict(values)
+        given = list(values)
+        if len(given) != len(self.free):
+            raise InputError(
+                f"values: {len(given)} given, {len(self.free)} expected, one for each of {', '.join(self.free)}"
+            )
+        return dict(zip(self.free, given, strict=True))
+
+
+class OneByOne:
+    """Fingers of any scenario, each solved by itself.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Experiment with the values that are the same for all fingers.
+    free : sequence of str
+        Dotted paths of the parameters that differ between fingers.
+    names : sequence of str
+        Signals, all over time or all over frequency.
+    time : ndarray, shape (n,), optional
+        Output times [s]; None for signals over frequency.
+    band : ndarray, shape (m,), optional
+        Times over whose band materials are reduced [s]; by default the output times.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        free: Sequence[str],
+        names: Sequence[str],
+        time: Real | None,
+        band: Real | None = None,
+    ) -> None:
+        self.names, self.time, self.band = tuple(names), time, band
+        self.prepared = ParametricScenario(scenario, free)
+
+    def signals(
+        self, draws: Mapping[str, Real], *, out: Mapping[str, NDArray[Any]] | None = None
+    ) -> dict[str, Any]:
+        """Return the signals of fingers."""
+        columns = {path: values.tolist() for path, values in draws.items()}
+        rows: list[dict[str, Any]] = []
+        for finger in range(len(next(iter(columns.values())))):
+            point = {path: values[finger] for path, values in columns.items()}
+            try:
+                rows.append(self._of(point))
+            except InputError as error:
+                raise of_finger(error, finger, point) from error
+        return {
+            name: np.stack([row[name] for row in rows], out=(out or {}).get(name), casting="same_kind")
+            for name in self.names
+        }
+
+    def _of(self, point: Mapping[str, float]) -> dict[str, Any]:
+        """Return the signals of one finger."""
+        if self.time is not None:
+            return self.prepared.signals(point, names=self.names, time=self.time, band=self.band)
+        member = self.prepared.scenario(point)
+        found = over_frequency(member, phasors(member, member.frequency.frequencies()))
+        return {name: found[name][1] for name in self.names}
+
+
+def of_finger(error: InputError, finger: int, point: Mapping[str, float]) -> InputError:
+    """Return the error of one finger, with its index and its values."""
+    listed = ", ".join(f"{path} = {value:.6g}" for path, value in point.items())
+    return InputError(f"{problem} (finger {finger} of the call: {listed})" for problem in error.problems)
+
+
+def over_which(names: Sequence[str]) -> str:
+    """Return whether signals are over time or over frequency."""
+    axes = {SIGNALS[name].dims[-1] for name in names}
+    if len(axes) != 1:
+        what = "signals over time and signals over frequency" if axes else "no signal"
+        raise InputError(f"signals = {', '.join(names)}: {what}; ask for one kind in a call")
+    return axes.pop()
+
+
+def value_of(model: Any, path: str) -> Any:
+    """Return what a model has at a dotted path of stored parameters."""
+    for key in path.split("."):
+        model = model[int(key)] if isinstance(model, tuple) else getattr(model, key)
+    return model
