@@ -158,6 +158,11 @@ class Circuit(Model):
         Number, Quantity("ohm", 0, 1e12, "resistance between amplifier and plate")
     ] = 0.0
 
+    @property
+    def is_limited(self) -> bool:
+        """Whether it has an amplifier with limits."""
+        return self.amplifier is not None and self.amplifier.is_limited
+
     def element(self) -> SeriesElement:
         """Return source resistance and return path in series."""
         back = self.return_path.element()

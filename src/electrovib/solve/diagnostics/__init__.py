@@ -27,7 +27,6 @@ from electrovib.solve.diagnostics.judge import (
 )
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.electrics.linear import caveat
-from electrovib.solve.electrics.solution import LIMITED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -82,13 +81,13 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solu
     `times` (n,) [s].
     """
     record = PeakRecord.of(scenario, times, answer.found)
-    if (method := chosen(scenario).method).is_marched and method is not LIMITED:
+    if (method := chosen(scenario).method).is_marched and not method.by_regimes:
         return record
 
     corners = np.union1d(scenario.drive.corners(float(times[-1]))[0], answer.kinks)
     before = np.setdiff1d(record.before_corners(corners), times)
     whole = record.joined(_at(scenario, section, before)) if len(before) else record
-    return whole if method is LIMITED else _refined(scenario, section, whole)
+    return whole if method.by_regimes else _refined(scenario, section, whole)
 
 
 def _at(scenario: Scenario, section: ModalSection, times: Real) -> PeakRecord:
@@ -133,8 +132,7 @@ def running_currents(
 ) -> dict[str, float] | None:
     """Return the largest currents apart from the response to the step of the drive at time 0."""
     end, drive = float(record.times[-1]), scenario.drive
-    amplifier = scenario.circuit.amplifier
-    linear = not chosen(scenario).method.is_marched and (amplifier is None or not amplifier.is_limited)
+    linear = not chosen(scenario).method.is_marched and not scenario.circuit.is_limited
     if not linear or not discontinuities(scenario, end=end)[0]:
         return None
     names = ("current", "body_current")

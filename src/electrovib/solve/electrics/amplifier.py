@@ -15,10 +15,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.electrics.gain_and_pole import Unlimited, refuse_amplified, without_limits
+from electrovib.solve.electrics.linear import (
+    Unlimited,
+    behind_gain_and_pole,
+    refuse_amplified,
+    without_limits,
+)
 from electrovib.solve.electrics.slewing import Course, Network
-from electrovib.solve.electrics.solution import LIMITED, PERIODIC, TRANSIENT, Solution
-from electrovib.solve.electrics.transient import how_it_begins
+from electrovib.solve.electrics.solution import LIMITED, Solution
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.electrics import snapped
 
@@ -67,21 +71,15 @@ def amplified_response(
     `time` (n,) [s].
     """
     refuse_amplified(drive, amplifier, settled=settled)
-    given = {"drive_voltage": drive.voltage(time)}
     if not amplifier.is_limited:
-        found = without_limits(transfers, drive, time, amplifier=amplifier, settled=settled)
-        begin = how_it_begins(drive, settled=settled)
-        why = f"linear layers behind an amplifier without limits: its gain and pole are a filter before the stack, {begin}"
-        return Solution(found=found | given, method=PERIODIC if settled else TRANSIENT, reason=why)
+        return behind_gain_and_pole(transfers, drive, time, amplifier=amplifier, settled=settled)
     march = LimitedMarch(transfers, amplifier, drive, float(time[-1]))
     found, changes = march.run(time)
     why = (
         "linear layers behind an amplifier with limits: real modes at its voltage and at its largest current, from"
         f" rest; {len(changes)} changes between them located, in closed form from one to the next"
     )
-    return Solution(
-        found=found | given, method=LIMITED, reason=why, events=tuple(changes), kinks=tuple(march.kinks)
-    )
+    return Solution(found=found, method=LIMITED, reason=why, events=tuple(changes), kinks=tuple(march.kinks))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

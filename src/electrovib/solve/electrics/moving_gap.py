@@ -16,7 +16,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.solution import MOVING_GAP, Solution
-from electrovib.solve.electrics.steps import jump_heights, smooth_grid, with_outputs
+from electrovib.solve.electrics.steps import halved, jump_heights, smooth_grid, with_outputs
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.radau import NODES, WEIGHTS
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-8
 """Error of the gap's field, over its largest value, at which the steps are fine enough."""
-MOST_HALVINGS = 4
 _ORDER = 3
 """Order that the error estimate assumes; the method has order 5, less under fast modes."""
 _NUMBERS_AT_ONCE = 1 << 18
@@ -52,7 +51,7 @@ def move_gap(
     `time` (n,) [s].
 
     E_k = (D_1 + Q_k - P_k)/(eps0 high_k), where D_1 follows from the sum of all voltages and dq/dt = J_k - J_(k+1).
-    Steps are halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
+    Steps are halved until the error is below `TOLERANCE`.
     """
     _refuse(space, drive, amplifier)
     plate = DrivenPlate(drive, amplifier)
@@ -66,7 +65,11 @@ def move_gap(
     speed = float(np.max(np.abs(matrices).sum(axis=2))) + 1 / max(float(time[-1]), 1e-12)
     end = float(time[-1])
     grid = smooth_grid(drive, end=end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
-    grid, error = _fine_enough(space, plate, grid, motion)
+
+    def field(grid: Real) -> Real:
+        return _field(space, plate, grid, _march(space, plate, grid, motion), motion)
+
+    grid, _, _, error = halved(grid, field, _error, tolerance=TOLERANCE)
     grid = with_outputs(grid, time)
     right = np.clip(np.searchsorted(grid, time), 0, len(grid) - 1)
     around = np.array([np.maximum(right - 1, 0), right])
@@ -85,20 +88,10 @@ def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -
     return Solution(found=found, method=MOVING_GAP, reason=reason, errors={"step_error": error}, steps=steps)
 
 
-def _fine_enough(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> tuple[Real, float]:
-    """Halve all steps until the error of the gap's field is small; return the steps and that error."""
-    coarse = _field(space, plate, grid, _march(space, plate, grid, motion), motion)
-    error = 0.0
-    for _ in range(MOST_HALVINGS if len(grid) > 1 else 0):
-        finer = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
-        fine = _field(space, plate, finer, _march(space, plate, finer, motion), motion)
-        largest = float(np.max(np.abs(fine))) or 1.0
-        moved = fine[np.searchsorted(finer, grid)] - coarse
-        error = float(np.max(np.abs(moved))) / largest / (2**_ORDER - 1)
-        grid, coarse = finer, fine
-        if error < TOLERANCE:
-            break
-    return grid, error
+def _error(fine: Real, coarse: Real) -> float:
+    """Return the error of a field at the ends of halved steps, from that at the ends of the steps before."""
+    largest = float(np.max(np.abs(fine))) or 1.0
+    return float(np.max(np.abs(fine[::2] - coarse))) / largest / float(2**_ORDER - 1)
 
 
 def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> None:

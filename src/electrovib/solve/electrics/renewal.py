@@ -20,7 +20,7 @@ from electrovib.solve.electrics.solution import RENEWAL, Solution
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.meter import Meter
 from electrovib.solve.stack.expand import Surroundings
-from electrovib.solve.stack.keys import AmplitudeOf
+from electrovib.solve.stack.keys import AmplitudeOf, amplitudes_among
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
@@ -145,8 +145,8 @@ def answer_on_fresh_film(question: Question) -> Solution:
     scenario = question.scenario
 
     def read(places: dict[Key, Real]) -> dict[Key, Real]:
+        given = amplitudes_among(places)
         kept: dict[Key, Real] = {key: row for key, row in places.items() if not isinstance(key, AmplitudeOf)}
-        given = {key.name: row for key, row in places.items() if isinstance(key, AmplitudeOf)}
         return kept | ({PULL: total_pull(scenario, given)} if given else {})
 
     mean = mean_over_contact(

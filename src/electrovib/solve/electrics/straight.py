@@ -57,30 +57,16 @@ def straight_response(
     *,
     direct: Real | None = None,
     lag: NDArray[np.bool_] | None = None,
-) -> Real:
-    """Compute the response of modes to straight pieces at any times.
+) -> list[Real]:
+    """Compute the response of modes to straight pieces at any times, each output in an array of its own.
 
     `rates` (modes,), `gains` (outputs, modes), `time` (n,) [s], `state` (modes,) [V], `direct` (outputs,),
-    `lag` (outputs,); returns `response` (outputs, n) [V].
+    `lag` (outputs,); returns one `response` (n,) [V] for each output.
 
     At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
     """
     direct = np.zeros(len(gains)) if direct is None else direct
     lag = np.zeros(len(gains), bool) if lag is None else lag
-    return np.array(straight_rows(part, rates, gains, time, state, direct=direct, lag=lag))
-
-
-def straight_rows(
-    part: Linear,
-    rates: Real,
-    gains: Real,
-    time: Real,
-    state: Real,
-    *,
-    direct: Real,
-    lag: NDArray[np.bool_],
-) -> list[Real]:
-    """Compute the same as `straight_response`, each output in an array of its own [V]."""
     marched = _marched(part, time)
     if marched is not None:
         output, _ = march(-rates, gains, direct, *marched, state, lag=lag)

@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones, circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
-from electrovib.solve.electrics.straight import fading, periodic_state, straight_rows
+from electrovib.solve.electrics.straight import fading, periodic_state, straight_response
 from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated, settled_integral
 from electrovib.solve.stack.transfer import integral_weight, without_integrators
@@ -163,7 +163,9 @@ class _Output:
             return list(np.outer(self.direct, part.value(time)))
         if isinstance(part, Linear) and not (settled and part.is_step):
             start = periodic_state(part, self.rates) if settled else np.zeros(len(self.rates))
-            return straight_rows(part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag)
+            return straight_response(
+                part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag
+            )
         if isinstance(part, Tones):
             return _tones(part, self, time, settled=settled)
         now = part.value(time)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.contact import FixedArea
 from electrovib.physics.force import MaxwellStressInGap
 from electrovib.physics.interface import INTERFACE, Role
 from electrovib.solve.electrics.attraction import pressed
@@ -31,30 +30,28 @@ if TYPE_CHECKING:
 
 def why_no_modes(scenario: Scenario) -> str:
     """Return the parts of a scenario that no solver with fixed modes accepts, in words; empty if there are none."""
-    amplifier, contact = scenario.circuit.amplifier, scenario.contact
     leaks = [slab[0] for slab in leaking_slabs(scenario.stack.layers)]
     said = []
     if scenario.motion.moved_gap is not None:
         said.append("a gap that is moved")
-    if contact.closing is not None:
+    if scenario.contact.closing is not None:
         said.append("a gap that follows load and attraction")
     if leaks and said:
         said.append(f"the leak of '{leaks[0]}'")
     elif len(leaks) > 1:
         said.append(f"leaks of {' and '.join(leaks)}")
-    if leaks and amplifier is not None and amplifier.is_limited:
+    if leaks and scenario.circuit.is_limited:
         said.append("an amplifier with limits before a leak")
     return ", ".join(said)
 
 
 def moves_alone(scenario: Scenario) -> bool:
     """Return whether a gap of prescribed motion is the only part without fixed modes, so that the rest is linear."""
-    amplifier = scenario.circuit.amplifier
     return (
         scenario.motion.moved_gap is not None
         and scenario.contact.closing is None
         and all(layer.leak is None for layer in scenario.stack.layers.values())
-        and (amplifier is None or not amplifier.is_limited)
+        and not scenario.circuit.is_limited
     )
 
 
@@ -225,7 +222,7 @@ def _yielding(scenario: Scenario) -> Yielding:
         start=start,
         damping=closing.damping,
         pulling=scenario.stack.layers[_moving(scenario)].material.pulling_share,
-        together=None if isinstance(contact, FixedArea) else together,
+        together=together if contact.grows else None,
     )
 
 
