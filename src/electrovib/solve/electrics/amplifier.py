@@ -25,6 +25,7 @@ from electrovib.solve.electrics.slewing import Course, Network
 from electrovib.solve.electrics.solution import LIMITED, Solution
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.electrics import snapped
+from electrovib.solve.nonlinear.integrate import fall_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -352,17 +353,7 @@ class LimitedMarch:
 
     def _root(self, span: Span, kind: int, low: float, high: float) -> float:
         """Return when a margin falls below 0 between two times."""
-
-        def value(when: float) -> float:
-            return float(self.plate.margins(span, np.array([when]))[kind, 0])
-
-        from scipy.optimize import brentq
-
-        if value(low) <= 0:
-            return low
-        if value(high) >= 0:
-            return high
-        return float(brentq(value, low, high, xtol=1e-300, rtol=1e-15))
+        return fall_of(lambda when: float(self.plate.margins(span, np.array([when]))[kind, 0]), low, high)
 
     def _changed(self, span: Span, when: float, kind: int) -> Span:
         """Return the regime after a change between two corners."""

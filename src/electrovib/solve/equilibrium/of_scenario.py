@@ -306,11 +306,9 @@ def _state_at(
         gap=gap,
         stable=stable,
         touching=gap == 0 and stop > 0,
-        fold=False,
         repulsion=repulsion,
         attraction=drawn,
         stop=stop,
         residual=residual,
-        iterations=0,
     )
     return state, area

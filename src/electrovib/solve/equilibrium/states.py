@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,13 +54,13 @@ class Equilibrium:
 
     gap: float
     stable: bool
-    touching: bool
-    fold: bool
+    touching: bool = False
+    fold: bool = False
     repulsion: float
     attraction: float
-    stop: float
-    residual: float
-    iterations: int
+    stop: float = 0.0
+    residual: float = 0.0
+    iterations: int = 0
 
 
 def attraction_at(
@@ -125,12 +126,9 @@ def balance(
             gap=0.0,
             stable=True,
             touching=True,
-            fold=False,
             repulsion=repels(0)[0],
             attraction=draws(0)[0] - pressure,
             stop=lacking,
-            residual=0.0,
-            iterations=0,
         )
         states = [closed, *(state for state in states if state.gap > 0)]
     return tuple(states)
@@ -144,11 +142,9 @@ def _state(
     return Equilibrium(
         gap=found.place,
         stable=first < second and not found.fold and not marginal,
-        touching=False,
         fold=found.fold or marginal,
         repulsion=repulsion,
         attraction=drawn - pressure,
-        stop=0.0,
         residual=repulsion - drawn,
         iterations=found.iterations,
     )
@@ -185,27 +181,24 @@ class Crossing:
     iterations: int
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class _Point:
-    """Both curves at one place."""
+    """Both curves at one place, each with its slope."""
 
     x: float
-    upper: float
-    upper_slope: float
-    lower: float
-    lower_slope: float
+    upper: tuple[float, float]
+    lower: tuple[float, float]
 
     @property
     def difference(self) -> float:
-        return self.upper - self.lower
+        return self.upper[0] - self.lower[0]
 
     @property
     def noise(self) -> float:
-        return NOISE * (abs(self.upper) + abs(self.lower))
+        return NOISE * (abs(self.upper[0]) + abs(self.lower[0]))
 
 
-@dataclass(frozen=True)
-class _Interval:
+class _Interval(NamedTuple):
     left: _Point
     right: _Point
     depth: int
@@ -233,8 +226,7 @@ def crossings(
 
 
 def _point(first: Curve, second: Curve, x: float) -> _Point:
-    (upper, upper_slope), (lower, lower_slope) = first(x), second(x)
-    return _Point(x=x, upper=upper, upper_slope=upper_slope, lower=lower, lower_slope=lower_slope)
+    return _Point(x, first(x), second(x))
 
 
 _Part = tuple[float, float, Crossing]
@@ -271,51 +263,36 @@ def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
 def _bounds(part: _Interval) -> tuple[float, float]:
     """Return lower and upper bounds of the difference; both are straight between kinks."""
     a, b = part.left, part.right
-    ends = min(a.difference, b.difference), max(a.difference, b.difference)
-    if b.x <= a.x:
-        return ends
-    upper = _Bent(a=a.x, at_a=a.upper, slope_a=a.upper_slope, b=b.x, at_b=b.upper, slope_b=b.upper_slope)
-    lower = _Bent(a=a.x, at_a=a.lower, slope_a=a.lower_slope, b=b.x, at_b=b.lower, slope_b=b.lower_slope)
-    below, above = ends
-    for x in (upper.kink, lower.kink):
-        (least, most), (least_other, most_other) = upper.between(x), lower.between(x)
+    below, above = sorted((a.difference, b.difference))
+    curves = [(a.x, b.x, a.upper, b.upper), (a.x, b.x, a.lower, b.lower)]
+    for x in [_kink(*each) for each in curves] if b.x > a.x else []:
+        (least, most), (least_other, most_other) = (_around(x, *each) for each in curves)
         below, above = min(below, least - most_other), max(above, most - least_other)
     return below, above
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Bent:
-    """A curve on an interval where its slope is monotonic."""
+def _kink(a: float, b: float, at_a: tuple[float, float], at_b: tuple[float, float]) -> float:
+    """Return where the tangents at both ends of a curve intersect."""
+    bend = at_b[1] - at_a[1]
+    if bend == 0:
+        return a
+    return min(max((at_a[0] - at_b[0] + at_b[1] * b - at_a[1] * a) / bend, a), b)
 
-    a: float
-    at_a: float
-    slope_a: float
-    b: float
-    at_b: float
-    slope_b: float
 
-    @property
-    def kink(self) -> float:
-        """Abscissa at which the tangents at both ends intersect."""
-        bend = self.slope_b - self.slope_a
-        if bend == 0:
-            return self.a
-        x = (self.at_a - self.at_b + self.slope_b * self.b - self.slope_a * self.a) / bend
-        return min(max(x, self.a), self.b)
-
-    def between(self, x: float) -> tuple[float, float]:
-        """Return lower and upper bounds of the curve at a place."""
-        chord = self.at_a + (self.at_b - self.at_a) * ((x - self.a) / (self.b - self.a))
-        tangents = self.at_a + self.slope_a * (x - self.a), self.at_b - self.slope_b * (self.b - x)
-        if self.slope_b >= self.slope_a:
-            return min(chord, max(tangents)), chord
-        return chord, max(chord, min(tangents))
+def _around(
+    x: float, a: float, b: float, at_a: tuple[float, float], at_b: tuple[float, float]
+) -> tuple[float, float]:
+    """Return lower and upper bounds at a place of a curve whose slope is monotonic between two ends."""
+    chord = at_a[0] + (at_b[0] - at_a[0]) * ((x - a) / (b - a))
+    tangents = at_a[0] + at_a[1] * (x - a), at_b[0] - at_b[1] * (b - x)
+    if at_b[1] >= at_a[1]:
+        return min(chord, max(tangents)), chord
+    return chord, max(chord, min(tangents))
 
 
 def _turns_nowhere(part: _Interval) -> bool:
     """Return whether the slope of the difference cannot be 0."""
-    a, b = part.left, part.right
-    upper, lower = (a.upper_slope, b.upper_slope), (a.lower_slope, b.lower_slope)
+    upper, lower = (part.left.upper[1], part.right.upper[1]), (part.left.lower[1], part.right.lower[1])
     noise = NOISE * (max(map(abs, upper)) + max(map(abs, lower)))
     return min(upper) - max(lower) > noise or max(upper) - min(lower) < -noise
 
