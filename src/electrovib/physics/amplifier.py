@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -96,3 +96,7 @@ class Amplifier(Model):
         wanted = self.gain * np.asarray(voltage, dtype=float)
         highest = np.inf if self.saturation is None else self.saturation
         return np.asarray(np.clip(wanted, -highest, highest))
+
+
+IDEAL: Final = Amplifier()
+"""A gain of 1 without pole and limits: the drive is the voltage of the plate."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.amplifier import Amplifier
+from electrovib.physics.amplifier import IDEAL, Amplifier
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -159,9 +159,9 @@ class Circuit(Model):
     ] = 0.0
 
     @property
-    def is_limited(self) -> bool:
-        """Whether it has an amplifier with limits."""
-        return self.amplifier is not None and self.amplifier.is_limited
+    def supply(self) -> Amplifier:
+        """The amplifier, an ideal one where none is declared."""
+        return self.amplifier or IDEAL
 
     def element(self) -> SeriesElement:
         """Return source resistance and return path in series."""

@@ -83,7 +83,10 @@ OF_THE_STACK: Final = (
     Solver(NONLINEAR, why_no_modes, refuse_without_modes, follow_all),
     Solver(LEAK, leaks, refuse_leak, answer_with_leak),
     Solver(
-        LIMITED, lambda scenario: scenario.circuit.is_limited, refuse_behind_amplifier, _answer_behind_limits
+        LIMITED,
+        lambda scenario: scenario.circuit.supply.is_limited,
+        refuse_behind_amplifier,
+        _answer_behind_limits,
     ),
     Solver(
         CURRENT_DRIVE, lambda scenario: scenario.drive.quantity == "current", refuse_current, answer_linear

@@ -69,7 +69,7 @@ def threshold_over_frequency(
 def _proportional(scenario: Scenario) -> None:
     """Refuse a scenario whose changes of friction are not proportional to the square of the voltage."""
     leaks = [f"stack.{name}.leak" for name, layer in scenario.stack.layers.items() if layer.leak is not None]
-    friction, contact, limited = scenario.friction, scenario.contact, scenario.circuit.is_limited
+    friction, contact, limited = scenario.friction, scenario.contact, scenario.circuit.supply.is_limited
     bends = friction.deflects or not friction.without_memory().is_linear
     yields = contact.closing is not None or contact.grows
     parts = [*leaks, *["friction"] * bends, *["contact"] * yields, *["circuit.amplifier"] * limited]

@@ -132,7 +132,7 @@ def running_currents(
 ) -> dict[str, float] | None:
     """Return the largest currents apart from the response to the step of the drive at time 0."""
     end, drive = float(record.times[-1]), scenario.drive
-    linear = not chosen(scenario).method.is_marched and not scenario.circuit.is_limited
+    linear = not chosen(scenario).method.is_marched and not scenario.circuit.supply.is_limited
     if not linear or not discontinuities(scenario, end=end)[0]:
         return None
     names = ("current", "body_current")

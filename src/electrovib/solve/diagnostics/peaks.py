@@ -86,8 +86,7 @@ class PeakRecord:
         energy = np.zeros(len(times))
         for name in layers:
             energy += thicknesses[name] * found[FieldOf(name)] * found[DisplacementOf(name)] / 2
-        amplifier = scenario.circuit.amplifier
-        stray = 0.0 if amplifier is None else amplifier.stray_capacitance
+        stray = scenario.circuit.supply.stray_capacitance
         rows["stored_energy"] = (1 + around.second) * around.area * energy + stray * rows["voltage"] ** 2 / 2
         return cls(times, rows)
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.amplifier import IDEAL, Amplifier
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.solution import MOVING_GAP, Solution
 from electrovib.solve.electrics.steps import halved, jump_heights, smooth_grid, with_outputs
@@ -24,7 +25,6 @@ from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.motion import Distance
     from electrovib.solve.stack.keys import Key
@@ -44,7 +44,7 @@ def move_gap(
     time: Real,
     *,
     motion: Distance,
-    amplifier: Amplifier | None = None,
+    amplifier: Amplifier = IDEAL,
 ) -> Solution:
     """Compute the response from rest of linear layers under a gap of prescribed thickness.
 
@@ -94,7 +94,7 @@ def _error(fine: Real, coarse: Real) -> float:
     return float(np.max(np.abs(fine[::2] - coarse))) / largest / float(2**_ORDER - 1)
 
 
-def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> None:
+def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier) -> None:
     if space.moving is None:
         raise InputError(
             "motion.distance: it sets the thickness of a gap, and the stack has none; add a table stack.gap"
@@ -104,7 +104,7 @@ def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> No
             f"drive = {type(drive).__name__}: with a prescribed current the field in the gap does not depend on its"
             " thickness; omit motion.distance"
         )
-    if space.leaks or (amplifier is not None and amplifier.is_limited):
+    if space.leaks or amplifier.is_limited:
         raise InputError("motion.distance: a leak or a limit of the amplifier needs the general solver")
 
 
@@ -200,12 +200,10 @@ def _signals(
     (voltage, slope), gap = plate.at(time), motion.gap(time)
     moment = space.moment(states, voltage=voltage, gap=gap, closing=motion.rate(time))
     current = space.area * space.density(states, moment, slope=slope)
-    stray = 0.0 if plate.amplifier is None else plate.amplifier.stray_capacitance
     return {
-        "drive_voltage": plate.drive.voltage(time),
         "plate_voltage": voltage,
         "current": current,
-        "amplifier_current": current + stray * slope,
+        "amplifier_current": current + plate.amplifier.stray_capacitance * slope,
         "gap": gap,
     } | space.named(states, moment, gap=gap)
 
@@ -215,17 +213,12 @@ class DrivenPlate:
     """Voltage of the plate behind an amplifier without limits."""
 
     drive: Drive
-    amplifier: Amplifier | None
-
-    @property
-    def gain(self) -> float:
-        """Gain of the amplifier, 1 without one."""
-        return 1.0 if self.amplifier is None else self.amplifier.gain
+    amplifier: Amplifier
 
     @property
     def corner(self) -> float | None:
         """Rate of the amplifier's pole [1/s]; None without one."""
-        band = None if self.amplifier is None else self.amplifier.bandwidth
+        band = self.amplifier.bandwidth
         return None if band is None else 2 * np.pi * band
 
     def within(self, grid: Real) -> tuple[Real, Real]:
@@ -245,18 +238,18 @@ class DrivenPlate:
             value = value + np.where(on, part.whenever(times), 0.0)
             slope = slope + np.where(on, part.slope_whenever(times), 0.0)
         if self.corner is None:
-            return self.gain * value, self.gain * slope
+            return self.amplifier.gain * value, self.amplifier.gain * slope
         plate = self.lagging(times.ravel()).reshape(times.shape)
-        return plate, self.corner * (self.gain * value - plate)
+        return plate, self.corner * (self.amplifier.gain * value - plate)
 
     def at(self, times: Real) -> tuple[Real, Real]:
         """Return the voltage and its rate just after some times.
 
         `times` (n,) [s]; returns `voltage`, `slope` (n,) [V].
         """
-        value = self.gain * self.drive.voltage(times)
+        value = self.amplifier.gain * self.drive.voltage(times)
         if self.corner is None:
-            return value, self.gain * self.drive.slope(times)
+            return value, self.amplifier.gain * self.drive.slope(times)
         plate = self.lagging(times)
         return plate, self.corner * (value - plate)
 
@@ -269,7 +262,7 @@ class DrivenPlate:
             return np.zeros(len(grid))
         heights = jump_heights(self.drive, grid)
         heights[0] = self.drive.voltage(np.zeros(1))[0]
-        return self.gain * heights
+        return self.amplifier.gain * heights
 
     def lagging(self, times: Real) -> Real:
         """Return the voltage behind the amplifier's pole.
@@ -277,5 +270,5 @@ class DrivenPlate:
         `times` (n,) [s]; returns `voltage` (n,) [V].
         """
         assert self.corner is not None
-        pole = Transfer(rates=np.array([self.corner]), gains=np.array([self.gain]))
+        pole = Transfer(rates=np.array([self.corner]), gains=np.array([self.amplifier.gain]))
         return transient({"v": pole}, self.drive, times)["v"]

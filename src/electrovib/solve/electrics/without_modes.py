@@ -40,7 +40,7 @@ def why_no_modes(scenario: Scenario) -> str:
         said.append(f"the leak of '{leaks[0]}'")
     elif len(leaks) > 1:
         said.append(f"leaks of {' and '.join(leaks)}")
-    if leaks and scenario.circuit.is_limited:
+    if leaks and scenario.circuit.supply.is_limited:
         said.append("an amplifier with limits before a leak")
     return ", ".join(said)
 
@@ -51,7 +51,7 @@ def moves_alone(scenario: Scenario) -> bool:
         scenario.motion.moved_gap is not None
         and scenario.contact.closing is None
         and all(layer.leak is None for layer in scenario.stack.layers.values())
-        and not scenario.circuit.is_limited
+        and not scenario.circuit.supply.is_limited
     )
 
 
@@ -61,7 +61,7 @@ def follow_moving_gap(question: Question) -> Solution:
 
     scenario, distance = question.scenario, question.scenario.motion.moved_gap
     assert distance is not None
-    space, amplifier = _states(question), scenario.circuit.amplifier
+    space, amplifier = _states(question), scenario.circuit.supply
     moved = move_gap(space, scenario.drive, question.times, motion=distance, amplifier=amplifier)
     return _with_law(scenario, moved)
 
@@ -76,7 +76,7 @@ def follow_all(question: Question) -> Solution:
         _states(question),
         scenario.drive,
         question.times,
-        amplifier=scenario.circuit.amplifier,
+        amplifier=scenario.circuit.supply,
         motion=motion,
     )
     reason = f"{why_no_modes(scenario)}: {followed.reason}"
