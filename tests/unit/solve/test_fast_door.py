@@ -13,7 +13,7 @@ from electrovib.core.samples import Samples
 from electrovib.physics.drive.parts import circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.diagnostics import memory, peaks
-from electrovib.solve.diagnostics.evaluation_times import MOST_CORNERS
+from electrovib.solve.diagnostics.peaks import MOST_CORNERS
 from electrovib.solve.electrics import straight
 from electrovib.solve.electrics.straight import FEW_TIMES, fading
 from electrovib.solve.electrics.transient import transient

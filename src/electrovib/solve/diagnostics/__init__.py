@@ -18,14 +18,19 @@ from electrovib.solve.diagnostics.assumptions import (
     settled_charge,
     vanishing_gap,
 )
-from electrovib.solve.diagnostics.evaluation_times import around_kinks, evaluation_times, shows_every_sample
 from electrovib.solve.diagnostics.judge import (
     circuit_diagnostics,
     declared_diagnostics,
     discontinuities,
     stack_diagnostics,
 )
-from electrovib.solve.diagnostics.peaks import PeakRecord, refined
+from electrovib.solve.diagnostics.peaks import (
+    PeakRecord,
+    around_kinks,
+    evaluation_times,
+    refined,
+    shows_every_sample,
+)
 from electrovib.solve.electrics.linear import caveat
 
 if TYPE_CHECKING:
