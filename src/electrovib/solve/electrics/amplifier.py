@@ -17,12 +17,13 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.electrics.linear import (
     Unlimited,
+    amplified,
     behind_gain_and_pole,
     refuse_amplified,
-    without_limits,
 )
 from electrovib.solve.electrics.slewing import Course, Network
 from electrovib.solve.electrics.solution import LIMITED, Solution
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.electrics import snapped
 from electrovib.solve.nonlinear.integrate import fall_of
@@ -288,7 +289,7 @@ class LimitedMarch:
 
     def run(self, time: Real) -> tuple[dict[str, Real], list[float]]:
         """Compute the wanted quantities from rest at times (n,) [s], and the times of the changes [s]."""
-        found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
+        found = transient(amplified(self.transfers, self.plate.amplifier), self.drive, time)
         self.kinks, repeats = [], self.drive.period or np.inf
         self.meter = Meter("the amplifier with limits", end=self.looks.end, repeats=repeats)
         wanted = snapped(time, self.looks.corners.tolist())

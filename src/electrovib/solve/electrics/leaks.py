@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -109,13 +109,8 @@ def answer_with_leak(question: Question) -> Solution:
     driven, control = question.wanted(section), FieldOf(slab[0])
     amplifier = scenario.circuit.amplifier
     if amplifier is not None:  # without limits it prescribes the plate's voltage, whatever leaks
-        driven = amplified(driven, amplifier)
-    solution = leaky_response(driven, beside, scenario.drive, question.times, leak=leak, control=control)
-    if amplifier is None:
-        return solution
-    found = dict(solution.found)
-    found["amplifier_current"] = found.pop("stray current") + found["current"]
-    return replace(solution, found=found)
+        driven, beside["amplifier_current"] = amplified(driven, amplifier), beside["current"]
+    return leaky_response(driven, beside, scenario.drive, question.times, leak=leak, control=control)
 
 
 def leak_section(

@@ -14,7 +14,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.solution import CURRENT_DRIVE, PERIODIC, TRANSIENT, Solution
-from electrovib.solve.electrics.straight import BreakStates, chunks, lag_since_breaks
+from electrovib.solve.electrics.straight import BreakStates, lag_since_breaks
 from electrovib.solve.electrics.transient import how_it_begins, part_lag, transient
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.transfer import INTEGRATING, Transfer
@@ -60,7 +60,7 @@ def behind_gain_and_pole(
 
     `time` (n,) [s].
     """
-    found = without_limits(transfers, drive, time, amplifier=amplifier, settled=settled)
+    found = transient(amplified(transfers, amplifier), drive, time, settled=settled)
     begin = how_it_begins(drive, settled=settled)
     why = f"linear layers behind an amplifier without limits: its gain and pole are a filter before the stack, {begin}"
     return Solution(found=found, method=PERIODIC if settled else TRANSIENT, reason=why)
@@ -156,27 +156,10 @@ def refuse_behind_amplifier(scenario: Scenario) -> None:
         refuse_amplified(scenario.drive, scenario.circuit.amplifier, settled=scenario.time.settled)
 
 
-def without_limits(
-    transfers: Mapping[Any, Transfer],
-    drive: Drive,
-    time: Real,
-    *,
-    amplifier: Amplifier,
-    settled: bool = False,
-) -> dict[Any, Real]:
-    """Compute the response behind gain and pole of quantities that are linear in the plate's voltage.
-
-    `time` (n,) [s].
-    """
-    found = transient(amplified(transfers, amplifier), drive, time, settled=settled)
-    found["amplifier_current"] = found.pop("stray current") + found["current"]
-    return found
-
-
 def amplified(transfers: Mapping[Any, Transfer], amplifier: Amplifier) -> dict[Any, Transfer]:
     """Return quantities per volt of the drive from those per volt of the plate, with those of the plate itself."""
     plate = Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=1.0)
-    own = {"plate_voltage": plate, "stray current": _stray(amplifier)}
+    own = {"plate_voltage": plate, "amplifier_current": transfers["current"] + _stray(amplifier)}
     return {name: _behind(transfer, amplifier) for name, transfer in (dict(transfers) | own).items()}
 
 
@@ -278,10 +261,7 @@ class _Lags:
     def of(self, gains: Real, time: Real) -> Real:
         """Compute the sums of gain (x - u) over modes [V]: `gains` (outputs, modes), `time` (n,) [s]."""
         found = np.zeros((len(gains), len(time)))
-        for piece in chunks(len(time), len(self.rates)) if len(self.rates) else []:
-            some = time[piece]
-            for part in self.smooth:
-                found[:, piece] += part_lag(part, self.rates, gains, some, settled=False)
-            for states in self.straight:
-                found[:, piece] += lag_since_breaks(states, gains, some)
+        if len(self.rates):
+            found += sum(part_lag(part, self.rates, gains, time) for part in self.smooth)
+            found += sum(lag_since_breaks(states, gains, time) for states in self.straight)
         return found

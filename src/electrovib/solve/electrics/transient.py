@@ -183,10 +183,10 @@ class _Output:
         return list(found)
 
 
-def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
-    """Compute the response of modes to a part of a drive, less that part, shape (outputs, n) [V]."""
+def part_lag(part: Part, rates: Real, gains: Real, time: Real) -> Real:
+    """Compute the response from rest of modes to a part of a drive, less that part, shape (outputs, n) [V]."""
     lag = np.ones(len(gains), bool)
-    return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled))
+    return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=False))
 
 
 def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[Real]:
