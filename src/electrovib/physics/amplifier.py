@@ -78,7 +78,7 @@ class Amplifier(Model):
     @property
     def is_limited(self) -> bool:
         """Whether its response is not linear because it has a largest voltage or current."""
-        return self.saturation is not None or np.isfinite(self.current_limits[1])
+        return self.saturation is not None or bool(np.isfinite(self.current_limits[1]))
 
     def aim(self, voltage: ArrayLike) -> NDArray[np.float64]:
         """Target voltage: the gain times the drive, within the saturation.
