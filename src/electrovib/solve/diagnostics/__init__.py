@@ -65,18 +65,14 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
         whole = solve(scenario, section, both)
         record = PeakRecord.of(scenario, both, whole.found)
         around = np.setdiff1d(around_kinks(np.array(whole.kinks), float(times[-1])), both)
-        return whole.at(np.searchsorted(both, times)), record.joined(_at(scenario, section, around)) if len(
-            around
-        ) else record
+        return whole.at(np.searchsorted(both, times)), _joined(scenario, section, record, around)
 
     answer = solve(scenario, section, times)
     record = PeakRecord.of(scenario, times, answer.found)
     if shows_every_sample(scenario.drive, times):
         wanted = np.union1d(wanted, record.just_before())
     between = wanted[times[np.minimum(np.searchsorted(times, wanted), len(times) - 1)] != wanted]
-    record = record.among(between)
-    if len(between):
-        record = record.joined(_at(scenario, section, between))
+    record = _joined(scenario, section, record.among(between), between)
     return answer, _refined(scenario, section, record)
 
 
@@ -90,14 +86,18 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solu
         return record
 
     corners = np.union1d(scenario.drive.corners(float(times[-1]))[0], answer.kinks)
-    before = np.setdiff1d(record.before_corners(corners), times)
-    whole = record.joined(_at(scenario, section, before)) if len(before) else record
+    whole = _joined(scenario, section, record, np.setdiff1d(record.before_corners(corners), times))
     return whole if method.by_regimes else _refined(scenario, section, whole)
 
 
 def _at(scenario: Scenario, section: ModalSection, times: Real) -> PeakRecord:
     """Return the quantities with limits at further times [s]."""
     return PeakRecord.of(scenario, times, solve_fields(scenario, section, times).found)
+
+
+def _joined(scenario: Scenario, section: ModalSection, record: PeakRecord, times: Real) -> PeakRecord:
+    """Add further times [s], if any, to a record."""
+    return record.joined(_at(scenario, section, times)) if len(times) else record
 
 
 def _refined(scenario: Scenario, section: ModalSection, record: PeakRecord) -> PeakRecord:

@@ -67,7 +67,8 @@ def move_gap(
     grid = smooth_grid(drive, end=end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
 
     def field(grid: Real) -> Real:
-        return _field(space, plate, grid, _march(space, plate, grid, motion), motion)
+        states, voltage = _march(space, plate, grid, motion), plate.at(grid)[0]
+        return np.asarray(space.moment(states, voltage=voltage, gap=motion.gap(grid)).field[space.moving])
 
     grid, _, _, error = halved(grid, field, _error, tolerance=TOLERANCE)
     grid = with_outputs(grid, time)
@@ -186,12 +187,6 @@ def _carry(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance)
     right[..., size] = np.einsum("n,ij,nja->nia", steps, WEIGHTS, forced)
     found = np.linalg.solve(blocks, right.reshape(len(steps), 3 * size, size + 1))[:, 2 * size :]
     return found[:, :, :size], found[:, :, size]
-
-
-def _field(space: StackStates, plate: DrivenPlate, time: Real, states: Real, motion: Distance) -> Real:
-    assert space.moving is not None
-    field: Real = space.moment(states, voltage=plate.at(time)[0], gap=motion.gap(time)).field[space.moving]
-    return field
 
 
 def _signals(
