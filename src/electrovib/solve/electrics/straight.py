@@ -302,9 +302,11 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> lis
 
 @functools.cache
 def chebyshev_rule(degree: int) -> tuple[Real, Real]:
-    """Return nodes between -1 and 1, and the matrix from values there to Chebyshev coefficients."""
+    """Return the nodes of the first kind, increasing from -1 to 1, and the matrix from values there to coefficients."""
     nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
-    return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, degree)))
+    matrix = 2 / len(nodes) * np.polynomial.chebyshev.chebvander(nodes, degree).T
+    matrix[0] /= 2
+    return nodes, np.asarray(matrix)
 
 
 def fading(weights: Real, rates: Real, since: Real) -> list[Real]:
