@@ -151,7 +151,8 @@ def _moving(scenario: Scenario) -> str:
 
 def refuse_without_modes(scenario: Scenario) -> None:
     """Refuse parts of a scenario that cannot be combined with a stack without modes."""
-    why, drive = why_no_modes(scenario), scenario.drive
+    why, drive, law = why_no_modes(scenario), scenario.drive, type(scenario.force)
+    closes, moves = scenario.contact.closing is not None, scenario.motion.distance is not None
     if drive.quantity == "current":
         raise InputError(
             f"drive = {type(drive).__name__}: a stack with {why} needs a voltage drive; a current drive is solved with a"
@@ -162,13 +163,12 @@ def refuse_without_modes(scenario: Scenario) -> None:
             f"time.initial_state = PeriodicState: for a stack with {why} the periodic state is not known beforehand. Start"
             " AtRest and evaluate a late period"
         )
-    if getattr(type(scenario.force), "replaces", ()):
+    if getattr(law, "replaces", ()):
         raise InputError(
-            f"force = {type(scenario.force).__name__}: its gaps are no layers of the stack, and their response to {why} is"
+            f"force = {law.__name__}: its gaps are no layers of the stack, and their response to {why} is"
             " not modelled. Give the stack a layer 'gap' and use force.model = MaxwellStressInGap"
         )
-    law = type(scenario.force)
-    if scenario.contact.closing is not None and (
+    if closes and (
         law.pressure is not MaxwellStressInGap.pressure or law.amplitudes is not MaxwellStressInGap.amplitudes
     ):
         raise InputError(
@@ -176,18 +176,18 @@ def refuse_without_modes(scenario: Scenario) -> None:
             f" force = {law.__name__} gives another attraction (evaluation surface: {law.evaluation_surface}); use"
             " force.model = MaxwellStressInGap, or omit contact.closing"
         )
-    if scenario.contact.closing is not None and scenario.motion.distance is not None:
+    if closes and moves:
         raise InputError(
             "contact.closing and motion.distance: either sets the thickness of the gap; omit one of them"
         )
-    if scenario.contact.closing is not None and scenario.circuit.return_path.second_contact(1.0):
+    if closes and scenario.circuit.return_path.second_contact(1.0):
         raise InputError(
             "contact.closing: under a SecondElectrode each contact would close by its own pull and its share of the load;"
             " use Grounded or Floating"
         )
-    if scenario.motion.distance is not None or scenario.contact.closing is not None:
+    if closes or moves:
         _moving(scenario)
-    if scenario.contact.closing is not None and scenario.contact.surface is None:
+    if closes and scenario.contact.surface is None:
         raise InputError(
             "contact.closing needs contact.surface, the surface topography against which the gap closes, for instance"
             ' contact.surface = { model = "LinearSpring", ... }'

@@ -183,23 +183,20 @@ def march_loop(
     the step keeps the digits that are lost when a decay near 1 is rounded. The lag of a mode is advanced separately,
     ``decay (x - v) - (1 - last) (v_end - v_start)``, less the discontinuity of the drive.
     """
-    return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag))
-
-
-def _follow(modes: Modes, drive: StraightDrive, state: Numbers) -> tuple[Real, Numbers]:
+    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag)
     pieces = drive.starts.size
     durations = np.broadcast_to(drive.steps, (pieces,))
     output = np.empty((modes.direct.size, pieces + 1))
-    lag = state - drive.starts[0]
+    behind = state - drive.starts[0]
     for piece, (start, end, duration) in enumerate(zip(drive.starts, drive.ends, durations, strict=True)):
         if piece == 0 or duration != durations[piece - 1]:
             decay, first, last = hold_weights(modes.poles * duration)
-        output[:, piece] = _put_out(modes, start, state, lag)
+        output[:, piece] = _put_out(modes, start, state, behind)
         state = state + first * (start - state) + last * (end - state)
-        lag = decay * lag - (1.0 - last) * (end - start)
+        behind = decay * behind - (1.0 - last) * (end - start)
         if piece + 1 < pieces:
-            lag = lag - (drive.starts[piece + 1] - end)
-    output[:, pieces] = _put_out(modes, drive.ends[-1], state, lag)
+            behind = behind - (drive.starts[piece + 1] - end)
+    output[:, pieces] = _put_out(modes, drive.ends[-1], state, behind)
     return output, state
 
 
