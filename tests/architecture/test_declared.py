@@ -7,7 +7,16 @@ import ast
 import pytest
 from source import SOURCE, text_of
 
-ROOMS = ("mechanics", "nonlinear", "diagnostics", "equilibrium", "choice.py", "effort.py")
+ROOMS = (
+    "electrics",
+    "mechanics",
+    "nonlinear",
+    "diagnostics",
+    "equilibrium",
+    "closed_form",
+    "choice.py",
+    "effort.py",
+)
 FAMILIES = ("friction", "contact", "finger.py", "time_profile.py", "rig.py")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -78,7 +78,7 @@ class Amplifier(Model):
     @property
     def is_limited(self) -> bool:
         """Whether its response is not linear because it has a largest voltage or current."""
-        return self.saturation is not None or np.isfinite(self.current_limits[1])
+        return self.saturation is not None or bool(np.isfinite(self.current_limits[1]))
 
     def aim(self, voltage: ArrayLike) -> NDArray[np.float64]:
         """Target voltage: the gain times the drive, within the saturation.
@@ -96,3 +96,7 @@ class Amplifier(Model):
         wanted = self.gain * np.asarray(voltage, dtype=float)
         highest = np.inf if self.saturation is None else self.saturation
         return np.asarray(np.clip(wanted, -highest, highest))
+
+
+IDEAL: Final = Amplifier()
+"""A gain of 1 without pole and limits: the drive is the voltage of the plate."""

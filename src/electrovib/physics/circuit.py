@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.amplifier import Amplifier
+from electrovib.physics.amplifier import IDEAL, Amplifier
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -157,6 +157,11 @@ class Circuit(Model):
     source_resistance: Annotated[
         Number, Quantity("ohm", 0, 1e12, "resistance between amplifier and plate")
     ] = 0.0
+
+    @property
+    def supply(self) -> Amplifier:
+        """The amplifier, an ideal one where none is declared."""
+        return self.amplifier or IDEAL
 
     def element(self) -> SeriesElement:
         """Return source resistance and return path in series."""

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.gain_and_pole import refuse_amplified
 from electrovib.solve.electrics.leaks import answer_with_leak, leaks, refuse_leak
-from electrovib.solve.electrics.linear import answer_to_current, answer_to_voltage, of_drive, refuse_current
+from electrovib.solve.electrics.linear import answer_linear, of_drive, refuse_behind_amplifier, refuse_current
 from electrovib.solve.electrics.over_frequency import one_sine, refuse_more_than_one_sine
 from electrovib.solve.electrics.renewal import answer_on_fresh_film, refuse_renewal
 from electrovib.solve.electrics.solution import (
@@ -48,7 +47,7 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Solver:
     """Electrical solver, with the scenarios that it accepts and refuses.
 
@@ -70,66 +69,30 @@ class Solver:
     solve: Callable[[Question], Solution]
 
 
-def _is_limited(scenario: Scenario) -> bool:
-    amplifier = scenario.circuit.amplifier
-    return amplifier is not None and amplifier.is_limited
+def _answer_behind_limits(question: Question) -> Solution:
+    from electrovib.solve.electrics.amplifier import amplified_response
 
-
-def _refuse_limits(scenario: Scenario) -> None:
-    amplifier = scenario.circuit.amplifier
+    amplifier, transfers = question.scenario.circuit.amplifier, question.wanted(question.section)
     assert amplifier is not None
-    refuse_amplified(scenario.drive, amplifier, settled=scenario.time.settled)
+    return amplified_response(transfers, question.scenario.drive, question.times, amplifier=amplifier)
 
 
 OF_THE_STACK: Final = (
+    Solver(RENEWAL, lambda scenario: scenario.motion.renews_film, refuse_renewal, answer_on_fresh_film),
+    Solver(MOVING_GAP, moves_alone, refuse_without_modes, follow_moving_gap),
+    Solver(NONLINEAR, why_no_modes, refuse_without_modes, follow_all),
+    Solver(LEAK, leaks, refuse_leak, answer_with_leak),
     Solver(
-        method=RENEWAL,
-        takes=lambda scenario: scenario.motion.renews_film,
-        refuse=refuse_renewal,
-        solve=answer_on_fresh_film,
+        LIMITED,
+        lambda scenario: scenario.circuit.supply.is_limited,
+        refuse_behind_amplifier,
+        _answer_behind_limits,
     ),
     Solver(
-        method=MOVING_GAP,
-        takes=moves_alone,
-        refuse=refuse_without_modes,
-        solve=follow_moving_gap,
+        CURRENT_DRIVE, lambda scenario: scenario.drive.quantity == "current", refuse_current, answer_linear
     ),
-    Solver(
-        method=NONLINEAR,
-        takes=why_no_modes,
-        refuse=refuse_without_modes,
-        solve=follow_all,
-    ),
-    Solver(
-        method=LEAK,
-        takes=leaks,
-        refuse=refuse_leak,
-        solve=answer_with_leak,
-    ),
-    Solver(
-        method=LIMITED,
-        takes=_is_limited,
-        refuse=_refuse_limits,
-        solve=answer_to_voltage,
-    ),
-    Solver(
-        method=CURRENT_DRIVE,
-        takes=lambda scenario: scenario.drive.quantity == "current",
-        refuse=refuse_current,
-        solve=answer_to_current,
-    ),
-    Solver(
-        method=PERIODIC,
-        takes=lambda scenario: scenario.time.settled,
-        refuse=lambda _: None,
-        solve=answer_to_voltage,
-    ),
-    Solver(
-        method=TRANSIENT,
-        takes=lambda _: True,
-        refuse=lambda _: None,
-        solve=answer_to_voltage,
-    ),
+    Solver(PERIODIC, lambda scenario: scenario.time.settled, lambda _: None, answer_linear),
+    Solver(TRANSIENT, lambda _: True, lambda _: None, answer_linear),
 )
 """Solvers of voltages, currents and fields, for any force law; the last accepts every scenario."""
 
@@ -174,8 +137,8 @@ def solve(scenario: Scenario, section: ModalSection, times: Real, *, force_alone
     `times` (n,) [s].
     """
     solver = chosen(scenario)
-    plain = solver.method in {TRANSIENT, PERIODIC} and scenario.circuit.amplifier is None
-    wanted = amplitudes if force_alone and plain else linear_quantities
+    alone = solver.method.each_alone and scenario.circuit.amplifier is None
+    wanted = amplitudes if force_alone and alone else linear_quantities
     found = _asked(solver, scenario, section, times, wanted)
     pull = total_pull(scenario, found.amplitudes()) if found.pull is None else found.pull
     return replace(found, force=attraction(scenario, pull, times))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.budget import Work, refuse_beyond
 from electrovib.physics.drive.parts import Chirped, Smooth
 from electrovib.solve.choice import chosen
-from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times
+from electrovib.solve.diagnostics.peaks import count_evaluation_times
 from electrovib.solve.electrics.formulas import RADIANS_PER_STEP
 from electrovib.solve.mechanics.mechanical import slowest_rates
 from electrovib.solve.mechanics.response import FORGOTTEN, MOST

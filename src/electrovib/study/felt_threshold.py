@@ -69,10 +69,9 @@ def threshold_over_frequency(
 def _proportional(scenario: Scenario) -> None:
     """Refuse a scenario whose changes of friction are not proportional to the square of the voltage."""
     leaks = [f"stack.{name}.leak" for name, layer in scenario.stack.layers.items() if layer.leak is not None]
-    friction, contact, amplifier = scenario.friction, scenario.contact, scenario.circuit.amplifier
+    friction, contact, limited = scenario.friction, scenario.contact, scenario.circuit.supply.is_limited
     bends = friction.deflects or not friction.without_memory().is_linear
     yields = contact.closing is not None or contact.grows
-    limited = amplifier is not None and amplifier.is_limited
     parts = [*leaks, *["friction"] * bends, *["contact"] * yields, *["circuit.amplifier"] * limited]
     if parts:
         raise InputError(

@@ -13,7 +13,7 @@ from electrovib.physics.conduction import FieldConduction, PolarityConduction
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.material import Constant, Debye
 from electrovib.physics.stack import Layer
-from electrovib.solve.electrics import leaks
+from electrovib.solve.electrics import leaks, steps
 from electrovib.solve.electrics.leaks import field_under_leak, follow, leak_section, leaky_response
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.keys import FieldOf
@@ -141,7 +141,7 @@ def test_the_stated_error_bounds_the_error(drive, element):
 
 def test_coarse_steps_say_so(monkeypatch):
     """Steps that cannot be halved further leave a larger error, and it is told."""
-    monkeypatch.setattr(leaks, "MOST_HALVINGS", 1)
+    monkeypatch.setattr(steps, "MOST_HALVINGS", 1)
     monkeypatch.setattr(leaks, "TOLERANCE", 1e-12)
     driven, leaking = answers()
     found = leaky_response(

@@ -13,7 +13,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.solve import effort, expanded
-from electrovib.solve.diagnostics.evaluation_times import count_evaluation_times, evaluation_times
+from electrovib.solve.diagnostics.peaks import count_evaluation_times, evaluation_times
 
 PLATE = "vezzoli_2014/fig6"
 SQUARE = {"model": "Square", "high": 100, "low": -100}

@@ -13,7 +13,7 @@ from electrovib.core.samples import Samples
 from electrovib.physics.drive.parts import circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.diagnostics import memory, peaks
-from electrovib.solve.diagnostics.evaluation_times import MOST_CORNERS
+from electrovib.solve.diagnostics.peaks import MOST_CORNERS
 from electrovib.solve.electrics import straight
 from electrovib.solve.electrics.straight import FEW_TIMES, fading
 from electrovib.solve.electrics.transient import transient
@@ -129,9 +129,9 @@ def test_few_long_pieces_at_very_many_uneven_times_are_what_each_time_says(monke
     times = np.sort(np.random.default_rng(3).uniform(0, 1.3, 60_000))
     rates, gains = np.geomspace(0.1, 1e6, 8), np.random.default_rng(4).normal(size=(2, 8))
     options = {"direct": np.array([0.5, 0.0]), "lag": np.array([False, True])}
-    many = straight.straight_response(part, rates, gains, times, np.zeros(8), **options)
+    many = np.array(straight.straight_response(part, rates, gains, times, np.zeros(8), **options))
     monkeypatch.setattr(straight, "_LONG", 10**9)
-    each = straight.straight_response(part, rates, gains, times, np.zeros(8), **options)
+    each = np.array(straight.straight_response(part, rates, gains, times, np.zeros(8), **options))
     assert np.max(np.abs(many - each)) < 1e-12 * np.max(np.abs(each))
 
 
@@ -206,7 +206,7 @@ def test_at_a_jump_at_the_last_output_the_value_after_it_counts(lag):
     given_ = (part, np.array([0.7, 20.0]), np.array([[2.0, -1.0]]))
     marched = straight.straight_response(*given_, part.times, np.zeros(2), **options)
     each = straight.straight_response(*given_, np.array([0.0, 1.0, 2.0, 3.0]), np.zeros(2), **options)
-    np.testing.assert_allclose(marched[0], each[0, [0, 1, 3]], rtol=1e-13)
+    np.testing.assert_allclose(marched[0], each[0][[0, 1, 3]], rtol=1e-13)
 
 
 def test_chosen_signals_are_those_of_the_whole_trace():

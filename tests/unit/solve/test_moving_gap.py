@@ -17,7 +17,7 @@ from electrovib.physics.material import Constant, Debye
 from electrovib.physics.motion import TouchAndLift, TremblingDistance
 from electrovib.physics.stack import Layer
 from electrovib.scenario import load
-from electrovib.solve.electrics import moving_gap
+from electrovib.solve.electrics import steps
 from electrovib.solve.electrics.moving_gap import move_gap
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.finger import Yielding, follow_finger
@@ -91,7 +91,7 @@ def test_the_stated_error_bounds_the_error(monkeypatch):
     monkeypatch.setattr("electrovib.solve.electrics.steps.STEPS", 8)
     monkeypatch.setattr("electrovib.solve.electrics.steps.STEPS_PER_PERIOD", 4)
     monkeypatch.setattr("electrovib.solve.electrics.steps.GROWTH", 4.0)
-    monkeypatch.setattr(moving_gap, "MOST_HALVINGS", 1)
+    monkeypatch.setattr(steps, "MOST_HALVINGS", 1)
     coarse = move_gap(space, drive, times, motion=MOTIONS["tremble"])
     error = np.max(np.abs(coarse.found[FieldOf("gap")] - exact)) / np.max(np.abs(exact))
     assert 1e-9 < error < coarse.errors["step_error"]

@@ -10,12 +10,17 @@ from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.straight import periodic_state, straight_response
 
 
+def straight(*given):
+    """The modes x."""
+    return np.array(straight_response(*given))
+
+
 def straight_lag(part, rates, gains, times, state):
     """The lag x - v of the modes."""
-    return straight_response(part, rates, gains, times, state, lag=np.ones(len(gains), bool))
+    return np.array(straight_response(part, rates, gains, times, state, lag=np.ones(len(gains), bool)))
 
 
-@pytest.mark.parametrize("respond", [straight_response, straight_lag])
+@pytest.mark.parametrize("respond", [straight, straight_lag])
 @pytest.mark.parametrize("seed", range(20))
 def test_a_period_at_a_time_is_what_all_pieces_say(respond, seed):
     """To rounding: a phase of 40 periods is known to 40 eps, which a mode of 1e4/period turns into 1e-10."""
@@ -45,6 +50,6 @@ def test_a_late_period_of_a_fast_square_wave_is_its_periodic_state():
     part = scenario.drive.parts()[0]
     rates, gains = np.array([1e-2, 1e2, 1e6]), np.eye(3)
     phases = np.linspace(0, 0.95e-5, 20)
-    late = straight_response(part, rates, gains, 2000.0 + phases, np.zeros(3))
-    settled = straight_response(part, rates, gains, phases, periodic_state(part, rates))
+    late = straight(part, rates, gains, 2000.0 + phases, np.zeros(3))
+    settled = straight(part, rates, gains, phases, periodic_state(part, rates))
     assert late == pytest.approx(settled, abs=1e-4)

@@ -357,4 +357,4 @@ def test_straight_response_of_no_more_than_it_is_asked():
     part = Linear(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.array([1.0, 2.0]))
     found = straight_response(part, np.array([3.0]), np.ones((2, 1)), np.array([0.5]), np.array([7.0]))
     expected = 7 * np.exp(-1.5) - np.expm1(-1.5) + 0.5 + np.expm1(-1.5) / 3
-    assert found == pytest.approx(np.full((2, 1), expected), rel=1e-14)
+    assert np.array(found) == pytest.approx(np.full((2, 1), expected), rel=1e-14)

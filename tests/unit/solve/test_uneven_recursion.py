@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.solve.recursion import hold_weights, march, march_loop, states_at, uneven
-from electrovib.solve.recursion.hold import SLOW
-from electrovib.solve.recursion.record import StraightDrive
+from electrovib.solve.recursion.hold import SLOW, StraightDrive
 
 SAME = 1e-12  # of the largest possible output; some thousand roundings of 1.1e-16 at most
 RATES = st.lists(st.floats(-6, 4).map(lambda power: 10.0**power), max_size=12)  # over the mean piece

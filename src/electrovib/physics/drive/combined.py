@@ -77,7 +77,7 @@ class Sum(Drive):
     @property
     def period(self) -> float | None:
         """Common period of the drives that are not constant [s]; None where there is none."""
-        moving = [drive for drive in self.drives if not all(_is_step(part) for part in drive.parts())]
+        moving = [drive for drive in self.drives if not all(part.is_step for part in drive.parts())]
         periods = [drive.period for drive in moving]
         known = [period for period in periods if period is not None]
         return common_period(known) if len(known) == len(periods) else None
@@ -92,7 +92,3 @@ class Sum(Drive):
         """Times at which any of the drives was measured [s]; None if all are formulas."""
         found = [stamps for drive in self.drives if (stamps := drive.time_stamps) is not None]
         return np.unique(np.concatenate(found)) if found else None
-
-
-def _is_step(part: Part) -> bool:
-    return isinstance(part, Linear) and part.is_step

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
@@ -56,6 +56,8 @@ class _Gated(ABC):
 
     start: float
     stop: float
+    is_step: ClassVar[Literal[False]] = False
+    period: ClassVar[None] = None
 
     def begins_with(self, time: Real) -> bool:  # noqa: ARG002 - no part but straight pieces has breaks
         """Return False: no times are breaks between straight pieces."""

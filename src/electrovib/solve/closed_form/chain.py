@@ -8,20 +8,17 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.physics.contact import FixedArea
 from electrovib.physics.drive.pieces import Linear
-from electrovib.physics.friction import FollowingFriction, SteadyFriction
-from electrovib.physics.time_profile import Steady
 from electrovib.solve.choice import chosen
 from electrovib.solve.closed_form.filtered import filtered_sum, has_closed_form
 from electrovib.solve.closed_form.linear import active_rates, linear_sums
 from electrovib.solve.closed_form.sums import Decays, Pieces, product
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.solution import TRANSIENT, amplitudes, linear_quantities
+from electrovib.solve.electrics.solution import amplitudes, linear_quantities
 from electrovib.solve.mechanics.filters import cascade, of_stages
 from electrovib.solve.mechanics.lateral import friction_filter, memory_changes, resting
 from electrovib.solve.mechanics.rig import finger_filters
-from electrovib.solve.stack.keys import AmplitudeOf
+from electrovib.solve.stack.keys import amplitudes_among
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -51,7 +48,9 @@ def offers(scenario: Scenario, names: Collection[str]) -> bool:
     if not OFFERED.issuperset(names) or scenario.circuit.amplifier is not None:
         return False
     parts = scenario.drive.parts()
-    if len(parts) != 1 or not isinstance(parts[0], Linear) or chosen(scenario).method is not TRANSIENT:
+    if len(parts) != 1 or not isinstance(parts[0], Linear) or scenario.time.settled:
+        return False
+    if not chosen(scenario).method.each_alone:
         return False
     mechanical = FILTERED.intersection(names)
     if (scenario.finger is None and mechanical & SKIN) or (scenario.rig is None and READING in mechanical):
@@ -62,13 +61,13 @@ def offers(scenario: Scenario, names: Collection[str]) -> bool:
 def _is_linear_behind_force(scenario: Scenario) -> bool:
     """Tell whether friction, finger and sensors are linear filters of the attraction under a constant load."""
     friction, motion = scenario.friction, scenario.motion
-    if not isinstance(friction, (SteadyFriction, FollowingFriction)) or motion.distance is not None:
-        return False
     return (
-        friction.without_memory().is_linear
+        not friction.deflects
+        and motion.distance is None
+        and friction.without_memory().is_linear
         and scenario.force.of_second_degree
-        and isinstance(scenario.contact, FixedArea)
-        and isinstance(scenario.load.time_profile, Steady)
+        and not scenario.contact.grows
+        and scenario.load.time_profile.is_constant
         and not memory_changes(scenario)
         and not resting(motion)
         and (scenario.rig is None or scenario.rig.digitiser is None)
@@ -170,9 +169,7 @@ class ClosedElectrics:
         if name in self._rows:
             return self._rows[name]
         if name == FORCE:
-            fields = {
-                key.name: each.values() for key, each in self.sums.items() if isinstance(key, AmplitudeOf)
-            }
+            fields = {name: each.values() for name, each in amplitudes_among(self.sums).items()}
             row = attraction(self.scenario, total_pull(self.scenario, fields), times)
         else:
             row = self.sums[name].values()
@@ -199,8 +196,7 @@ class ClosedElectrics:
 
     def _quadratic(self) -> ExponentialSum:
         scenario = self.scenario
-        assert isinstance(scenario.contact, FixedArea)
-        sums = {key.name: each for key, each in self.sums.items() if isinstance(key, AmplitudeOf)}
+        sums, area = amplitudes_among(self.sums), scenario.contact.gross_area()
 
         def pull(*ones: str) -> float:
             return float(total_pull(scenario, {name: np.array(float(name in ones)) for name in sums}))
@@ -210,7 +206,7 @@ class ClosedElectrics:
         terms += [(a, b, pull(a, b) - pull(a) - pull(b)) for a, b in combinations(sums, 2)]
         for one, other, weight in terms:
             if weight:
-                more = product(sums[one], sums[other]) * (weight * scenario.contact.area)
+                more = product(sums[one], sums[other]) * (weight * area)
                 total = more if total is None else total + more
         assert total is not None
         return total

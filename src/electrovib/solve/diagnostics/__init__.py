@@ -18,16 +18,20 @@ from electrovib.solve.diagnostics.assumptions import (
     settled_charge,
     vanishing_gap,
 )
-from electrovib.solve.diagnostics.evaluation_times import around_kinks, evaluation_times, shows_every_sample
 from electrovib.solve.diagnostics.judge import (
     circuit_diagnostics,
     declared_diagnostics,
     discontinuities,
     stack_diagnostics,
 )
-from electrovib.solve.diagnostics.peaks import PeakRecord, refined
+from electrovib.solve.diagnostics.peaks import (
+    PeakRecord,
+    around_kinks,
+    evaluation_times,
+    refined,
+    shows_every_sample,
+)
 from electrovib.solve.electrics.linear import caveat
-from electrovib.solve.electrics.solution import LIMITED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -61,18 +65,14 @@ def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solu
         whole = solve(scenario, section, both)
         record = PeakRecord.of(scenario, both, whole.found)
         around = np.setdiff1d(around_kinks(np.array(whole.kinks), float(times[-1])), both)
-        return whole.at(np.searchsorted(both, times)), record.joined(_at(scenario, section, around)) if len(
-            around
-        ) else record
+        return whole.at(np.searchsorted(both, times)), _joined(scenario, section, record, around)
 
     answer = solve(scenario, section, times)
     record = PeakRecord.of(scenario, times, answer.found)
     if shows_every_sample(scenario.drive, times):
         wanted = np.union1d(wanted, record.just_before())
     between = wanted[times[np.minimum(np.searchsorted(times, wanted), len(times) - 1)] != wanted]
-    record = record.among(between)
-    if len(between):
-        record = record.joined(_at(scenario, section, between))
+    record = _joined(scenario, section, record.among(between), between)
     return answer, _refined(scenario, section, record)
 
 
@@ -82,18 +82,22 @@ def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solu
     `times` (n,) [s].
     """
     record = PeakRecord.of(scenario, times, answer.found)
-    if (method := chosen(scenario).method).is_marched and method is not LIMITED:
+    if (method := chosen(scenario).method).is_marched and not method.by_regimes:
         return record
 
     corners = np.union1d(scenario.drive.corners(float(times[-1]))[0], answer.kinks)
-    before = np.setdiff1d(record.before_corners(corners), times)
-    whole = record.joined(_at(scenario, section, before)) if len(before) else record
-    return whole if method is LIMITED else _refined(scenario, section, whole)
+    whole = _joined(scenario, section, record, np.setdiff1d(record.before_corners(corners), times))
+    return whole if method.by_regimes else _refined(scenario, section, whole)
 
 
 def _at(scenario: Scenario, section: ModalSection, times: Real) -> PeakRecord:
     """Return the quantities with limits at further times [s]."""
     return PeakRecord.of(scenario, times, solve_fields(scenario, section, times).found)
+
+
+def _joined(scenario: Scenario, section: ModalSection, record: PeakRecord, times: Real) -> PeakRecord:
+    """Add further times [s], if any, to a record."""
+    return record.joined(_at(scenario, section, times)) if len(times) else record
 
 
 def _refined(scenario: Scenario, section: ModalSection, record: PeakRecord) -> PeakRecord:
@@ -133,8 +137,7 @@ def running_currents(
 ) -> dict[str, float] | None:
     """Return the largest currents apart from the response to the step of the drive at time 0."""
     end, drive = float(record.times[-1]), scenario.drive
-    amplifier = scenario.circuit.amplifier
-    linear = not chosen(scenario).method.is_marched and (amplifier is None or not amplifier.is_limited)
+    linear = not chosen(scenario).method.is_marched and not scenario.circuit.supply.is_limited
     if not linear or not discontinuities(scenario, end=end)[0]:
         return None
     names = ("current", "body_current")

@@ -242,10 +242,10 @@ def _held_mean(drive: Drive) -> float:
 def over_frequency_diagnostics(scenario: Scenario) -> list[Diagnostic]:
     """Return warnings where the values over frequency are not those of a sine in time."""
     leaks = {name: layer.leak for name, layer in scenario.stack.layers.items() if layer.leak is not None}
-    amplifier = scenario.circuit.amplifier
+    amplifier = scenario.circuit.supply
     return [
         *(_rectifies(name) for name, leak in leaks.items() if np.ptp(leak.slope(_TWO_SIGNS))),
-        *([] if amplifier is None or not amplifier.is_limited else _not_supplied(scenario, amplifier)),
+        *(_not_supplied(scenario, amplifier) if amplifier.is_limited else []),
     ]
 
 

@@ -38,27 +38,26 @@ ROUNDED = 1e-9
 
 def slew_rate(scenario: Scenario, end: float) -> float:
     """Return the largest rate of change of the drive times the gain, from time 0 to an end."""
-    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    drive, amplifier = scenario.drive, scenario.circuit.supply
     if drive.quantity == "current":
         return math.nan
     settled = scenario.time.settled
     until = max(end, drive.period or 0.0) if settled else end
-    return abs(1.0 if amplifier is None else amplifier.gain) * slew_of(drive, until, from_rest=not settled)
+    return abs(amplifier.gain) * slew_of(drive, until, from_rest=not settled)
 
 
 def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
     """Return the heights of the discontinuities of the voltage that reach the stack."""
-    drive, amplifier = scenario.drive, scenario.circuit.amplifier
+    drive, amplifier = scenario.drive, scenario.circuit.supply
     if drive.quantity == "current" or (
-        amplifier is not None
-        and (amplifier.bandwidth is not None or np.isfinite(amplifier.current_limits[1]))
+        amplifier.bandwidth is not None or np.isfinite(amplifier.current_limits[1])
     ):
         return 0.0, 0.0
     settled = scenario.time.settled
     smallest = ROUNDED * sum(part.bound() for part in drive.parts())
     until = max(end, drive.period or 0.0) if settled else end
     times, heights = drive.corners(until)
-    if amplifier is not None and amplifier.saturation is not None:
+    if amplifier.saturation is not None:
         after = drive.voltage(times)
         passed = np.abs(amplifier.aim(after) - amplifier.aim(after - heights))
         heights = np.where(passed > ROUNDED * amplifier.saturation, heights, 0.0)
@@ -176,8 +175,7 @@ def _unbounded_currents(circuit: Circuit) -> tuple[str, ...]:
     """Return the currents that have no bound at a discontinuity of the plate's voltage."""
     if circuit.element().resistance == 0:
         return ("current", "body_current")
-    charges = circuit.amplifier is not None and circuit.amplifier.stray_capacitance > 0
-    return ("current",) if charges else ()
+    return ("current",) if circuit.supply.stray_capacitance > 0 else ()
 
 
 def _discontinuity(

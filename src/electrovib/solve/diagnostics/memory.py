@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from electrovib.solve.electrics.attraction import attraction, total_pull
+from electrovib.solve.electrics.linear import amplified
 from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.expand import left_by_charge, phasors
@@ -227,9 +228,7 @@ def _respond(
     if amplifier.is_limited:
         found = transient(transfers, drive, times)
         return {name: amplifier.gain * row for name, row in found.items()}
-    from electrovib.solve.electrics.amplifier import amplified_response
-
-    return amplified_response(transfers, drive, times, amplifier=amplifier, settled=settled).found
+    return transient(amplified(transfers, amplifier), drive, times, settled=settled)
 
 
 def _differences(

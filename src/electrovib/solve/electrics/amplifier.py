@@ -15,12 +15,18 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.electrics.gain_and_pole import Unlimited, refuse_amplified, without_limits
+from electrovib.solve.electrics.linear import (
+    Unlimited,
+    amplified,
+    behind_gain_and_pole,
+    refuse_amplified,
+)
 from electrovib.solve.electrics.slewing import Course, Network
-from electrovib.solve.electrics.solution import LIMITED, PERIODIC, TRANSIENT, Solution
-from electrovib.solve.electrics.transient import how_it_begins
+from electrovib.solve.electrics.solution import LIMITED, Solution
+from electrovib.solve.electrics.transient import transient
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.electrics import snapped
+from electrovib.solve.nonlinear.integrate import fall_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -67,21 +73,15 @@ def amplified_response(
     `time` (n,) [s].
     """
     refuse_amplified(drive, amplifier, settled=settled)
-    given = {"drive_voltage": drive.voltage(time)}
     if not amplifier.is_limited:
-        found = without_limits(transfers, drive, time, amplifier=amplifier, settled=settled)
-        begin = how_it_begins(drive, settled=settled)
-        why = f"linear layers behind an amplifier without limits: its gain and pole are a filter before the stack, {begin}"
-        return Solution(found=found | given, method=PERIODIC if settled else TRANSIENT, reason=why)
+        return behind_gain_and_pole(transfers, drive, time, amplifier=amplifier, settled=settled)
     march = LimitedMarch(transfers, amplifier, drive, float(time[-1]))
     found, changes = march.run(time)
     why = (
         "linear layers behind an amplifier with limits: real modes at its voltage and at its largest current, from"
         f" rest; {len(changes)} changes between them located, in closed form from one to the next"
     )
-    return Solution(
-        found=found | given, method=LIMITED, reason=why, events=tuple(changes), kinks=tuple(march.kinks)
-    )
+    return Solution(found=found, method=LIMITED, reason=why, events=tuple(changes), kinks=tuple(march.kinks))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -289,7 +289,7 @@ class LimitedMarch:
 
     def run(self, time: Real) -> tuple[dict[str, Real], list[float]]:
         """Compute the wanted quantities from rest at times (n,) [s], and the times of the changes [s]."""
-        found = without_limits(self.transfers, self.drive, time, amplifier=self.plate.amplifier)
+        found = transient(amplified(self.transfers, self.plate.amplifier), self.drive, time)
         self.kinks, repeats = [], self.drive.period or np.inf
         self.meter = Meter("the amplifier with limits", end=self.looks.end, repeats=repeats)
         wanted = snapped(time, self.looks.corners.tolist())
@@ -354,17 +354,7 @@ class LimitedMarch:
 
     def _root(self, span: Span, kind: int, low: float, high: float) -> float:
         """Return when a margin falls below 0 between two times."""
-
-        def value(when: float) -> float:
-            return float(self.plate.margins(span, np.array([when]))[kind, 0])
-
-        from scipy.optimize import brentq
-
-        if value(low) <= 0:
-            return low
-        if value(high) >= 0:
-            return high
-        return float(brentq(value, low, high, xtol=1e-300, rtol=1e-15))
+        return fall_of(lambda when: float(self.plate.margins(span, np.array([when]))[kind, 0]), low, high)
 
     def _changed(self, span: Span, when: float, kind: int) -> Span:
         """Return the regime after a change between two corners."""

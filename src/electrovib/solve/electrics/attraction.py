@@ -11,7 +11,6 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.contact import FixedArea
 from electrovib.solve.stack.expand import Surroundings
 
 if TYPE_CHECKING:
@@ -52,8 +51,8 @@ def attraction(scenario: Scenario, pull: Real, times: Real | None = None) -> Rea
     `pull` (..., n) [Pa], `times` (n,) [s]; returns `force` (..., n) [N].
     """
     contact, load = scenario.contact, scenario.load
-    if isinstance(contact, FixedArea):
-        return np.asarray(contact.area * pull)
+    if not contact.grows:
+        return np.asarray(contact.gross_area() * pull)
     if times is None:
         forces, pressing = np.asarray(load.normal_force), pull
     else:
@@ -68,7 +67,7 @@ def mean_force(scenario: Scenario, section: PhasorSection, *, amplitude: Any) ->
     of the section.
     """
     count = 16 * PHASES
-    if isinstance(scenario.contact, FixedArea):
+    if not scenario.contact.grows:
         count = 4 if scenario.force.of_second_degree else PHASES
     phasor: dict[str, Complex] = scenario.force.amplitudes(section)
     total: Any = 0.0
@@ -85,8 +84,8 @@ def pressed(contact: Contact, load: Real, pull: Real) -> Real:
     load alone. Where the mean pressure rises with the force there is only one state.
     """
     load, pull = np.broadcast_arrays(np.asarray(load, dtype=float), np.asarray(pull, dtype=float))
-    if isinstance(contact, FixedArea):
-        return np.asarray(load + pull * contact.area)
+    if not contact.grows:
+        return np.asarray(load + pull * contact.gross_area())
     whole = np.where(np.isnan(load + pull), np.nan, load)
     found = (load > 0) & (pull != 0) & np.isfinite(load + pull)
     if np.any(found):
@@ -156,7 +155,7 @@ def pressed_states(contact: Contact, *, load: float, pull: float) -> tuple[tuple
 
     States are sought in steps of a 64th of the force; two states closer than that are missed.
     """
-    if pull <= 0 or isinstance(contact, FixedArea):
+    if pull <= 0 or not contact.grows:
         return ((float(pressed(contact, np.array([load]), np.array([pull]))[0]), True),)
 
     def lacking(whole: Real) -> Real:

@@ -9,8 +9,9 @@ extrapolated from the last two step sizes, which makes it a hundred times better
 
 from __future__ import annotations
 
+import functools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,10 +19,9 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.stack import pieces
-from electrovib.solve.electrics.gain_and_pole import amplified, refuse_amplified
-from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
+from electrovib.solve.electrics.linear import amplified, refuse_behind_amplifier, refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import LEAK, Solution
-from electrovib.solve.electrics.steps import jump_heights, step_grid
+from electrovib.solve.electrics.steps import halved, jump_heights, step_grid
 from electrovib.solve.electrics.straight import straight_response
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.meter import Meter
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
 
 TOLERANCE = 2e-5
 """Error of the layer's field over its largest value, before extrapolation, at which the steps are fine enough."""
-MOST_HALVINGS = 4
 HELD = 14
 """Numbers that are held for each step."""
 _CHUNK = 1 << 12
@@ -85,8 +84,7 @@ def refuse_leak(scenario: Scenario) -> None:
     layers = scenario.stack.layers
     name = next(iter(leaking_slab(layers, second=Surroundings.of(scenario).second)), None)
     refuse_gaps_of_a_law(scenario, name)
-    if scenario.circuit.amplifier is not None:
-        refuse_amplified(scenario.drive, scenario.circuit.amplifier, settled=False)
+    refuse_behind_amplifier(scenario)
     if name is not None and scenario.time.settled:
         raise InputError(
             f"time.initial_state = PeriodicState: layer '{name}' leaks by {type(layers[name].leak).__name__}, which is"
@@ -112,13 +110,8 @@ def answer_with_leak(question: Question) -> Solution:
     driven, control = question.wanted(section), FieldOf(slab[0])
     amplifier = scenario.circuit.amplifier
     if amplifier is not None:  # without limits it prescribes the plate's voltage, whatever leaks
-        driven = amplified(driven, amplifier)
-    solution = leaky_response(driven, beside, scenario.drive, question.times, leak=leak, control=control)
-    if amplifier is None:
-        return solution
-    found = dict(solution.found)
-    found["amplifier_current"] = found.pop("stray current") + found["current"]
-    return replace(solution, found=found)
+        driven, beside["amplifier_current"] = amplified(driven, amplifier), beside["current"]
+    return leaky_response(driven, beside, scenario.drive, question.times, leak=leak, control=control)
 
 
 def leak_section(
@@ -193,18 +186,12 @@ def leaky_response(
 
     `time` (n,) [s].
 
-    Steps are halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
+    Steps are halved until the error is below `TOLERANCE`.
     """
-    grid = step_grid(drive, time, driven[control], leaking[control], leak=leak)
-    coarse = follow(driven[control], leaking[control], drive, grid, leak=leak)
-    fine, error = coarse, 0.0
-    for _ in range(MOST_HALVINGS):
-        coarse = fine
-        grid = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
-        fine = follow(driven[control], leaking[control], drive, grid, leak=leak)
-        error = fine.distance(coarse)
-        if error < TOLERANCE:
-            break
+    field = driven[control], leaking[control]
+    grid = step_grid(drive, time, *field, leak=leak)
+    march = functools.partial(follow, *field, drive, leak=leak)
+    grid, fine, coarse, error = halved(grid, march, LeakMarch.distance, tolerance=TOLERANCE)
     found = transient(driven, drive, time)
     for name, transfer in leaking.items():
         answers = [_under(march.flow(), transfer, time) for march in (fine, coarse)]
@@ -245,8 +232,7 @@ class LeakMarch:
 
     def distance(self, coarser: LeakMarch) -> float:
         """Return the error of this integration from one with steps twice as long: a third of the difference."""
-        common = np.searchsorted(self.grid, coarser.grid)
-        moved = np.abs([self.before[common] - coarser.before, self.after[common] - coarser.after])
+        moved = np.abs([self.before[::2] - coarser.before, self.after[::2] - coarser.after])
         return float(np.max(moved)) / 3 / (float(np.max(np.abs([self.before, self.after]))) or 1.0)
 
 

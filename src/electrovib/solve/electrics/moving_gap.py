@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.physics.amplifier import IDEAL, Amplifier
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.solution import MOVING_GAP, Solution
-from electrovib.solve.electrics.steps import jump_heights, smooth_grid, with_outputs
+from electrovib.solve.electrics.steps import halved, jump_heights, smooth_grid, with_outputs
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.radau import NODES, WEIGHTS
@@ -24,7 +25,6 @@ from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.motion import Distance
     from electrovib.solve.stack.keys import Key
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-8
 """Error of the gap's field, over its largest value, at which the steps are fine enough."""
-MOST_HALVINGS = 4
 _ORDER = 3
 """Order that the error estimate assumes; the method has order 5, less under fast modes."""
 _NUMBERS_AT_ONCE = 1 << 18
@@ -45,14 +44,14 @@ def move_gap(
     time: Real,
     *,
     motion: Distance,
-    amplifier: Amplifier | None = None,
+    amplifier: Amplifier = IDEAL,
 ) -> Solution:
     """Compute the response from rest of linear layers under a gap of prescribed thickness.
 
     `time` (n,) [s].
 
     E_k = (D_1 + Q_k - P_k)/(eps0 high_k), where D_1 follows from the sum of all voltages and dq/dt = J_k - J_(k+1).
-    Steps are halved until the error is below `TOLERANCE`, `MOST_HALVINGS` times at most.
+    Steps are halved until the error is below `TOLERANCE`.
     """
     _refuse(space, drive, amplifier)
     plate = DrivenPlate(drive, amplifier)
@@ -66,7 +65,12 @@ def move_gap(
     speed = float(np.max(np.abs(matrices).sum(axis=2))) + 1 / max(float(time[-1]), 1e-12)
     end = float(time[-1])
     grid = smooth_grid(drive, end=end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
-    grid, error = _fine_enough(space, plate, grid, motion)
+
+    def field(grid: Real) -> Real:
+        states, voltage = _march(space, plate, grid, motion), plate.at(grid)[0]
+        return np.asarray(space.moment(states, voltage=voltage, gap=motion.gap(grid)).field[space.moving])
+
+    grid, _, _, error = halved(grid, field, _error, tolerance=TOLERANCE)
     grid = with_outputs(grid, time)
     right = np.clip(np.searchsorted(grid, time), 0, len(grid) - 1)
     around = np.array([np.maximum(right - 1, 0), right])
@@ -85,23 +89,13 @@ def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -
     return Solution(found=found, method=MOVING_GAP, reason=reason, errors={"step_error": error}, steps=steps)
 
 
-def _fine_enough(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance) -> tuple[Real, float]:
-    """Halve all steps until the error of the gap's field is small; return the steps and that error."""
-    coarse = _field(space, plate, grid, _march(space, plate, grid, motion), motion)
-    error = 0.0
-    for _ in range(MOST_HALVINGS if len(grid) > 1 else 0):
-        finer = np.unique(np.concatenate([grid, (grid[:-1] + grid[1:]) / 2]))
-        fine = _field(space, plate, finer, _march(space, plate, finer, motion), motion)
-        largest = float(np.max(np.abs(fine))) or 1.0
-        moved = fine[np.searchsorted(finer, grid)] - coarse
-        error = float(np.max(np.abs(moved))) / largest / (2**_ORDER - 1)
-        grid, coarse = finer, fine
-        if error < TOLERANCE:
-            break
-    return grid, error
+def _error(fine: Real, coarse: Real) -> float:
+    """Return the error of a field at the ends of halved steps, from that at the ends of the steps before."""
+    largest = float(np.max(np.abs(fine))) or 1.0
+    return float(np.max(np.abs(fine[::2] - coarse))) / largest / float(2**_ORDER - 1)
 
 
-def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> None:
+def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier) -> None:
     if space.moving is None:
         raise InputError(
             "motion.distance: it sets the thickness of a gap, and the stack has none; add a table stack.gap"
@@ -111,7 +105,7 @@ def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier | None) -> No
             f"drive = {type(drive).__name__}: with a prescribed current the field in the gap does not depend on its"
             " thickness; omit motion.distance"
         )
-    if space.leaks or (amplifier is not None and amplifier.is_limited):
+    if space.leaks or amplifier.is_limited:
         raise InputError("motion.distance: a leak or a limit of the amplifier needs the general solver")
 
 
@@ -195,24 +189,16 @@ def _carry(space: StackStates, plate: DrivenPlate, grid: Real, motion: Distance)
     return found[:, :, :size], found[:, :, size]
 
 
-def _field(space: StackStates, plate: DrivenPlate, time: Real, states: Real, motion: Distance) -> Real:
-    assert space.moving is not None
-    field: Real = space.moment(states, voltage=plate.at(time)[0], gap=motion.gap(time)).field[space.moving]
-    return field
-
-
 def _signals(
     space: StackStates, plate: DrivenPlate, time: Real, states: Real, motion: Distance
 ) -> dict[Key, Real]:
     (voltage, slope), gap = plate.at(time), motion.gap(time)
     moment = space.moment(states, voltage=voltage, gap=gap, closing=motion.rate(time))
     current = space.area * space.density(states, moment, slope=slope)
-    stray = 0.0 if plate.amplifier is None else plate.amplifier.stray_capacitance
     return {
-        "drive_voltage": plate.drive.voltage(time),
         "plate_voltage": voltage,
         "current": current,
-        "amplifier_current": current + stray * slope,
+        "amplifier_current": current + plate.amplifier.stray_capacitance * slope,
         "gap": gap,
     } | space.named(states, moment, gap=gap)
 
@@ -222,17 +208,12 @@ class DrivenPlate:
     """Voltage of the plate behind an amplifier without limits."""
 
     drive: Drive
-    amplifier: Amplifier | None
-
-    @property
-    def gain(self) -> float:
-        """Gain of the amplifier, 1 without one."""
-        return 1.0 if self.amplifier is None else self.amplifier.gain
+    amplifier: Amplifier
 
     @property
     def corner(self) -> float | None:
         """Rate of the amplifier's pole [1/s]; None without one."""
-        band = None if self.amplifier is None else self.amplifier.bandwidth
+        band = self.amplifier.bandwidth
         return None if band is None else 2 * np.pi * band
 
     def within(self, grid: Real) -> tuple[Real, Real]:
@@ -252,18 +233,18 @@ class DrivenPlate:
             value = value + np.where(on, part.whenever(times), 0.0)
             slope = slope + np.where(on, part.slope_whenever(times), 0.0)
         if self.corner is None:
-            return self.gain * value, self.gain * slope
+            return self.amplifier.gain * value, self.amplifier.gain * slope
         plate = self.lagging(times.ravel()).reshape(times.shape)
-        return plate, self.corner * (self.gain * value - plate)
+        return plate, self.corner * (self.amplifier.gain * value - plate)
 
     def at(self, times: Real) -> tuple[Real, Real]:
         """Return the voltage and its rate just after some times.
 
         `times` (n,) [s]; returns `voltage`, `slope` (n,) [V].
         """
-        value = self.gain * self.drive.voltage(times)
+        value = self.amplifier.gain * self.drive.voltage(times)
         if self.corner is None:
-            return value, self.gain * self.drive.slope(times)
+            return value, self.amplifier.gain * self.drive.slope(times)
         plate = self.lagging(times)
         return plate, self.corner * (value - plate)
 
@@ -276,7 +257,7 @@ class DrivenPlate:
             return np.zeros(len(grid))
         heights = jump_heights(self.drive, grid)
         heights[0] = self.drive.voltage(np.zeros(1))[0]
-        return self.gain * heights
+        return self.amplifier.gain * heights
 
     def lagging(self, times: Real) -> Real:
         """Return the voltage behind the amplifier's pole.
@@ -284,5 +265,5 @@ class DrivenPlate:
         `times` (n,) [s]; returns `voltage` (n,) [V].
         """
         assert self.corner is not None
-        pole = Transfer(rates=np.array([self.corner]), gains=np.array([self.gain]))
+        pole = Transfer(rates=np.array([self.corner]), gains=np.array([self.amplifier.gain]))
         return transient({"v": pole}, self.drive, times)["v"]

@@ -97,7 +97,7 @@ def refuse_more_than_one_sine(scenario: Scenario) -> None:
         raise NotCausalError(_refusal(law, drive.__class__.__name__, settled=settled))
     if loudest_tone(scenario)[0][0] == 0:
         raise NotCausalError(_refusal(law, "constant voltage", settled=settled))
-    if scenario.circuit.amplifier is not None and scenario.circuit.amplifier.is_limited:
+    if scenario.circuit.supply.is_limited:
         raise NotCausalError(
             _refusal(law, f"{type(drive).__name__} behind an amplifier with limits", settled=settled)
         )

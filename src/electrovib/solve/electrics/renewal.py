@@ -7,7 +7,7 @@ begins when the place comes under the finger, so each place needs only the modes
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from electrovib.solve.electrics.solution import RENEWAL, Solution
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.meter import Meter
 from electrovib.solve.stack.expand import Surroundings
-from electrovib.solve.stack.keys import AmplitudeOf
+from electrovib.solve.stack.keys import AmplitudeOf, amplitudes_among
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from electrovib.physics.motion import Motion
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Question
-    from electrovib.solve.stack.keys import Key
 
 REASON = "the response of each place of the film begins when it comes under the finger"
 PULL = "pull"
@@ -98,68 +97,44 @@ def renewed(
     return found
 
 
-def mean_over_contact(
-    transfers: Mapping[Any, Transfer],
-    drive: Drive,
-    time: Real,
-    *,
-    motion: Motion,
-    length: float,
-    read: Callable[[dict[Any, Real]], dict[Any, Real]],
-) -> Solution:
+def answer_on_fresh_film(question: Question) -> Solution:
     """Compute the mean response over all places under a sliding finger.
 
     A place that came under the finger at a discontinuity of the drive is the edge of a step along the
     contact. Where that edge lies within a panel, the error is some thousandths, and reported.
     """
-    over = Renewal.over(length)
+    scenario, times, transfers = question.scenario, question.times, question.wanted(question.section)
+    over = Renewal.over(scenario.contact.sliding_length(scenario.load.normal_force))
     many = max(1, _AT_ONCE // len(over.places))
     means: dict[Any, list[Real]] = {}
     meter = Meter(
         "the response of each place of the film",
-        of=f"{len(over.places)} places at {len(time):.3g} times",
-        end=len(time),
+        of=f"{len(over.places)} places at {len(times):.3g} times",
+        end=len(times),
         repeats=many,
         remedy="ask for fewer time.samples, or choose a shorter time.duration",
     )
-    for first in range(0, len(time), many):
+    for first in range(0, len(times), many):
         meter.count(first)
-        places = renewed(transfers, drive, time[first : first + many], motion=motion, renewal=over)
-        for name, rows in read(places).items():
+        some = times[first : first + many]
+        places = renewed(transfers, scenario.drive, some, motion=scenario.motion, renewal=over)
+        if given := amplitudes_among(places):
+            places = {key: row for key, row in places.items() if not isinstance(key, AmplitudeOf)}
+            places[PULL] = total_pull(scenario, given)
+        for name, rows in places.items():
             means.setdefault(name, []).append(np.stack([over.weights, over.coarse]) @ rows)
     both = {name: np.concatenate(pieces, axis=1) for name, pieces in means.items()}
-    apart = [
+    apart = max(
         float(np.max(np.abs(fine - coarse))) / (float(np.max(np.abs(fine))) or 1.0)
         for fine, coarse in both.values()
-    ]
+    )
     found = {name: fine for name, (fine, _) in both.items()}
     why = (
         f"linear layers under a finger that slides over fresh film: real modes from rest; {REASON}. By two quadrature"
-        f" rules, the error of the mean over the contact is {max(apart):.1e} of the largest value"
+        f" rules, the error of the mean over the contact is {apart:.1e} of the largest value"
     )
-    return Solution(found=found, method=RENEWAL, reason=why, errors={"quadrature_error": max(apart)})
-
-
-def answer_on_fresh_film(question: Question) -> Solution:
-    """Compute the mean response over all places under the sliding finger."""
-    scenario = question.scenario
-
-    def read(places: dict[Key, Real]) -> dict[Key, Real]:
-        kept: dict[Key, Real] = {key: row for key, row in places.items() if not isinstance(key, AmplitudeOf)}
-        given = {key.name: row for key, row in places.items() if isinstance(key, AmplitudeOf)}
-        return kept | ({PULL: total_pull(scenario, given)} if given else {})
-
-    mean = mean_over_contact(
-        question.wanted(question.section),
-        scenario.drive,
-        question.times,
-        motion=scenario.motion,
-        length=scenario.contact.sliding_length(scenario.load.normal_force),
-        read=read,
-    )
-    found = dict(mean.found)
     pull = found.pop(PULL, None)
-    return replace(mean, found=found, pull=pull)
+    return Solution(found=found, pull=pull, method=RENEWAL, reason=why, errors={"quadrature_error": apart})
 
 
 def _states_at(drive: Drive, began: Real) -> Callable[[float], Real]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.electrics.gain_and_pole import SAME_RATE
+from electrovib.solve.electrics.linear import SAME_RATE
 from electrovib.solve.electrics.straight import chunks
 from electrovib.solve.stack.secular import secular_roots
 

@@ -11,7 +11,7 @@ from electrovib.core.constants import eps0
 from electrovib.physics.interface import INTERFACE
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import drive_mean
-from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, Key
+from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, Key, amplitudes_among
 from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:
@@ -46,8 +46,12 @@ class Method:
         Name in the Trace.
     by_modes : bool
         Whether the response at any time follows from the modes of the stack at little cost, and is linear in the drive.
+    each_alone : bool
+        Whether it computes any quantity that is linear in a voltage without the others.
     is_marched : bool
         Whether it integrates over time steps; a second evaluation then takes as long as the first.
+    by_regimes : bool
+        Whether its steps are regimes, each in closed form, so that only the values at their ends are worth a second run.
     numbers : int
         Numbers that such a method computes at least after each corner of the drive and in each of its cycles.
     holds_steps : bool
@@ -56,20 +60,22 @@ class Method:
 
     name: str
     by_modes: bool = False
+    each_alone: bool = False
     is_marched: bool = False
+    by_regimes: bool = False
     numbers: int = 0
     holds_steps: bool = False
 
 
-TRANSIENT: Final = Method(name="transient", by_modes=True)
-PERIODIC: Final = Method(name="periodic", by_modes=True)
+TRANSIENT: Final = Method(name="transient", by_modes=True, each_alone=True)
+PERIODIC: Final = Method(name="periodic", by_modes=True, each_alone=True)
 CURRENT_DRIVE: Final = Method(name="current drive", by_modes=True)
 ONE_SINE: Final = Method(name="one sine", by_modes=True)
 RENEWAL: Final = Method(name="renewal")
 """A mean over places, each with a modal response; not linear where it is the mean of a square."""
 LEAK: Final = Method(name="nonlinear branch", is_marched=True, numbers=7000, holds_steps=True)
 MOVING_GAP: Final = Method(name="moving gap", is_marched=True, numbers=14_000, holds_steps=True)
-LIMITED: Final = Method(name="amplifier", is_marched=True, numbers=500)
+LIMITED: Final = Method(name="amplifier", is_marched=True, by_regimes=True, numbers=500)
 NONLINEAR: Final = Method(name="nonlinear", is_marched=True, numbers=400)
 
 
@@ -146,7 +152,7 @@ class Solution:
 
     def amplitudes(self) -> dict[str, Real]:
         """Return the arguments of the law's pressure."""
-        return {key.name: row for key, row in self.found.items() if isinstance(key, AmplitudeOf)}
+        return amplitudes_among(self.found)
 
     def at(self, places: Indices) -> Solution:
         """Return the response at some of its times."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from electrovib.solve.electrics.transient import transient
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from electrovib.core.arrays import Real
     from electrovib.physics.conduction import Conduction
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.parts import Part
     from electrovib.solve.stack.transfer import Transfer
 
-
+T = TypeVar("T")
+MOST_HALVINGS = 4
 STEPS = 400
 """Least number of steps over the whole time."""
 STEPS_PER_PERIOD = 64
@@ -29,6 +30,25 @@ FEW = 200
 """Largest number of slope changes of a drive after which the steps are fine, as they are after its discontinuities."""
 _SLACK = 512 * float(np.finfo(float).eps)
 """Steps shorter than this share of the time could not be halved."""
+
+
+def halved(
+    grid: Real, march: Callable[[Real], T], error_of: Callable[[T, T], float], *, tolerance: float
+) -> tuple[Real, T, T, float]:
+    """Halve all steps until an integration over them is exact enough, `MOST_HALVINGS` times at most.
+
+    `error_of` compares an integration with one over every other point. Returns the last steps, the last two integrations,
+    the finer first, and the error.
+    """
+    fine = coarse = march(grid)
+    error = 0.0
+    for _ in range(MOST_HALVINGS if len(grid) > 1 else 0):
+        grid, coarse = np.insert(grid, np.arange(1, len(grid)), (grid[:-1] + grid[1:]) / 2), fine
+        fine = march(grid)
+        error = error_of(fine, coarse)
+        if error < tolerance:
+            break
+    return grid, fine, coarse, error
 
 
 def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, leak: Conduction) -> Real:
@@ -45,9 +65,7 @@ def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, 
     fields = transient({"field": driven}, drive, np.unique(np.concatenate(pieces)))["field"]
     speed = float(np.max(np.concatenate([driven.rates, leaking.rates, [1 / end]])))
     speed += float(np.sum(np.abs(leaking.gains * leaking.rates)) * np.max(leak.slope(fields)))
-    jumps = np.unique(np.append(marks[heights != 0], 0.0))
-    for jump, following in zip(jumps.tolist(), [*jumps[1:].tolist(), end], strict=True):
-        pieces.append(jump + _growing(FIRST / speed, following - jump))
+    pieces += _after(marks[heights != 0], FIRST / speed, end)
     return _with_marks(np.concatenate(pieces), marks, end)
 
 
@@ -56,6 +74,12 @@ def _oscillating(part: Part, end: float) -> Real:
     first, last = max(part.start, 0.0), min(part.stop, end)
     count = int(np.ceil(max(last - first, 0.0) * part.highest_frequency * STEPS_PER_PERIOD))
     return np.linspace(first, max(first, last), count + 1)
+
+
+def _after(jumps: Real, first: float, end: float) -> list[Real]:
+    """Return the ends of steps that grow after time 0 and after each discontinuity, up to the next one."""
+    begins = np.unique(np.append(jumps, 0.0))
+    return [at + _growing(first, span) for at, span in zip(begins, np.diff(begins, append=end), strict=True)]
 
 
 def _growing(first: float, span: float) -> Real:
@@ -96,15 +120,13 @@ def smooth_grid(
         return np.zeros(1)
     marks, heights = drive.corners(end)
     kinks = marks if len(marks) <= FEW else marks[heights != 0]
-    jumps = np.unique(np.append(kinks, 0.0))
     bends = np.array([each for span in spans for each in span if 0 < each < end])
     pieces = [bends, np.linspace(0.0, end, STEPS + 1)]
     for first, last in spans:
         count = int(np.ceil((last - first) * fastest * STEPS_PER_PERIOD))
         pieces.append(np.linspace(first, last, count + 1))
     pieces += [_oscillating(part, end) for part in drive.parts()]
-    for jump, following in zip(jumps.tolist(), [*jumps[1:].tolist(), end], strict=True):
-        pieces.append(jump + _growing(FIRST / speed, following - jump))
+    pieces += _after(kinks, FIRST / speed, end)
     return _with_marks(np.concatenate(pieces), np.concatenate([marks, bends]), end)
 
 

@@ -57,30 +57,16 @@ def straight_response(
     *,
     direct: Real | None = None,
     lag: NDArray[np.bool_] | None = None,
-) -> Real:
-    """Compute the response of modes to straight pieces at any times.
+) -> list[Real]:
+    """Compute the response of modes to straight pieces at any times, each output in an array of its own.
 
     `rates` (modes,), `gains` (outputs, modes), `time` (n,) [s], `state` (modes,) [V], `direct` (outputs,),
-    `lag` (outputs,); returns `response` (outputs, n) [V].
+    `lag` (outputs,); returns one `response` (n,) [V] for each output.
 
     At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
     """
     direct = np.zeros(len(gains)) if direct is None else direct
     lag = np.zeros(len(gains), bool) if lag is None else lag
-    return np.array(straight_rows(part, rates, gains, time, state, direct=direct, lag=lag))
-
-
-def straight_rows(
-    part: Linear,
-    rates: Real,
-    gains: Real,
-    time: Real,
-    state: Real,
-    *,
-    direct: Real,
-    lag: NDArray[np.bool_],
-) -> list[Real]:
-    """Compute the same as `straight_response`, each output in an array of its own [V]."""
     marched = _marched(part, time)
     if marched is not None:
         output, _ = march(-rates, gains, direct, *marched, state, lag=lag)
@@ -216,20 +202,14 @@ def periodic_state(part: Linear, rates: Real) -> Real:
 
     x0 = (state after one period from rest)/(1 - exp(-rate period)).
     """
-    assert part.period is not None
-    one = part.until(part.period)
-    end = _break_states(one, rates, np.zeros(len(rates)))[:, -1]
-    state: Real = end / -np.expm1(-rates * part.period)
-    return state
+    settled = BreakStates(part, rates, np.zeros(len(rates))).settled
+    assert settled is not None
+    return settled
 
 
-def _break_states(part: Linear, rates: Real, state: Real) -> Real:
-    """Return the states at the breaks, shape (modes, breaks)."""
-    return _states_at(part, rates, state, np.arange(len(part.times)))
-
-
-def _states_at(part: Linear, rates: Real, state: Real, places: Indices) -> Real:
-    """Return the states at some breaks, shape (modes, places)."""
+def _states_at(part: Linear, rates: Real, state: Real, places: Indices | None) -> Real:
+    """Return the states at some breaks, by default at all, shape (modes, places)."""
+    places = np.arange(len(part.times)) if places is None else places
     if part.is_step or not len(rates):
         return np.repeat(state[:, None], len(places), axis=1)
     steps = part.lengths if part.step is None else part.step
@@ -257,16 +237,13 @@ class BreakStates:
 
     def __init__(self, part: Linear, rates: Real, state: Real, wanted: Indices | None = None) -> None:
         self.part, self.rates, self.state = part, rates, state
-        self.settled: Real | None = None
-        self.places: Indices | None = None
+        repeats = part.period is not None
+        every = repeats or len(part.times) <= _FEW_BREAKS
+        self.places = None if every or wanted is None else np.unique(wanted)
+        self.states = _states_at(part, rates, np.zeros(len(rates)) if repeats else state, self.places)
+        self.settled = None
         if part.period is not None:
-            self.states = _break_states(part, rates, np.zeros(len(rates)))
             self.settled = self.states[:, -1] / -np.expm1(-rates * part.period)
-        elif wanted is None or len(part.times) <= _FEW_BREAKS:
-            self.states = _break_states(part, rates, state)
-        else:
-            self.places = np.unique(wanted)
-            self.states = _states_at(part, rates, state, self.places)
 
     def at(self, index: Indices, periods: Indices) -> Real:
         """Return the states at breaks of a period, some periods after the first.
@@ -325,9 +302,11 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> lis
 
 @functools.cache
 def chebyshev_rule(degree: int) -> tuple[Real, Real]:
-    """Return nodes between -1 and 1, and the matrix from values there to Chebyshev coefficients."""
+    """Return the nodes of the first kind, increasing from -1 to 1, and the matrix from values there to coefficients."""
     nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
-    return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, degree)))
+    matrix = 2 / len(nodes) * np.polynomial.chebyshev.chebvander(nodes, degree).T
+    matrix[0] /= 2
+    return nodes, np.asarray(matrix)
 
 
 def fading(weights: Real, rates: Real, since: Real) -> list[Real]:

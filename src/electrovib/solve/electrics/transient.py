@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Chirped, Part, Smooth, Tones, circling
+from electrovib.physics.drive.parts import Chirped, Part, Tones, circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
-from electrovib.solve.electrics.straight import fading, periodic_state, straight_rows
+from electrovib.solve.electrics.straight import fading, periodic_state, straight_response
 from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated, settled_integral
 from electrovib.solve.stack.transfer import integral_weight, without_integrators
@@ -161,30 +161,33 @@ class _Output:
         """Return the response to one part [V]."""
         if not len(self.rates):
             return list(np.outer(self.direct, part.value(time)))
-        if isinstance(part, Linear) and not (settled and part.is_step):
-            start = periodic_state(part, self.rates) if settled else np.zeros(len(self.rates))
-            return straight_rows(part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag)
-        if isinstance(part, Tones):
-            return _tones(part, self, time, settled=settled)
-        now = part.value(time)
+        match part:
+            case Tones():
+                return _tones(part, self, time, settled=settled)
+            case Linear() if settled and part.is_step:  # a constant to which the modes have settled
+                reached = self.direct + np.where(self.lag, 0.0, self.gains.sum(axis=1))
+                return list(np.outer(reached, part.value(time)))
+            case Linear():
+                start = periodic_state(part, self.rates) if settled else np.zeros(len(self.rates))
+                return straight_response(
+                    part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag
+                )
+        now, chirp = part.value(time), part if isinstance(part, Chirped) else None
         found = np.outer(self.direct, now)
-        states = smooth_states(part, self.rates, time) if not isinstance(part, Linear | Chirped) else now
+        states = smooth_states(part, self.rates, time) if chirp is None else now
         for lag in {*self.lag.tolist()}:
             some = self.lag == lag
-            gains = self.gains[some]
-            if isinstance(part, Chirped):
-                found[some] += chirp_response(part, self.rates, gains, time, lag=lag)
-            elif isinstance(part, Smooth):
-                found[some] += gains @ (states - now if lag else states)
-            elif not lag:  # a constant to which the modes have settled
-                found[some] += np.outer(gains.sum(axis=1), now)
+            if chirp is None:
+                found[some] += self.gains[some] @ (states - now if lag else states)
+            else:
+                found[some] += chirp_response(chirp, self.rates, self.gains[some], time, lag=lag)
         return list(found)
 
 
-def part_lag(part: Part, rates: Real, gains: Real, time: Real, *, settled: bool) -> Real:
-    """Compute the response of modes to a part of a drive, less that part, shape (outputs, n) [V]."""
+def part_lag(part: Part, rates: Real, gains: Real, time: Real) -> Real:
+    """Compute the response from rest of modes to a part of a drive, less that part, shape (outputs, n) [V]."""
     lag = np.ones(len(gains), bool)
-    return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=settled))
+    return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=False))
 
 
 def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[Real]:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.contact import FixedArea
 from electrovib.physics.force import MaxwellStressInGap
 from electrovib.physics.interface import INTERFACE, Role
 from electrovib.solve.electrics.attraction import pressed
@@ -31,30 +30,28 @@ if TYPE_CHECKING:
 
 def why_no_modes(scenario: Scenario) -> str:
     """Return the parts of a scenario that no solver with fixed modes accepts, in words; empty if there are none."""
-    amplifier, contact = scenario.circuit.amplifier, scenario.contact
     leaks = [slab[0] for slab in leaking_slabs(scenario.stack.layers)]
     said = []
     if scenario.motion.moved_gap is not None:
         said.append("a gap that is moved")
-    if contact.closing is not None:
+    if scenario.contact.closing is not None:
         said.append("a gap that follows load and attraction")
     if leaks and said:
         said.append(f"the leak of '{leaks[0]}'")
     elif len(leaks) > 1:
         said.append(f"leaks of {' and '.join(leaks)}")
-    if leaks and amplifier is not None and amplifier.is_limited:
+    if leaks and scenario.circuit.supply.is_limited:
         said.append("an amplifier with limits before a leak")
     return ", ".join(said)
 
 
 def moves_alone(scenario: Scenario) -> bool:
     """Return whether a gap of prescribed motion is the only part without fixed modes, so that the rest is linear."""
-    amplifier = scenario.circuit.amplifier
     return (
         scenario.motion.moved_gap is not None
         and scenario.contact.closing is None
         and all(layer.leak is None for layer in scenario.stack.layers.values())
-        and (amplifier is None or not amplifier.is_limited)
+        and not scenario.circuit.supply.is_limited
     )
 
 
@@ -64,7 +61,7 @@ def follow_moving_gap(question: Question) -> Solution:
 
     scenario, distance = question.scenario, question.scenario.motion.moved_gap
     assert distance is not None
-    space, amplifier = _states(question), scenario.circuit.amplifier
+    space, amplifier = _states(question), scenario.circuit.supply
     moved = move_gap(space, scenario.drive, question.times, motion=distance, amplifier=amplifier)
     return _with_law(scenario, moved)
 
@@ -79,7 +76,7 @@ def follow_all(question: Question) -> Solution:
         _states(question),
         scenario.drive,
         question.times,
-        amplifier=scenario.circuit.amplifier,
+        amplifier=scenario.circuit.supply,
         motion=motion,
     )
     reason = f"{why_no_modes(scenario)}: {followed.reason}"
@@ -154,7 +151,8 @@ def _moving(scenario: Scenario) -> str:
 
 def refuse_without_modes(scenario: Scenario) -> None:
     """Refuse parts of a scenario that cannot be combined with a stack without modes."""
-    why, drive = why_no_modes(scenario), scenario.drive
+    why, drive, law = why_no_modes(scenario), scenario.drive, type(scenario.force)
+    closes, moves = scenario.contact.closing is not None, scenario.motion.distance is not None
     if drive.quantity == "current":
         raise InputError(
             f"drive = {type(drive).__name__}: a stack with {why} needs a voltage drive; a current drive is solved with a"
@@ -165,13 +163,12 @@ def refuse_without_modes(scenario: Scenario) -> None:
             f"time.initial_state = PeriodicState: for a stack with {why} the periodic state is not known beforehand. Start"
             " AtRest and evaluate a late period"
         )
-    if getattr(type(scenario.force), "replaces", ()):
+    if getattr(law, "replaces", ()):
         raise InputError(
-            f"force = {type(scenario.force).__name__}: its gaps are no layers of the stack, and their response to {why} is"
+            f"force = {law.__name__}: its gaps are no layers of the stack, and their response to {why} is"
             " not modelled. Give the stack a layer 'gap' and use force.model = MaxwellStressInGap"
         )
-    law = type(scenario.force)
-    if scenario.contact.closing is not None and (
+    if closes and (
         law.pressure is not MaxwellStressInGap.pressure or law.amplitudes is not MaxwellStressInGap.amplitudes
     ):
         raise InputError(
@@ -179,18 +176,18 @@ def refuse_without_modes(scenario: Scenario) -> None:
             f" force = {law.__name__} gives another attraction (evaluation surface: {law.evaluation_surface}); use"
             " force.model = MaxwellStressInGap, or omit contact.closing"
         )
-    if scenario.contact.closing is not None and scenario.motion.distance is not None:
+    if closes and moves:
         raise InputError(
             "contact.closing and motion.distance: either sets the thickness of the gap; omit one of them"
         )
-    if scenario.contact.closing is not None and scenario.circuit.return_path.second_contact(1.0):
+    if closes and scenario.circuit.return_path.second_contact(1.0):
         raise InputError(
             "contact.closing: under a SecondElectrode each contact would close by its own pull and its share of the load;"
             " use Grounded or Floating"
         )
-    if scenario.motion.distance is not None or scenario.contact.closing is not None:
+    if closes or moves:
         _moving(scenario)
-    if scenario.contact.closing is not None and scenario.contact.surface is None:
+    if closes and scenario.contact.surface is None:
         raise InputError(
             "contact.closing needs contact.surface, the surface topography against which the gap closes, for instance"
             ' contact.surface = { model = "LinearSpring", ... }'
@@ -225,7 +222,7 @@ def _yielding(scenario: Scenario) -> Yielding:
         start=start,
         damping=closing.damping,
         pulling=scenario.stack.layers[_moving(scenario)].material.pulling_share,
-        together=None if isinstance(contact, FixedArea) else together,
+        together=together if contact.grows else None,
     )
 
 

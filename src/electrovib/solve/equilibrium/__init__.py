@@ -2,8 +2,15 @@
 
 from electrovib.physics.contact.surface import pull_in_voltage
 from electrovib.solve.equilibrium.of_scenario import Balance, equilibrium
-from electrovib.solve.equilibrium.path import Hysteresis, Path, follow, hysteresis
-from electrovib.solve.equilibrium.states import Equilibrium, balance, equilibria
+from electrovib.solve.equilibrium.states import (
+    Equilibrium,
+    Hysteresis,
+    Path,
+    balance,
+    equilibria,
+    follow,
+    hysteresis,
+)
 
 __all__ = [
     "Balance",

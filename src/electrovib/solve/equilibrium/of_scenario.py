@@ -161,7 +161,7 @@ def _diagnostics(
 ) -> tuple[Diagnostic, ...]:
     """Return the diagnostics of what is declared, and those of films, air and limits, each for the worst of all states."""
     layers, gap = scenario.stack.layers, str(scenario.stack.gap_name)
-    stray = 0.0 if scenario.circuit.amplifier is None else scenario.circuit.amplifier.stray_capacitance
+    stray = scenario.circuit.supply.stray_capacitance
     of_gaps = np.array([[math.sqrt(2 * state.attraction / eps0), state.gap] for state in states])
     field = float(np.max(of_gaps[:, 0]))  # the stress is eps0 E^2/2
     nearest = of_gaps[np.argmax(breakdown_share(of_gaps[:, 0], of_gaps[:, 1]))].tolist()
@@ -306,11 +306,9 @@ def _state_at(
         gap=gap,
         stable=stable,
         touching=gap == 0 and stop > 0,
-        fold=False,
         repulsion=repulsion,
         attraction=drawn,
         stop=stop,
         residual=residual,
-        iterations=0,
     )
     return state, area

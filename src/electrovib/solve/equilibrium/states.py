@@ -1,14 +1,20 @@
-"""Equilibrium states of surface topography, load and attraction: all crossings of two curves over the gap."""
+"""Equilibrium states of surface topography, load and attraction: all crossings of two curves over the gap.
+
+Under a voltage that rises and falls slowly the gap follows a branch of states up to its end, then the next branch.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from electrovib.core.arrays import Real
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.contact.attraction import Attraction, PlateAttraction, RoughAttraction
 from electrovib.physics.contact.surface import Surface
@@ -22,6 +28,10 @@ NOISE = 64 * 2.0**-52
 """Relative rounding of a value or slope of either curve; the sign of a difference below it is not known."""
 MOST_INTERVALS = 20_000
 """Largest number of intervals; only curves that are not smooth may need more."""
+SAME = 1e-9
+"""Relative distance below which a state counts as that of the previous step."""
+BETWEEN = 65
+"""Number of gaps between two steps at which the stability of the branch is checked."""
 Curve = Callable[[float], tuple[float, float]]
 """Value and slope at a place."""
 
@@ -53,13 +63,13 @@ class Equilibrium:
 
     gap: float
     stable: bool
-    touching: bool
-    fold: bool
+    touching: bool = False
+    fold: bool = False
     repulsion: float
     attraction: float
-    stop: float
-    residual: float
-    iterations: int
+    stop: float = 0.0
+    residual: float = 0.0
+    iterations: int = 0
 
 
 def attraction_at(
@@ -125,12 +135,9 @@ def balance(
             gap=0.0,
             stable=True,
             touching=True,
-            fold=False,
             repulsion=repels(0)[0],
             attraction=draws(0)[0] - pressure,
             stop=lacking,
-            residual=0.0,
-            iterations=0,
         )
         states = [closed, *(state for state in states if state.gap > 0)]
     return tuple(states)
@@ -144,11 +151,9 @@ def _state(
     return Equilibrium(
         gap=found.place,
         stable=first < second and not found.fold and not marginal,
-        touching=False,
         fold=found.fold or marginal,
         repulsion=repulsion,
         attraction=drawn - pressure,
-        stop=0.0,
         residual=repulsion - drawn,
         iterations=found.iterations,
     )
@@ -185,27 +190,24 @@ class Crossing:
     iterations: int
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class _Point:
-    """Both curves at one place."""
+    """Both curves at one place, each with its slope."""
 
     x: float
-    upper: float
-    upper_slope: float
-    lower: float
-    lower_slope: float
+    upper: tuple[float, float]
+    lower: tuple[float, float]
 
     @property
     def difference(self) -> float:
-        return self.upper - self.lower
+        return self.upper[0] - self.lower[0]
 
     @property
     def noise(self) -> float:
-        return NOISE * (abs(self.upper) + abs(self.lower))
+        return NOISE * (abs(self.upper[0]) + abs(self.lower[0]))
 
 
-@dataclass(frozen=True)
-class _Interval:
+class _Interval(NamedTuple):
     left: _Point
     right: _Point
     depth: int
@@ -233,8 +235,7 @@ def crossings(
 
 
 def _point(first: Curve, second: Curve, x: float) -> _Point:
-    (upper, upper_slope), (lower, lower_slope) = first(x), second(x)
-    return _Point(x=x, upper=upper, upper_slope=upper_slope, lower=lower, lower_slope=lower_slope)
+    return _Point(x, first(x), second(x))
 
 
 _Part = tuple[float, float, Crossing]
@@ -271,51 +272,36 @@ def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
 def _bounds(part: _Interval) -> tuple[float, float]:
     """Return lower and upper bounds of the difference; both are straight between kinks."""
     a, b = part.left, part.right
-    ends = min(a.difference, b.difference), max(a.difference, b.difference)
-    if b.x <= a.x:
-        return ends
-    upper = _Bent(a=a.x, at_a=a.upper, slope_a=a.upper_slope, b=b.x, at_b=b.upper, slope_b=b.upper_slope)
-    lower = _Bent(a=a.x, at_a=a.lower, slope_a=a.lower_slope, b=b.x, at_b=b.lower, slope_b=b.lower_slope)
-    below, above = ends
-    for x in (upper.kink, lower.kink):
-        (least, most), (least_other, most_other) = upper.between(x), lower.between(x)
+    below, above = sorted((a.difference, b.difference))
+    curves = [(a.x, b.x, a.upper, b.upper), (a.x, b.x, a.lower, b.lower)]
+    for x in [_kink(*each) for each in curves] if b.x > a.x else []:
+        (least, most), (least_other, most_other) = (_around(x, *each) for each in curves)
         below, above = min(below, least - most_other), max(above, most - least_other)
     return below, above
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Bent:
-    """A curve on an interval where its slope is monotonic."""
+def _kink(a: float, b: float, at_a: tuple[float, float], at_b: tuple[float, float]) -> float:
+    """Return where the tangents at both ends of a curve intersect."""
+    bend = at_b[1] - at_a[1]
+    if bend == 0:
+        return a
+    return min(max((at_a[0] - at_b[0] + at_b[1] * b - at_a[1] * a) / bend, a), b)
 
-    a: float
-    at_a: float
-    slope_a: float
-    b: float
-    at_b: float
-    slope_b: float
 
-    @property
-    def kink(self) -> float:
-        """Abscissa at which the tangents at both ends intersect."""
-        bend = self.slope_b - self.slope_a
-        if bend == 0:
-            return self.a
-        x = (self.at_a - self.at_b + self.slope_b * self.b - self.slope_a * self.a) / bend
-        return min(max(x, self.a), self.b)
-
-    def between(self, x: float) -> tuple[float, float]:
-        """Return lower and upper bounds of the curve at a place."""
-        chord = self.at_a + (self.at_b - self.at_a) * ((x - self.a) / (self.b - self.a))
-        tangents = self.at_a + self.slope_a * (x - self.a), self.at_b - self.slope_b * (self.b - x)
-        if self.slope_b >= self.slope_a:
-            return min(chord, max(tangents)), chord
-        return chord, max(chord, min(tangents))
+def _around(
+    x: float, a: float, b: float, at_a: tuple[float, float], at_b: tuple[float, float]
+) -> tuple[float, float]:
+    """Return lower and upper bounds at a place of a curve whose slope is monotonic between two ends."""
+    chord = at_a[0] + (at_b[0] - at_a[0]) * ((x - a) / (b - a))
+    tangents = at_a[0] + at_a[1] * (x - a), at_b[0] - at_b[1] * (b - x)
+    if at_b[1] >= at_a[1]:
+        return min(chord, max(tangents)), chord
+    return chord, max(chord, min(tangents))
 
 
 def _turns_nowhere(part: _Interval) -> bool:
     """Return whether the slope of the difference cannot be 0."""
-    a, b = part.left, part.right
-    upper, lower = (a.upper_slope, b.upper_slope), (a.lower_slope, b.lower_slope)
+    upper, lower = (part.left.upper[1], part.right.upper[1]), (part.left.lower[1], part.right.lower[1])
     noise = NOISE * (max(map(abs, upper)) + max(map(abs, lower)))
     return min(upper) - max(lower) > noise or max(upper) - min(lower) < -noise
 
@@ -355,3 +341,139 @@ def _merged(found: list[_Part], ends: tuple[_Point, _Point]) -> Iterator[Crossin
         folds = [part[2] for part in group if part[2].fold]
         one = (folds or [part[2] for part in group])[len(folds) // 2 if folds else 0]
         yield Crossing(one.place, bool(folds), max(part[2].iterations for part in group))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Path:
+    """Gaps along a sequence of voltages.
+
+    Parameters
+    ----------
+    voltage, gap, attraction : ndarray, shape (n,)
+        Voltage [V], gap [m] and attraction per area [Pa].
+    jump : ndarray of bool, shape (n,)
+        Whether a branch ended between the previous voltage and this one.
+    states : tuple of Equilibrium
+        The state at each voltage.
+    """
+
+    voltage: Real
+    gap: Real
+    attraction: Real
+    jump: NDArray[np.bool_]
+    states: tuple[Equilibrium, ...]
+
+
+@dataclass(frozen=True)
+class Hysteresis:
+    """Gaps over a rising and then a falling voltage."""
+
+    up: Path
+    down: Path
+
+
+def hysteresis(
+    voltages: Sequence[float] | Real,
+    *,
+    surface: Surface,
+    pressure: float,
+    electrical_thickness: float,
+    spots: ContactSpots | None = None,
+) -> Hysteresis:
+    """Compute the gap under a voltage that rises and then falls slowly.
+
+    Parameters
+    ----------
+    voltages : array_like, shape (n,)
+        Constant or root-mean-square voltages [V], rising.
+    surface : Surface
+        Repulsive pressure of the surface topography as a function of the gap.
+    pressure : float
+        Pressure of the load [Pa].
+    electrical_thickness : float
+        K, the sum of T/eps over the layers that block [m], above 0.
+    spots : ContactSpots, optional
+        Averages the attraction over the gaps of the surface, with these spots where it touches; by default the
+        gap is the same everywhere.
+
+    Returns
+    -------
+    Hysteresis
+        ``up`` in the order of the voltages, ``down`` in reverse order.
+
+    Raises
+    ------
+    InputError
+        If the voltages do not rise, or a state is outside the range of the surface model.
+    """
+    course = np.asarray(voltages, dtype=float)
+    if course.ndim != 1 or len(course) < 1 or not np.all(np.diff(course) > 0):
+        raise InputError("voltages: expected rising voltages [V], for instance np.linspace(0, 200, 101)")
+
+    def at(voltage: float) -> Attraction:
+        return attraction_at(voltage, electrical_thickness, surface, spots)
+
+    up = follow(course, at, surface=surface, pressure=pressure)
+    down = follow(course[::-1], at, surface=surface, pressure=pressure, start=float(up.gap[-1]))
+    return Hysteresis(up, down)
+
+
+def follow(
+    voltages: Real,
+    attraction: Callable[[float], Attraction],
+    *,
+    surface: Surface,
+    pressure: float,
+    start: float | None = None,
+) -> Path:
+    """Compute the gap along a slow sequence of voltages.
+
+    `voltages` (n,) [V].
+
+    At each voltage the gap moves in the direction of the net pressure of surface topography, load and attraction, to the
+    first equilibrium. All states lie on one curve V^2(g) = (repulsion - pressure)/(attraction of 1 V); a branch ends
+    where that curve has an extremum.
+    """
+    gap = float(surface.gap(np.asarray(pressure))) if start is None else start
+    states, jumps = list[Equilibrium](), []
+    for voltage in voltages:
+        states.append(_next(gap, surface, attraction(float(voltage)), pressure))
+        before, gap = gap, states[-1].gap
+        jumps.append(len(states) > 1 and _branch_ends(before, gap, surface, attraction(1.0), pressure))
+    gaps, drawn = (np.array([getattr(state, name) for state in states]) for name in ("gap", "attraction"))
+    return Path(
+        voltage=np.array(voltages, dtype=float),
+        gap=gaps,
+        attraction=drawn,
+        jump=np.array(jumps, dtype=bool),
+        states=tuple(states),
+    )
+
+
+def _next(gap: float, surface: Surface, attraction: Attraction, pressure: float) -> Equilibrium:
+    states = balance(surface, attraction, pressure=pressure)
+    here = [state for state in states if abs(state.gap - gap) <= SAME * gap and state.stable]
+    if here:
+        return here[0]
+    net = float(surface.pressure(np.asarray(gap))) - pressure - attraction.pressure(gap)
+    ahead = [state for state in states if (state.gap > gap if net > 0 else state.gap < gap)]
+    if not ahead:
+        end = (
+            "opens beyond every equilibrium" if net > 0 else "closes further than the surface model describes"
+        )
+        raise InputError(
+            f"surface: from a gap of {gap:.3g} m the contact {end}; lower the voltage, or omit 'spots'"
+        )
+    return min(ahead, key=lambda state: abs(state.gap - gap))
+
+
+def _branch_ends(start: float, end: float, surface: Surface, one_volt: Attraction, pressure: float) -> bool:
+    """Return whether a gap between two states would not be stable under the voltage that balances it."""
+    if start == end:
+        return False
+    for gap in np.linspace(start, end, BETWEEN)[1:-1]:
+        net = float(surface.pressure(gap)) - pressure
+        squared = net / one_volt.pressure(float(gap))
+        if float(surface.slope(gap)) > squared * one_volt.slope(float(gap)):
+            return True
+    return False

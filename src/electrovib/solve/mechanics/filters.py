@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from electrovib.core.arrays import Complex, Real
 from electrovib.core.errors import InputError
 from electrovib.physics.stages import CreepResponse, HighPass, LowPass, Resonance
-from electrovib.solve.recursion import march_pairs
+from electrovib.solve.recursion import march
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -221,7 +221,7 @@ def march_through(filter_: Filter, starts: Real, ends: Real, *, steps: float | R
     `starts`, `ends` (pieces,), `steps` (pieces,) [s], `state` (poles,); returns `output` (pieces + 1,).
     """
     gains = filter_.gains[np.newaxis]
-    outputs, _ = march_pairs(filter_.poles, gains, [filter_.direct], starts, ends, steps, state)
+    outputs, _ = march(filter_.poles, gains, [filter_.direct], starts, ends, steps, state)
     output: Real = outputs[0]
     return output
 

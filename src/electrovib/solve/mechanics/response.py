@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.solve.mechanics.filters import finite, march_through
 from electrovib.solve.recursion.blocks import states_before
-from electrovib.solve.recursion.hold import weights_of
+from electrovib.solve.recursion.hold import hold_weights
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -227,7 +227,7 @@ class Stretches:
             first, pieces = marks[members[0]], self.divisions[members[0]]
             lengths = self.lengths[first : first + pieces]
             left = np.append(np.cumsum(lengths[::-1])[::-1], 0.0)  # time to the end of the stretch
-            _, start, last = weights_of(np.multiply.outer(lengths, poles))
+            _, start, last = hold_weights(np.multiply.outer(lengths, poles))
             after = np.exp(np.multiply.outer(left, poles))
             weights = start * after[1:]
             weights[1:] += (last * after[1:])[:-1]

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.constants import eps0
+from electrovib.physics.amplifier import IDEAL, Amplifier
 from electrovib.physics.drive.parts import Tones
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.nonlinear.integrate import System
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.physics.drive.parts import Smooth
     from electrovib.solve.nonlinear.integrate import Mode
@@ -119,20 +119,15 @@ class Electrics(System):
     current or its voltage (0); the sign of the field of each leak with a kink.
     """
 
-    def __init__(
-        self, space: StackStates, drive: Drive, *, end: float, amplifier: Amplifier | None = None
-    ) -> None:
+    def __init__(self, space: StackStates, drive: Drive, *, end: float, amplifier: Amplifier = IDEAL) -> None:
         self.space, self.drive, self.amplifier = space, drive, amplifier
         marks, heights = drive.corners(end)
         self._breaks, self._jumps = marks.tolist(), bool(np.any(heights))
         self._end = end
         self._stretch = Stretch(start=0.0, level=0.0, slope=0.0)
-        self._gain = 1.0 if amplifier is None else amplifier.gain
-        self._stray = 0.0 if amplifier is None else amplifier.stray_capacitance
-        self._limits = (-np.inf, np.inf) if amplifier is None else amplifier.current_limits
-        self._saturation = amplifier.saturation if amplifier is not None else None
-        band = amplifier.bandwidth if amplifier is not None else None
-        self._corner = None if band is None else 2 * np.pi * band
+        self._gain, self._stray = amplifier.gain, amplifier.stray_capacitance
+        self._limits, self._saturation = amplifier.current_limits, amplifier.saturation
+        self._corner = None if amplifier.bandwidth is None else 2 * np.pi * amplifier.bandwidth
         self.limited = bool(np.isfinite(self._limits[1]))
         self.follows = self._corner is None and not self.limited
         self.size = space.size + (not self.follows)
@@ -156,9 +151,8 @@ class Electrics(System):
             first = abs(self._gain * float(self.drive.voltage(np.zeros(1))[0]))
             if self._corner is None and (self._jumps or first > SLACK * self.volts):
                 share = 1.0  # at a discontinuity all of the voltage is across the resistance
-            if self.amplifier is not None:
-                most = float(np.max(np.abs(self.amplifier.current_limits)))
-                share = min(share, most * space.resistance / self.volts)
+            most = float(np.max(np.abs(self._limits)))
+            share = min(share, most * space.resistance / self.volts)
             sizes[space.size - 1] = (self.volts + largest * elastance) * float(np.clip(share, _SLOWEST, 1.0))
         if not self.follows:
             sizes[-1] = self.volts
@@ -256,7 +250,7 @@ class Electrics(System):
         return eps0 * field**2 / 2
 
     def _aimed(self, voltage: float) -> float:
-        return voltage if self.amplifier is None else float(self.amplifier.aim(voltage))
+        return float(self.amplifier.aim(voltage))
 
     def _aim(self, time: float | Real, side: int) -> tuple[Any, Any]:
         """Return the target voltage [V] and its rate of change [V/s], on one side of the largest voltage."""
@@ -338,7 +332,7 @@ class Electrics(System):
         `times` (n,) [s], `states` (size, n), `gap`, `closing` (n,) [m].
         """
         own, drive = states[: self.space.size], self.drive.voltage(times)
-        aim = drive if self.amplifier is None else self.amplifier.aim(drive)
+        aim = self.amplifier.aim(drive)
         slope = self._gain * self.drive.slope(times) * (aim == self._gain * drive)
         voltage = aim
         if self._corner is not None:
@@ -356,7 +350,6 @@ class Electrics(System):
             slope = np.where(held == current, slope, self._held(own, held, moment))
             density = self.space.density(own, moment, slope=slope)
         return {
-            "drive_voltage": drive,
             "plate_voltage": voltage,
             "current": self.space.area * density,
             "amplifier_current": self._stray * slope + self.space.area * density,

@@ -14,6 +14,7 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.physics.amplifier import IDEAL, Amplifier
 from electrovib.physics.motion import Distance
 from electrovib.solve.electrics.solution import NONLINEAR, Solution
 from electrovib.solve.nonlinear.electrics import Electrics, snapped
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.arrays import Real
-    from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
     from electrovib.solve.nonlinear.integrate import Mode
     from electrovib.solve.stack.keys import Key
@@ -266,7 +266,7 @@ def follow_finger(
     drive: Drive,
     times: Real,
     *,
-    amplifier: Amplifier | None = None,
+    amplifier: Amplifier = IDEAL,
     motion: Distance | Yielding | None = None,
     tolerance: float = TOLERANCE,
 ) -> Solution:

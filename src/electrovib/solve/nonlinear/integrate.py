@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
@@ -307,7 +308,6 @@ def first_fall(
 
     `state` (states,).
     """
-    from scipy.optimize import brentq
 
     def value(time: float, index: int) -> float:
         return float(system.switches(piece(np.asarray(time)), mode, time=time)[index])
@@ -320,13 +320,16 @@ def first_fall(
         return None
     first = int(np.argmax(fallen.any(axis=1)))
     ends = [before, *looks.tolist(), after]
-    falls = []
-    for index in np.flatnonzero(fallen[first]).tolist():
-        low, high = ends[first], ends[first + 1]
-        if value(low, index) <= 0:
-            falls.append((low, index))
-        elif value(high, index) >= 0:  # the polynomial's end and the state differ by rounding
-            falls.append((high, index))
-        else:
-            falls.append((float(brentq(value, low, high, args=(index,), xtol=1e-300, rtol=1e-15)), index))
-    return min(falls)
+    between, indices = ends[first : first + 2], np.flatnonzero(fallen[first]).tolist()
+    return min((fall_of(functools.partial(value, index=index), *between), index) for index in indices)
+
+
+def fall_of(value: Callable[[float], float], low: float, high: float) -> float:
+    """Return when a function falls through 0 between two times, at an end of them where it does so by rounding."""
+    from scipy.optimize import brentq
+
+    if value(low) <= 0:
+        return low
+    if value(high) >= 0:
+        return high
+    return float(brentq(value, low, high, xtol=1e-300, rtol=1e-15))

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.polynomial import chebyshev
+
+from electrovib.solve.electrics.straight import chebyshev_rule
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,7 +53,7 @@ class Mesh:
 
     def times(self) -> Real:
         """Return all edges and nodes [s], increasing: a piece's first edge, its nodes, and last the end."""
-        inside = (1 + _points(self.nodes)) / 2
+        inside = (1 + chebyshev_rule(self.nodes - 1)[0]) / 2
         rows = self.edges[:-1, None] + self.lengths[:, None] * np.append(0.0, inside)
         return np.append(rows.ravel(), self.edges[-1])
 
@@ -62,27 +63,13 @@ class Mesh:
         `values` (..., n); returns `coefficients` (..., pieces, nodes).
         """
         inside = values[..., :-1].reshape(*values.shape[:-1], -1, self.nodes + 1)[..., 1:]
-        coefficients: Real = inside @ _transform(self.nodes).T
+        coefficients: Real = inside @ chebyshev_rule(self.nodes - 1)[1].T
         return coefficients
 
     def halved(self, chosen: NDArray[np.bool_]) -> Mesh:
         """Halve the pieces that are chosen, one mark for each."""
         middles = (self.edges[:-1] + self.edges[1:])[chosen] / 2
         return Mesh(np.union1d(self.edges, middles), self.nodes)
-
-
-@functools.cache
-def _points(nodes: int) -> Real:
-    """Return the Chebyshev points of the first kind, increasing, from -1 to 1 without the ends."""
-    return np.asarray(-np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes))
-
-
-@functools.cache
-def _transform(nodes: int) -> Real:
-    """Return the matrix from values at the nodes to Chebyshev coefficients."""
-    weights = 2 / nodes * chebyshev.chebvander(_points(nodes), nodes - 1).T
-    weights[0] /= 2
-    return np.asarray(weights)
 
 
 def tails(series: Real) -> Real:

@@ -7,25 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.solve.recursion.blocks import even_states, march_even
-from electrovib.solve.recursion.hold import hold_weights, hold_weights_complex, march_loop, march_pairs_loop
-from electrovib.solve.recursion.record import gather
+from electrovib.solve.recursion.hold import gather, hold_weights, march_loop
 from electrovib.solve.recursion.uneven import march_uneven, uneven_states
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Indices, Numbers, Real
-    from electrovib.solve.recursion.record import Modes, StraightDrive
 
-__all__ = [
-    "hold_weights",
-    "hold_weights_complex",
-    "march",
-    "march_loop",
-    "march_pairs",
-    "march_pairs_loop",
-    "states_at",
-]
+__all__ = ["hold_weights", "march", "march_loop", "states_at"]
 
 
 def march(
@@ -38,35 +28,21 @@ def march(
     initial_state: ArrayLike,
     *,
     lag: ArrayLike = False,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Compute the response of relaxing modes to a piecewise linear drive, exact for any step.
+) -> tuple[Real, Numbers]:
+    """Compute the response of relaxing or oscillating modes to a piecewise linear drive, exact for any step.
 
     `poles` (poles,), `gains` (outputs, poles) [-], `direct` (outputs,) [-], `starts`, `ends` (pieces,) [V],
     `steps` (pieces,) or () [s], `initial_state` (poles,); returns `output` (outputs, pieces + 1), `final_state` (poles,).
 
-    ``x_k' = p_k (x_k - v)``, ``y = direct v + sum_k gain_k x_k``, that is ``H(s) = direct + sum_k gain_k
-    (-p_k)/(s - p_k)``; where `lag` (outputs,) is true, ``x_k - v`` takes the place of ``x_k``. The result equals that of
-    ``march_loop`` up to rounding. A value of the drive that is not finite also invalidates outputs before it, within its
-    block.  An even grid is computed by matrix products over blocks of samples, an uneven one by a scan over rows of pieces.
+    ``x_k' = p_k (x_k - v)``, ``y = direct v + sum_k gain_k x_k``, that is ``H(s) = direct + sum_k gain_k (-p_k)/(s - p_k)``;
+    where `lag` (outputs,) is true, ``x_k - v`` takes the place of ``x_k``. With complex poles the sum is ``Re sum_k w_k gain_k
+    x_k``, ``w_k`` 1 for a real pole and 2 for a pair. The result equals that of ``march_loop`` up to rounding. A value of the
+    drive that is not finite also invalidates outputs before it, within its block. An even grid is computed by matrix products
+    over blocks of samples, an uneven one by a scan over rows of pieces.
     """
-    return _marched(*gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag))
-
-
-def march_pairs(
-    poles: ArrayLike,
-    gains: ArrayLike,
-    direct: ArrayLike,
-    starts: ArrayLike,
-    ends: ArrayLike,
-    steps: ArrayLike,
-    initial_state: ArrayLike,
-) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Compute the response of oscillating modes to a piecewise linear drive, exact for any step.
-
-    Arguments and results are those of `march`. ``x_k' = p_k (x_k - v)``, ``y = direct v + Re sum_k w_k gain_k x_k`` with
-    ``w_k`` 1 for a real pole and 2 for a pair.
-    """
-    return _marched(*gather(poles, gains, direct, starts, ends, steps, initial_state, pairs=True))
+    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag)
+    output = np.empty((modes.direct.size, drive.starts.size + 1))
+    return output, (march_uneven if drive.steps.ndim else march_even)(modes, drive, state, output)
 
 
 def states_at(
@@ -76,7 +52,7 @@ def states_at(
     steps: ArrayLike,
     initial_state: ArrayLike,
     places: Indices,
-) -> NDArray[np.float64]:
+) -> Numbers:
     """Return the states of relaxing modes at some points of a piecewise linear drive.
 
     `places` (n,) in rising order; returns `states` (poles, n).
@@ -84,8 +60,3 @@ def states_at(
     none = np.zeros((0, np.size(poles)))
     modes, drive, state = gather(poles, none, np.zeros(0), starts, ends, steps, initial_state)
     return (uneven_states if drive.steps.ndim else even_states)(modes, drive, state, places)
-
-
-def _marched(modes: Modes, drive: StraightDrive, state: Numbers) -> tuple[Real, Numbers]:
-    output = np.empty((modes.direct.size, drive.starts.size + 1))
-    return output, (march_uneven if drive.steps.ndim else march_even)(modes, drive, state, output)

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.recursion.hold import weights_of
+from electrovib.solve.recursion.hold import hold_weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Indices, Numbers, Real
-    from electrovib.solve.recursion.record import Modes, StraightDrive
+    from electrovib.solve.recursion.hold import Modes, StraightDrive
 
 _BLOCK = 32  # samples: a shorter block needs more states, a longer one multiplies more zeros of the triangle
 _LONG = 64  # the same where only the states at some samples are wanted
@@ -52,7 +52,7 @@ def _inputs(drive: StraightDrive, z: Numbers, *, lag: bool = False) -> _Inputs:
     ``decay (x - v) - (1 - last) rise``: the small lag of a mode that follows the drive closely is then not the
     difference of two large numbers.
     """
-    (decay, first, last), jumps, zero = weights_of(z), drive.jumps(), np.zeros_like(z)
+    (decay, first, last), jumps, zero = hold_weights(z), drive.jumps(), np.zeros_like(z)
     if lag:
         signals, at_end = [drive.ends - drive.starts], 0.0
         now, later, shift = [zero, zero + 1.0], [last - 1.0, decay], zero

@@ -1,54 +1,157 @@
-"""Exact weights of one straight piece of drive, and the recursion step by step: the reference of the fast methods."""
+"""Modes under straight pieces of drive: checked once, the exact weights of one piece, and the recursion step by step.
+
+The plain recursion is the reference of the fast methods.
+"""
 
 from __future__ import annotations
 
 from math import factorial
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from electrovib.solve.recursion.record import gather
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    from electrovib.core.arrays import Complex, Numbers, Real
-    from electrovib.solve.recursion.record import Modes, StraightDrive
+from electrovib.core.arrays import Numbers, Real
+from electrovib.core.errors import InputError
 
 # 1/2!, 1/3!, ...: the first term left out is below 1e-17 of the sum for every |z| < 1
 _SERIES = [1.0 / factorial(order) for order in range(2, 19)]
-_Weights: TypeAlias = "tuple[Numbers, Numbers, Numbers]"
 SLOW: Final = 1 / 32
 """Rate times usual step up to which the state of a mode is advanced in an uneven record; of faster modes it is the lag."""
 
 
-def hold_weights(z: ArrayLike) -> tuple[Real, Real, Real]:
-    """Compute the weights of the old state and of both ends of a straight piece of drive for a relaxing mode.
+class Modes(NamedTuple):
+    """Modes and their shares in each output.
 
-    A positive ``z`` is a growing mode and gives meaningless weights; ``march`` refuses it.  For ``x' = p (x -
-    v)``, ``z = p h`` and ``u = -z`` the step is ``x(h) = decay x(0) + first v(0+) + last v(h-)`` with::
-    decay = exp(-u),  first = (1 - exp(-u))/u - exp(-u),  last = 1 - (1 - exp(-u))/u  Both differences cancel
-    for small ``u``; there ``first = exp(-u) (u/2! + u^2/3! + ...)`` has positive terms only and ``last = 1 -
-    exp(-u) - first``. The relative error is about 1e-15 for every ``z`` between -1e300 and -1e-300 (``decay``
-    itself becomes subnormal below -708).
+    Parameters
+    ----------
+    poles : ndarray, (poles,)
+        Rates [1/s]: negative, or complex with a negative real part.
+    gains : ndarray, (outputs, poles)
+        Share of every mode in every output [-], doubled for a mode that represents a pair. The output is the real part
+        of the sum.
+    direct : ndarray, (outputs,)
+        Share of the drive itself in every output [-].
+    lag : ndarray of bool, (outputs,)
+        Whether an output takes the lag of every mode behind the drive in the place of the mode.
     """
-    return weights_of(np.asarray(z, dtype=np.float64))
+
+    poles: Numbers
+    gains: Numbers
+    direct: Real
+    lag: NDArray[np.bool_]
 
 
-def hold_weights_complex(z: ArrayLike) -> tuple[Complex, Complex, Complex]:
-    """Compute the weights of the old state and of both ends of a straight piece of drive for an oscillating mode.
+class StraightDrive(NamedTuple):
+    """A drive of straight pieces.
 
-    The formulas are those of ``hold_weights``. For ``|z| < 1`` the series keeps every digit of ``first`` and
-    ``last``. Beyond, ``first = (1 - exp(-u))/u - exp(-u)`` is exact to about 1e-15 of the larger of its two
-    terms; the value itself passes through zero near u = 2.1 + 7.5j (and further out).
+    Parameters
+    ----------
+    starts, ends : ndarray, (pieces,)
+        Drive just after the beginning and just before the end of each piece.
+    steps : ndarray, (pieces,) or ()
+        Durations [s]; one number when all are equal.
     """
-    return weights_of(np.asarray(z, dtype=np.complex128))
+
+    starts: Real
+    ends: Real
+    steps: Real
+
+    def jumps(self) -> Real | None:
+        """Return the drop of the drive at the beginning of each piece, or None for a continuous drive."""
+        before, after = self.ends[:-1], self.starts[1:]
+        same_memory = before.ctypes.data == after.ctypes.data  # both are contiguous and equally long
+        if same_memory or np.array_equal(before, after):
+            return None
+        return np.concatenate(([0.0], before - after))
 
 
-def weights_of(z: Numbers) -> _Weights:
-    """Return the weights of real or complex modes, as numbers of the type of the poles [-]."""
-    fall, is_small = -z, np.abs(z) < 1.0
-    decay, rise = np.exp(z), -np.expm1(z)
+def gather(
+    poles: ArrayLike,
+    gains: ArrayLike,
+    direct: ArrayLike,
+    starts: ArrayLike,
+    ends: ArrayLike,
+    steps: ArrayLike,
+    initial_state: ArrayLike,
+    *,
+    lag: ArrayLike = False,
+) -> tuple[Modes, StraightDrive, Numbers]:
+    """Convert the arguments of a recursion into contiguous arrays and refuse arguments that disagree.
+
+    Returns `state` (poles,).
+    """
+    kind = np.complex128 if np.iscomplexobj(poles) else np.float64
+    shares = np.ascontiguousarray(direct, np.float64)
+    modes = Modes(
+        np.ascontiguousarray(poles, kind),
+        np.ascontiguousarray(gains, kind),
+        shares,
+        np.broadcast_to(np.asarray(lag, bool), shares.shape),
+    )
+    sides = [np.ascontiguousarray(each, np.float64) for each in (starts, ends)]
+    drive = StraightDrive(sides[0], sides[1], np.asarray(steps, np.float64))
+    state: Numbers = np.array(initial_state, kind)
+    problems = [*_shape_problems(modes, drive, state), *_value_problems(modes, drive)]
+    if problems:
+        raise InputError(problems)
+    if kind is np.complex128:
+        modes = modes._replace(gains=modes.gains * np.where(modes.poles.imag == 0.0, 1.0, 2.0))
+    if drive.steps.ndim and drive.steps.min() == drive.steps.max():
+        drive = drive._replace(steps=drive.steps[0])
+    return modes, drive, state
+
+
+def _shape_problems(modes: Modes, drive: StraightDrive, state: Numbers) -> list[str]:
+    """Return a message for every array whose shape disagrees with the poles, the outputs or the pieces of the drive."""
+    count, outputs, pieces = modes.poles.size, modes.direct.size, drive.starts.size
+    wanted = {
+        "poles": (modes.poles, (count,)),
+        "gains": (modes.gains, (outputs, count)),
+        "direct": (modes.direct, (outputs,)),
+        "starts": (drive.starts, (pieces,)),
+        "ends": (drive.ends, (pieces,)),
+        "steps": (drive.steps, (pieces,) if drive.steps.ndim else ()),
+        "initial_state": (state, (count,)),
+    }
+    found = [
+        f"march.{name} has shape {array.shape}, expected {shape}: {count} poles, {outputs} outputs, "
+        f"{pieces} pieces of drive."
+        for name, (array, shape) in wanted.items()
+        if array.shape != shape
+    ]
+    return found if pieces else [*found, "march.starts is empty: give at least one piece of drive."]
+
+
+def _value_problems(modes: Modes, drive: StraightDrive) -> list[str]:
+    """Return messages for poles that do not decay and for durations that are negative or not finite."""
+    found = []
+    if not np.all((modes.poles.real < 0.0) & (modes.poles.imag >= 0.0)):
+        found.append(
+            f"march.poles = {modes.poles}: every pole must be negative; "
+            "a conserved quantity (pole 0) has to be integrated separately."
+            + " Of a conjugate pair give the one with the positive imaginary part."
+            * np.iscomplexobj(modes.poles)
+        )
+    if not np.all((drive.steps >= 0.0) & np.isfinite(drive.steps)):
+        found.append("march.steps has a negative or non-finite duration; sort the time stamps.")
+    return found
+
+
+def hold_weights(z: ArrayLike) -> tuple[Numbers, Numbers, Numbers]:
+    """Compute the weights of the old state and of both ends of a straight piece of drive, for a real or a complex mode.
+
+    For ``x' = p (x - v)``, ``z = p h`` and ``u = -z`` the step is ``x(h) = decay x(0) + first v(0+) + last v(h-)`` with
+    ``decay = exp(-u)``, ``first = (1 - exp(-u))/u - exp(-u)`` and ``last = 1 - (1 - exp(-u))/u``. Both differences cancel
+    for small ``u``; there ``first = exp(-u) (u/2! + u^2/3! + ...)`` and ``last = 1 - exp(-u) - first``, which keep every
+    digit. The relative error is about 1e-15 for every real ``z`` between -1e300 and -1e-300 (``decay`` itself becomes
+    subnormal below -708); of an oscillating mode with ``|z| > 1`` it is that of the larger of the two terms of ``first``,
+    which itself passes through zero near u = 2.1 + 7.5j (and further out). A positive ``z`` is a growing mode and gives
+    meaningless weights; ``march`` refuses it.
+    """
+    exponent = np.asarray(z, np.complex128 if np.iscomplexobj(z) else np.float64)
+    fall, is_small = -exponent, np.abs(exponent) < 1.0
+    decay, rise = np.exp(exponent), -np.expm1(exponent)
     small = np.where(is_small, fall, 0.0)
     series = np.full_like(small, _SERIES[-1])
     for term in _SERIES[-2::-1]:
@@ -71,8 +174,8 @@ def march_loop(
     initial_state: ArrayLike,
     *,
     lag: ArrayLike = False,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Compute the response of relaxing modes to a piecewise linear drive, one piece after the other.
+) -> tuple[Real, Numbers]:
+    """Compute the response of relaxing or oscillating modes to a piecewise linear drive, one piece after the other.
 
     Returns `output` (outputs, pieces + 1), `final_state` (poles,).
 
@@ -80,39 +183,20 @@ def march_loop(
     the step keeps the digits that are lost when a decay near 1 is rounded. The lag of a mode is advanced separately,
     ``decay (x - v) - (1 - last) (v_end - v_start)``, less the discontinuity of the drive.
     """
-    return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag))
-
-
-def march_pairs_loop(
-    poles: ArrayLike,
-    gains: ArrayLike,
-    direct: ArrayLike,
-    starts: ArrayLike,
-    ends: ArrayLike,
-    steps: ArrayLike,
-    initial_state: ArrayLike,
-) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Compute the response of oscillating modes to a piecewise linear drive, one piece after the other.
-
-    Returns `output` (outputs, pieces + 1), `final_state` (poles,).
-    """
-    return _follow(*gather(poles, gains, direct, starts, ends, steps, initial_state, pairs=True))
-
-
-def _follow(modes: Modes, drive: StraightDrive, state: Numbers) -> tuple[Real, Numbers]:
+    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag)
     pieces = drive.starts.size
     durations = np.broadcast_to(drive.steps, (pieces,))
     output = np.empty((modes.direct.size, pieces + 1))
-    lag = state - drive.starts[0]
+    behind = state - drive.starts[0]
     for piece, (start, end, duration) in enumerate(zip(drive.starts, drive.ends, durations, strict=True)):
         if piece == 0 or duration != durations[piece - 1]:
-            decay, first, last = weights_of(modes.poles * duration)
-        output[:, piece] = _put_out(modes, start, state, lag)
+            decay, first, last = hold_weights(modes.poles * duration)
+        output[:, piece] = _put_out(modes, start, state, behind)
         state = state + first * (start - state) + last * (end - state)
-        lag = decay * lag - (1.0 - last) * (end - start)
+        behind = decay * behind - (1.0 - last) * (end - start)
         if piece + 1 < pieces:
-            lag = lag - (drive.starts[piece + 1] - end)
-    output[:, pieces] = _put_out(modes, drive.ends[-1], state, lag)
+            behind = behind - (drive.starts[piece + 1] - end)
+    output[:, pieces] = _put_out(modes, drive.ends[-1], state, behind)
     return output, state
 
 

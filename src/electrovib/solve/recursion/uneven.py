@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from electrovib.solve.recursion.blocks import PRODUCT, numbers, states_before
-from electrovib.solve.recursion.hold import SLOW, weights_of
-from electrovib.solve.recursion.record import StraightDrive
+from electrovib.solve.recursion.hold import SLOW, StraightDrive, hold_weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from electrovib.core.arrays import Indices, Numbers, Real
-    from electrovib.solve.recursion.record import Modes
+    from electrovib.solve.recursion.hold import Modes
 
 _WORTH: Final = 1_000_000
 """Modes times pieces from which loading the compiled code costs less time than it saves."""
@@ -124,7 +123,7 @@ def _scanned(plan: _Plan, drive: StraightDrive, following: float, followed: Numb
     starts, ends, steps = (each[:, np.newaxis] for each in drive)
     z, slow = steps * plan.poles, slice(0, plan.slow)
     pushes = np.empty_like(z)
-    _, first, last = weights_of(z[:, slow])
+    _, first, last = hold_weights(z[:, slow])
     pushes[:, slow] = first * starts + last * ends
     fast = z[:, plan.slow :]
     mean = np.divide(np.expm1(fast), fast, out=np.ones_like(fast), where=fast != 0)

@@ -41,15 +41,15 @@ def count_harmonics(drive: Drive) -> int | None:
 
 
 def _is_tones(part: Part) -> bool:
-    return isinstance(part, Tones) or (isinstance(part, Linear) and part.is_step)
+    return isinstance(part, Tones) or part.is_step
 
 
 def _part_spectrum(part: Part, harmonics: int) -> tuple[Real, Complex]:
     if isinstance(part, Tones):
         return part.frequencies, part.amplitudes
-    if isinstance(part, Linear) and part.is_step:
+    if part.is_step:
         return np.zeros(1), part.after.astype(complex)
-    if isinstance(part, Linear) and part.period is not None:
+    if part.period is not None:
         return _straight_spectrum(part, part.period, harmonics)
     raise InputError("drive: a part of it does not repeat, so it has no harmonics")
 
@@ -109,7 +109,7 @@ def settled_integral(drive: Drive, time: Real) -> Real:
 
 def refuse_unrepeated(drive: Drive) -> None:
     """Refuse the periodic state of a drive that is neither periodic nor constant."""
-    steady = all(isinstance(part, Linear) and part.is_step for part in drive.parts())
+    steady = all(part.is_step for part in drive.parts())
     if drive.period is None and not steady:
         raise InputError(
             f"time.initial_state = PeriodicState: {type(drive).__name__} does not repeat. Choose a periodic drive, or start"

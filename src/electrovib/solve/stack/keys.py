@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,3 +44,8 @@ class AmplitudeOf:
 
 Key: TypeAlias = str | FieldOf | DisplacementOf | AmplitudeOf
 """A text is the name of a signal that has one value at each time."""
+
+
+def amplitudes_among(found: Mapping[Key, T]) -> dict[str, T]:
+    """Return the amplitudes of the force law among quantities, by their names in the law."""
+    return {key.name: row for key, row in found.items() if isinstance(key, AmplitudeOf)}

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.physics.drive.parts import Tones
-from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.tabulated import FEWEST
 from electrovib.solve.stack.harmonics import spectrum
 from electrovib.solve.stack.prony import DENSE, fit_debye, fit_debye_table
@@ -127,7 +126,7 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
     `times` (n,) [s].
     """
     end, drive = float(times[-1]), scenario.drive
-    if any(isinstance(part, Linear) and part.begins_with(times) for part in drive.parts()):
+    if any(part.begins_with(times) for part in drive.parts()):
         return drive.shortest_piece(end)  # every output is at a corner
     begins = [] if scenario.time.settled else [0.0]
     corners = np.concatenate([[-math.inf], begins, drive.corners(end)[0]])
@@ -150,4 +149,4 @@ def _slowest(part: Part) -> list[float]:
     if isinstance(part, Tones):
         moving = part.frequencies[(part.frequencies > 0) & (part.amplitudes != 0)]
         return [float(np.min(moving))] if len(moving) else []
-    return [1 / part.period] if isinstance(part, Linear) and part.period else []
+    return [1 / part.period] if part.period else []

@@ -174,8 +174,7 @@ def plate_capacitance(scenario: Scenario) -> float:
         for name, layer in layers.items()
         if roles[name] != "finger"
     )
-    amplifier = scenario.circuit.amplifier
-    stray = 0.0 if amplifier is None else amplifier.stray_capacitance
+    stray = scenario.circuit.supply.stray_capacitance
     if thickness == 0:
         return stray
     return eps0 * scenario.contact_area / thickness + stray

@@ -113,14 +113,13 @@ def hardware(
         raise InputError(
             "this stack gives no force at this frequency", path="carrier" if carrier else "frequency"
         )
-    amplifier = scenario.circuit.amplifier
-    factor = 1.0 if amplifier is None else abs(amplifier.gain)
+    amplifier = scenario.circuit.supply
+    factor = abs(amplifier.gain)
     if not factor:
         raise InputError("a gain of 0 renders nothing", path="circuit.amplifier.gain")
     voltages, currents = _limits(scenario, declared)
     bound = current_bound(scenario)
-    stray = 0.0 if amplifier is None else amplifier.stray_capacitance
-    whole = bound.plus(stray)
+    whole = bound.plus(amplifier.stray_capacitance)
     steepest = math.hypot(2 * math.pi * carrier, 1 / ramp)  # slope over amplitude, ramp included
     allowed = [(limit / factor, words) for limit, words in voltages]
     bounds = [(limit, whole if through == "current" else bound, words) for limit, through, words in currents]
@@ -152,11 +151,11 @@ def _limits(
         for name in ("current", "body_current")
         if name in declared
     ]
-    amplifier = scenario.circuit.amplifier
-    if amplifier is not None and amplifier.saturation is not None:
+    amplifier = scenario.circuit.supply
+    if amplifier.saturation is not None:
         shown = format_quantity(amplifier.saturation, "V")
         voltages.append((amplifier.saturation, f"the saturation of the amplifier, {shown}"))
-    if amplifier is not None and np.isfinite(amplifier.current_limits[1]):
+    if np.isfinite(amplifier.current_limits[1]):
         least = float(min(abs(each) for each in amplifier.current_limits))
         currents.append(
             (least, "current", f"the current limit of the amplifier, {format_quantity(least, 'A')}")

@@ -268,7 +268,7 @@ def test_a_stack_only_stores_and_loses(drawn, name):
     space = stack_states(layers, debye, area=AREA, element=ELEMENTS["body"])
     drive, times = read_model(Drive, DRIVES[name]), np.linspace(0, END, 3001)
     found = follow_finger(space, drive, times).found
-    power = found["drive_voltage"] * found["current"]
+    power = found["plate_voltage"] * found["current"]
     given_ = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2)]) * times[1]
     stored = np.zeros(len(times))
     for index, key in enumerate(layers):

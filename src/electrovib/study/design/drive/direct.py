@@ -161,8 +161,7 @@ def _trade(
     shrink: float,
 ) -> Trade:
     """Return the compromise between the target and the limits, for factors of the amplitude at the samples."""
-    amplifier = scenario.circuit.amplifier
-    gain = 1.0 if amplifier is None else abs(amplifier.gain)
+    gain = abs(scenario.circuit.supply.gain)
     rows = []
     volts = response.spread @ exact
     for name, matrix in (
