@@ -178,28 +178,30 @@ def _follow(
 
 
 @inner
-def _turn(found: Any, times: Any, rows: Any, first: Any) -> Any:
-    """Write the responses of a tile into rows from a time on, eight times at once while possible."""
-    whole = times // 8 * 8
+def _turn(found: Any, start: Any, places: Any, first: Any, last: Any, rows: Any) -> Any:
+    """Write the responses of a tile from a time on into some columns of its rows, eight at once while possible."""
+    whole = last - (last - first) % 8
     for lane in range(len(rows)):
         row = rows[lane]
-        for time in range(0, whole, 8):
-            at, to = np.uint64(time * LANES + lane), np.uint64(first + time)
-            for step in range(np.uint64(0), np.uint64(8)):
-                row[to + step] = found[at + step * np.uint64(LANES)]
-        for time in range(whole, times):
-            row[first + time] = found[time * LANES + lane]
+        for begin in range(first, whole, 8):
+            for output in range(np.uint64(begin), np.uint64(begin + 8)):
+                row[output] = found[np.uint64((places[output] - start) * LANES + lane)]
+        for output in range(whole, last):
+            row[output] = found[(places[output] - start) * LANES + lane]
 
 
 @outer
-def responses(fingers: Any, grid: Any, memory: Any, out: Any) -> Any:
-    """Write the responses of fingers into the table (fingers, times)."""
-    found, modes, (end, last) = memory[2], fingers[0].shape[1], out.shape
+def responses(fingers: Any, grid: Any, memory: Any, places: Any, firsts: Any, out: Any) -> Any:
+    """Write the responses of fingers at some times, `places`, into the table (fingers, outputs).
+
+    `firsts` is the first output of each chunk of times, and the number of all outputs.
+    """
+    found, modes, end = memory[2], fingers[0].shape[1], len(out)
     states = np.empty(LANES * modes)
     for first in range(0, end, LANES):
         _gather(fingers, first, end, memory[0])
         _begin(fingers[3], first, end, states)
-        for time in range(0, last, TIMES):
-            times = min(TIMES, last - time)
-            _advance(memory, modes, states, grid, time // TIMES)
-            _turn(found, times, out[first : min(first + LANES, end)], time)
+        rows = out[first : min(first + LANES, end)]
+        for chunk in range(len(firsts) - 1):
+            _advance(memory, modes, states, grid, chunk)
+            _turn(found, chunk * TIMES, places, firsts[chunk], firsts[chunk + 1], rows)

@@ -56,13 +56,11 @@ def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
 @outer
 def turn(table: Any, first: Any, rows: Any) -> Any:
     """Write the columns of a table from one on into rows, some numbers of a column at once."""
-    whole = len(table) // TURNED * TURNED
-    for column in range(len(rows)):
-        rows[column, whole:] = table[whole:, first + column]
-    for begin in range(0, whole, TURNED):
+    for begin in range(0, len(table), TURNED):
+        end = min(begin + TURNED, len(table))
         for column in range(len(rows)):
             row, at = rows[column], np.uint64(first + column)
-            for place in range(np.uint64(begin), np.uint64(begin + TURNED)):
+            for place in range(np.uint64(begin), np.uint64(end)):
                 row[place] = table[place, at]
 
 

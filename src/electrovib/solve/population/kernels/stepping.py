@@ -121,6 +121,7 @@ def first_order_hold_many(
     time: ArrayLike | TimeSteps,
     *,
     rises: ArrayLike | None = None,
+    places: Indices | None = None,
 ) -> Real:
     """Compute the responses of many fingers to one piecewise linear drive, exact at every time.
 
@@ -129,7 +130,7 @@ def first_order_hold_many(
 
     The response is direct v + sum residue s with s' = v - rate s from residue s = `state`. With `rises` (n,) [V], those of
     the drive from each time to the next, the second term is sum residue l with l = rate s - v, which loses no digits where
-    modes follow a slow drive.
+    modes follow a slow drive. Of all times those at the increasing indices `places` (outputs,) are returned.
     """
     from electrovib.solve.population.kernels import loops
 
@@ -152,12 +153,14 @@ def first_order_hold_many(
         raise InputError("rates has a value that is negative or not finite: expected minus the poles [1/s].")
     chunks, pieces, duration, slots = steps.pieces
     given = drive if rises is None else np.ascontiguousarray(rises, np.float64)
-    lanes, modes, result = loops.LANES, rate.shape[1], np.empty((len(rate), len(drive)))
+    outputs = np.arange(len(drive)) if places is None else places
+    firsts = np.searchsorted(outputs, np.arange(len(chunks)) * loops.TIMES)  # outputs of each chunk
+    lanes, modes, result = loops.LANES, rate.shape[1], np.empty((len(rate), len(outputs)))
     memory = (  # for the parameters of a tile, the weights of its steps, and its responses
         np.empty((2 * modes + 1) * lanes),
         np.empty(slots * (4 * modes + 1) * lanes),
         np.empty(loops.TIMES * lanes),
     )
     grid = drive, given, rises is not None, chunks, pieces, duration
-    loops.responses((rate, residue, level, begin), grid, memory, result)
+    loops.responses((rate, residue, level, begin), grid, memory, outputs, firsts, result)
     return result
