@@ -13,16 +13,13 @@ from electrovib.core.arrays import Indices, Numbers, Real
 from electrovib.core.errors import InputError
 from electrovib.solve.stack.few_poles import Roots, _between_two_poles, _of_one_pole, _of_two_poles, roots_at
 from electrovib.solve.stack.secular_input import _checked, refuse_beyond_reach
-from electrovib.solve.stack.secular_step import step_with
 
 _ROUNDING = float(np.finfo(float).eps)
 
 _ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than about 1e-14
 _SLACK = 8 * _ROUNDING
-_COMPILED = 1024  # number of roots from which compiled loops are faster than they take to load
 _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
 _TINY = decimal.Decimal("1e-25")
-_step = step_with(np.where)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -103,14 +100,13 @@ def _of_cases(nodes: Real, weights: Real, constant: Any) -> Roots:
     has_last = np.ndim(constant) > 0 or constant > 0
     if count == 1 and has_last:
         return roots_at(apart, weight, np.zeros((cases, 1), np.intp), weight / level)
-    find = _roots if cases * count < _COMPILED else secular_offsets
-    offsets, origins = find(ordered.T, heavy.T, level[:, 0])
+    offsets, origins = secular_offsets(ordered.T, heavy.T, level[:, 0])
     some = slice(count if has_last else count - 1)
     return roots_at(apart, weight, np.take_along_axis(order, origins[some].T, 1), offsets[some].T)
 
 
 def secular_offsets(nodes: Real, weights: Real, constants: Real) -> tuple[Real, Indices]:
-    """Find the roots of many problems with equal numbers of increasing nodes, in compiled loops.
+    """Find the roots of many problems with equal numbers of increasing nodes.
 
     `nodes`, `weights` (nodes, problems), `constants` (problems,); returns `offsets`, `origins` (nodes, problems): the
     distance of each root from the nearer end of its bracket, infinite for the last root where the constant is 0, and the
@@ -127,16 +123,7 @@ def secular_offsets(nodes: Real, weights: Real, constants: Real) -> tuple[Real, 
             "(nodes, problems) twice, and (problems,)."
         )
     refuse_beyond_reach(nodes, weights, constants)
-    from electrovib.solve.stack.secular_many import write_roots
-
-    node, weight, constant = (np.ascontiguousarray(each, float) for each in (nodes, weights, constants))
-    offsets, origins = np.full(node.shape, np.inf), np.empty(node.shape, np.intp)
-    lost = np.zeros(len(constant), bool)
-    write_roots(node, weight, constant, offsets, origins, lost)
-    if lost.any():  # by rounding: with as many digits as they need
-        found = _roots(node[:, lost], weight[:, lost], constant[lost])
-        offsets[:, lost], origins[:, lost] = found
-    return offsets, origins
+    return _roots(nodes, weights, constants)
 
 
 def _roots(node: Real, weight: Real, constant: Real) -> tuple[Real, Indices]:
@@ -249,6 +236,49 @@ def _solve(equations: _Equations, reach: Numbers, *, tolerance: Any, noise: Any)
         sums = _sums(equations, distance)
         turn += 1
     return found
+
+
+def _step(
+    distance: Numbers,
+    low: Numbers,
+    high: Numbers,
+    weight: Numbers,
+    level: Numbers,
+    neighbour: Numbers,
+    others: Numbers,
+    steepness: Numbers,
+    size: Numbers,
+    turn: int,
+    tolerance: Any,
+    noise: Any,
+) -> Any:
+    """Return the best distance, whether it is the root, and distance and bracket of the next step.
+
+    The step goes to the zero of weight/t + level + strength/(t - pole). The pole is the other end of the bracket;
+    level and strength are fitted to value and slope of the poles other than the origin. Without another end, all poles
+    are on one side: then the level is kept, and the pole is fitted.
+    """
+    rest = others + level
+    product = weight + distance * rest
+    flat = steepness == 0
+    fitted = np.where(flat, distance, others / np.where(flat, 1 + 0 * distance, steepness))
+    apart = np.where(neighbour == 0, fitted, distance - neighbour)
+    # in terms of the sums at the present distance, so that no terms cancel at the root
+    linear = steepness * distance - rest - product / apart
+    square = linear * linear + 4 * product * (steepness - rest / apart)
+    usable = (linear > 0) & (square >= 0)
+    divisor = np.where(usable, linear + np.sqrt(np.where(square > 0, square, 0 * square)), 1 + 0 * linear)
+    change = 2 * product / divisor
+    low, high = np.where(product > 0, distance, low), np.where(product < 0, distance, high)
+    done = usable & (abs(change) <= tolerance * distance)
+    done = done | (abs(product) <= noise * size) | (high - low <= noise * low)
+    target = distance + change
+    near = usable & (8 * abs(change) <= distance)
+    # bisection replaces a large step in every third turn, and later any step in every other, to shrink the bracket
+    inside = usable & (target > low) & (target < high) & (near | (turn % 3 != 2))
+    inside = inside & ((turn <= 24) | (turn % 2 != 0))
+    following = np.where(inside, target, np.sqrt(low) * np.sqrt(high))
+    return np.where(near, target, distance), done, following, low, high
 
 
 def _long_equations(

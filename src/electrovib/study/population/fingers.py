@@ -61,7 +61,7 @@ class Statistics:
 
         `values` (fingers, n).
         """
-        from electrovib.solve.population.kernels import row_loops
+        from electrovib.solve.population.kernels import loops
 
         for place, threshold in enumerate(self.thresholds):
             exceeded = values > threshold
@@ -71,7 +71,7 @@ class Statistics:
             with np.errstate(invalid="ignore"):  # infinities of both signs
                 about = values.mean(axis=0)
             self.about = np.where(np.isfinite(about), about, 0.0)
-        row_loops.add_moments(values, self.about, self.total, self.square)
+        loops.add_moments(values, self.about, self.total, self.square)
         self.fingers += len(values)
         if np.isnan(self.total).any():
             self.unknown += np.count_nonzero(np.isnan(values), axis=0)
