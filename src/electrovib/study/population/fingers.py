@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.study.population.declared import BLOCK
-
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -214,14 +212,11 @@ class Evaluator:
         if rows is None:
             found.rows = self.memory(stop - start)
         draws = self.declared.space.draw(self.declared.seed, start, stop)
-        for begin in range(0, stop - start, BLOCK):
-            part = slice(begin, min(begin + BLOCK, stop - start))
-            some = {path: values[part] for path, values in draws.items()}
-            for fingers, signals in self.population.parts(some):
-                for name, values in signals.items():
-                    if name in found.rows:
-                        found.rows[name][part][fingers] = values
-                    found.statistics[name].add(np.ascontiguousarray(values, dtype=float))
+        for fingers, signals in self.population.parts(draws):
+            for name, values in signals.items():
+                if name in found.rows:
+                    found.rows[name][fingers] = values
+                found.statistics[name].add(np.ascontiguousarray(values, dtype=float))
         found.seconds = time.perf_counter() - begun
         return found
 

@@ -116,25 +116,17 @@ def _write_weights(tile: Any, modes: Any, duration: Any, lags: Any, weights: Any
 
 
 @inner
-def _gather(fingers: Any, first: Any, end: Any, tile: Any) -> Any:
-    """Write the parameters of a tile of fingers; beyond the last finger it is repeated."""
-    rates, residues, direct, _ = fingers
+def _gather(fingers: Any, first: Any, end: Any, tile: Any, states: Any) -> Any:
+    """Write the parameters of a tile of fingers, and their states at time 0; beyond the last finger it is repeated."""
+    rates, residues, direct, begin = fingers
     size = rates.shape[1] * LANES
     for lane in range(LANES):
         finger = min(first + lane, end - 1)
         for mode in range(rates.shape[1]):
             tile[mode * LANES + lane] = rates[finger, mode]
             tile[size + mode * LANES + lane] = residues[finger, mode]
+            states[mode * LANES + lane] = begin[finger, mode]
         tile[2 * size + lane] = direct[finger]
-
-
-@inner
-def _begin(state: Any, first: Any, end: Any, states: Any) -> Any:
-    """Write the states of a tile of fingers at time 0."""
-    for lane in range(LANES):
-        finger = min(first + lane, end - 1)
-        for mode in range(state.shape[1]):
-            states[mode * LANES + lane] = state[finger, mode]
 
 
 @inner
@@ -212,8 +204,7 @@ def responses(fingers: Any, grid: Any, memory: Any, places: Any, firsts: Any, ou
     found, modes, end = memory[2], fingers[0].shape[1], len(out)
     states = np.empty(LANES * modes)
     for first in range(0, end, LANES):
-        _gather(fingers, first, end, memory[0])
-        _begin(fingers[3], first, end, states)
+        _gather(fingers, first, end, memory[0], states)
         rows = out[first : min(first + LANES, end)]
         for chunk in range(len(firsts) - 1):
             _advance(memory, modes, states, grid, chunk)

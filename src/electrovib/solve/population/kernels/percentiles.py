@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     Rows = NDArray[np.float32]
 
 _LARGEST: Final = 0x7F800000  # bit pattern of infinity as a float32: those beyond it are nan
-_COLUMNS: Final = 64  # columns of a table that are turned into rows together
+_COLUMNS: Final = 16  # columns of a table that are turned into rows together: a line of the cache
 _MANTISSA: Final = 8  # bits of the mantissa that a bin keeps: its width is 1/256 of the power of two below it
 _BINS: Final = 1 << _MANTISSA
 _OCTAVES: Final = 512  # sign and exponent of a float32
@@ -39,61 +39,41 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
     given = np.asarray(values, np.float32)
     if given.ndim != 2 or not len(given):
         raise InputError(f"values has shape {given.shape}: expected (fingers, n) with one finger or more.")
-    wanted = _Places(probabilities, len(given))
-    found = np.empty((wanted.places.size, given.shape[1]))
+    wanted = np.atleast_1d(np.asarray(probabilities, np.float64))
+    if not ((wanted >= 0.0) & (wanted <= 1.0)).all():
+        raise InputError(f"probabilities = {wanted.tolist()}: expected numbers from 0 to 1.")
+    place = wanted * (len(given) - 1)
+    below: Indices = np.floor(place).astype(np.intp)
+    share = (place - below)[:, np.newaxis]
+    above = below + (share[:, 0] > 0)
+    places: Indices = np.unique([below, above])
+    found = np.empty((places.size, given.shape[1]))
 
     def work(part: tuple[int, int]) -> None:
         rows = np.empty((part[1] - part[0], len(given)), np.float32)
         loops.turn(given, part[0], rows)
-        wanted.write(rows, found[:, slice(*part)])
+        _write_ordered(rows, places, found[:, slice(*part)])
 
     in_threads(work, ranges(given.shape[1], _COLUMNS), threads)
-    return wanted.interpolated(found)
+    low, high = found[np.searchsorted(places, below)], found[np.searchsorted(places, above)]
+    with np.errstate(invalid="ignore"):  # infinities of both signs
+        return np.asarray(np.where(low == high, low, low * (1 - share) + high * share))
 
 
-class _Places:
-    """Places of quantiles in the order of some fingers.
+def _write_ordered(rows: Rows, places: Indices, found: Real) -> None:
+    """Write the numbers at some places in the order of each row into the columns of `found`, (places, rows)."""
+    from electrovib.solve.population.kernels import loops
 
-    Parameters
-    ----------
-    probabilities : array_like, shape (p,)
-        From 0 to 1.
-    fingers : int
-        Number of fingers.
-    """
-
-    def __init__(self, probabilities: ArrayLike, fingers: int) -> None:
-        wanted = np.atleast_1d(np.asarray(probabilities, np.float64))
-        if not ((wanted >= 0.0) & (wanted <= 1.0)).all():
-            raise InputError(f"probabilities = {wanted.tolist()}: expected numbers from 0 to 1.")
-        place = wanted * (fingers - 1)
-        self.below: Indices = np.floor(place).astype(np.intp)
-        self.share: Real = place - self.below
-        self.above: Indices = self.below + (self.share > 0)
-        self.places: Indices = np.unique([self.below, self.above])
-
-    def write(self, rows: Rows, found: Real) -> None:
-        """Write the numbers at the places in the order of each row into the columns of `found`, (places, rows)."""
-        from electrovib.solve.population.kernels import loops
-
-        kept = np.empty(rows.shape[1] + 1, np.int32)
-        counts, ranks = np.empty(loops.BUCKETS, np.int64), np.empty(self.places.size, np.int64)
-        for column, row in enumerate(rows.view(np.int32)):
-            size, low, high = loops.keep_near(row, self.places, counts, kept, ranks)
-            if high > _LARGEST or low < -_LARGEST - 1:
-                found[:, column] = np.nan
-                continue
-            order = np.partition(kept[:size], ranks)[ranks]
-            bits = order ^ ((order >> 31) & np.int32(0x7FFFFFFF))
-            found[:, column] = bits.view(np.float32).astype(np.float64) + 0.0  # -0 becomes 0
-
-    def interpolated(self, ordered: Real) -> Real:
-        """Return the quantiles, (p, n), from the order statistics at the places, (places, n)."""
-        places, upper = self.places, self.share[:, np.newaxis]
-        low = ordered[np.searchsorted(places, self.below)]
-        high = ordered[np.searchsorted(places, self.above)]
-        with np.errstate(invalid="ignore"):  # infinities of both signs
-            return np.asarray(np.where(low == high, low, low * (1 - upper) + high * upper))
+    kept = np.empty(rows.shape[1] + 1, np.int32)
+    counts, ranks = np.empty(loops.BUCKETS, np.int64), np.empty(places.size, np.int64)
+    for column, row in enumerate(rows.view(np.int32)):
+        size, low, high = loops.keep_near(row, places, counts, kept, ranks)
+        if high > _LARGEST or low < -_LARGEST - 1:
+            found[:, column] = np.nan
+            continue
+        order = np.partition(kept[:size], ranks)[ranks]
+        bits = order ^ ((order >> 31) & np.int32(0x7FFFFFFF))
+        found[:, column] = bits.view(np.float32).astype(np.float64) + 0.0  # -0 becomes 0
 
 
 class Histogram:
