@@ -151,7 +151,7 @@ def poles() -> list[object]:
     given = np.sort(nodes, axis=1), nodes * random.lognormal(size=nodes.shape), random.lognormal(size=FINGERS)
     turned = [np.ascontiguousarray(each.T) for each in given]
     found = [
-        measure("electrovib, numba", lambda: secular_offsets(*turned), 15),
+        measure("electrovib", lambda: secular_offsets(*turned), 15),
         measure("numpy.linalg.eigvalsh, batched", batched_eigenvalues(*given), 3),
     ]
     notes = [

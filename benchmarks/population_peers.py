@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from electrovib.solve.population.kernels import time_steps
-from electrovib.solve.population.together.forces import quadratic_force
+from electrovib.solve.electrics.attraction import attraction, total_pull
+from electrovib.solve.population.columns import stored_columns, with_columns
 from electrovib.solve.recursion import hold_weights
 
 
@@ -95,21 +95,21 @@ def mean_square_in_numpy(given: tuple, draws: int) -> Callable[[], np.ndarray]:
 
 def squares_in_numpy(many, draws) -> np.ndarray:
     """Return the attraction of fingers under a quadratic law, (times, fingers), by a loop over the times."""
-    tile = many._together.tile(many.columns(draws))  # noqa: SLF001 - the modes of the fingers are no signals
-    square = quadratic_force(tile.scenario, tile.rows, tile.scenario.force.amplitudes(tile.section))
-    (response,) = tile.responses(square.base)
-    rates, residues, direct, state = response.rates, response.residues, response.direct, response.state
-    drive, factor = response.drive, square.factor
-    voltage, time, places = drive.voltage, drive.time, drive.places
-    steps = time_steps(time)
+    arrays = many._together  # noqa: SLF001 - the modes of the fingers are no signals
+    columns = stored_columns(many.scenario, many.columns(draws))
+    member = with_columns(many.scenario, columns)
+    ((name, transfer),) = arrays._asked(member).items()  # noqa: SLF001
+    ((_, drive),) = arrays._drive.terms(columns)  # noqa: SLF001
+    rates, residues, direct = transfer.rates, transfer.gains * transfer.rates, transfer.direct[:, 0]
+    voltage, steps = drive.voltage, drive.moments.steps
     weights = [_of_duration(rates, residues, duration) for duration in steps.duration.tolist()]
-    rows, state = np.empty((voltage.size, len(rates))), state.T
-    rows[0] = direct * voltage[0] + state.sum(axis=0)
+    rows, state = np.empty((voltage.size, len(rates))), np.zeros(rates.T.shape)
+    rows[0] = direct * voltage[0]
     for place, kind in enumerate(steps.kind.tolist()):
         decay, earlier, later = weights[kind]
         state = decay * state + earlier * voltage[place] + later * voltage[place + 1]
         rows[place + 1] = direct * voltage[place + 1] + state.sum(axis=0)
-    return factor * rows[places] ** 2
+    return attraction(member, total_pull(member, {name.name: rows[drive.moments.places].T})).T
 
 
 def _of_duration(rates, residues, duration) -> tuple:

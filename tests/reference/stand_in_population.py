@@ -20,7 +20,10 @@ class StandInPopulation:
     def __init__(self, *, signals):
         self.names, self.time, self.frequency = signals, TIMES, np.geomspace(1.0, 1e4, 5)
 
-    def signals(self, draws, **_):
+    def parts(self, draws):
+        yield slice(None), self.signals(draws)
+
+    def signals(self, draws):
         thickness = draws[PATH]
         axis = self.frequency if self.names[0] == "mean_force" else self.time
         decay = axis / (axis + 50 * thickness[:, None])

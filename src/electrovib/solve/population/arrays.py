@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -27,7 +28,7 @@ from electrovib.solve.stack.section import total_of
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
@@ -88,6 +89,7 @@ class Arrays:
     ) -> None:
         _refuse(scenario, free, names)
         self.scenario, self.free, self.names, self.alone = scenario, free, names, alone
+        self._lock = Lock()  # one scenario at a time is prepared for fingers that are solved one by one
         self.time = alone.time
         self.frequency = scenario.frequency.frequencies()
         self._quantities = {path: quantity_at(scenario, path) for path in free}
@@ -124,25 +126,35 @@ class Arrays:
             excitation(self.scenario.drive, times, settled=self.scenario.time.settled)
             return None
 
-    def signals(self, draws: Mapping[str, Real], *, out: Mapping[str, Any] | None = None) -> dict[str, Any]:
-        """Return the signals of fingers, written into given arrays where there are any."""
-        check_values(self.scenario, self._quantities, draws)
-        count = len(next(iter(draws.values())))
-        found: dict[str, Any] = dict(out or {})
-        for fingers in _of_one_form(draws):
-            for begin in range(0, len(fingers), STACKS):
-                chosen_ones = fingers[begin : begin + STACKS]
-                some = {path: values[chosen_ones] for path, values in draws.items()}
-                try:
-                    parts = self._parts(some, len(chosen_ones))
-                    for first, rows in parts:
-                        _keep(found, rows, chosen_ones[first:], count)
-                except NotInArraysError:  # fingers with fewer modes among others
-                    _keep(found, self.alone.signals(some), chosen_ones, count)
+    def signals(self, draws: Mapping[str, Real]) -> dict[str, Any]:
+        """Return the signals of fingers."""
+        found: dict[str, Any] = {}
+        for fingers, rows in self.parts(draws):
+            for name, each in rows.items():
+                if name not in found:
+                    count = len(next(iter(draws.values())))
+                    found[name] = np.empty((count, *each.shape[1:]), each.dtype)
+                found[name][fingers] = each
         return {name: found[name] for name in self.names}
 
-    def _parts(self, draws: Mapping[str, Real], rows: int) -> Any:
-        """Yield the first finger and the signals of some fingers after the other."""
+    def parts(self, draws: Mapping[str, Real]) -> Iterator[tuple[Any, dict[str, Any]]]:
+        """Yield the indices and the signals of some fingers after the other."""
+        check_values(self.scenario, self._quantities, draws)
+        for fingers in _of_one_form(draws):
+            for begin in range(0, len(fingers), STACKS):
+                left = fingers[begin : begin + STACKS]
+                some = {path: values[left] for path, values in draws.items()}
+                try:
+                    for rows, size in self._parts(some, len(left)):
+                        yield _range(left[:size]), rows
+                        left = left[size:]
+                except NotInArraysError:  # fingers with fewer modes among others
+                    with self._lock:
+                        rows = self.alone.signals({path: values[left] for path, values in draws.items()})
+                    yield _range(left), rows
+
+    def _parts(self, draws: Mapping[str, Real], rows: int) -> Iterator[tuple[dict[str, Any], int]]:
+        """Yield the signals of some fingers after the other, and how many these are."""
         columns = stored_columns(self.scenario, draws)
         inner = {path: column for path, column in columns.items() if not path.startswith("drive.")}
         member = with_columns(self.scenario, inner)
@@ -160,14 +172,10 @@ class Arrays:
                     if self.time is None
                     else self._over_time(some, some_of(asked, part), driven)
                 )
-            size = part.stop - part.start
-            yield (
-                first,
-                {
-                    name: np.broadcast_to(each, (size, *each.shape[each.ndim - self._axes(name) :]))
-                    for name, each in found.items()
-                },
-            )
+            size = part.stop - first
+            for name, each in found.items():
+                found[name] = np.broadcast_to(each, (size, *each.shape[each.ndim - self._axes(name) :]))
+            yield found, size
 
     def _axes(self, name: str) -> int:
         """Return the number of axes of a signal of one finger."""
@@ -203,7 +211,8 @@ class Arrays:
         settled, found = self.scenario.time.settled, []
         mine = {path: values.tolist() for path, values in draws.items() if path.startswith("drive.")}
         for finger, values in enumerate(zip(*mine.values(), strict=True)):
-            drive = self.alone.prepared.scenario(dict(zip(mine, values, strict=True))).drive
+            with self._lock:
+                drive = self.alone.prepared.scenario(dict(zip(mine, values, strict=True))).drive
             if settled:
                 refuse_unrepeated(drive)
             term = (1.0, excitation(drive, self.time, settled=settled))
@@ -301,7 +310,7 @@ class Arrays:
                 f"not all values next to those of the scenario are allowed: {error}"
             ) from None
         try:
-            ((_, found),) = self._parts(draws, 2)
+            ((found, _),) = self._parts(draws, 2)
         except (TypeError, ValueError, AttributeError, AssertionError) as error:
             raise NotInArraysError(
                 f"a formula of the scenario does not run on arrays ({type(error).__name__})"
@@ -327,19 +336,17 @@ class Arrays:
 def _of_one_form(draws: Mapping[str, Real]) -> list[Any]:
     """Return groups of fingers whose values of 0 are those of the same parameters: these may have fewer modes."""
     zero = np.array([values == 0 for values in draws.values()])
+    if not zero.any():
+        return [np.arange(zero.shape[1])]
     _, group = np.unique(zero, axis=1, return_inverse=True)
     group = group.reshape(-1)
     return [np.flatnonzero(group == each) for each in range(int(group.max()) + 1)]
 
 
-def _keep(found: dict[str, Any], rows: Mapping[str, Any], fingers: Any, count: int) -> None:
-    """Write the signals of the first of some fingers into the arrays of all."""
-    for name, each in rows.items():
-        if name not in found:
-            found[name] = np.empty((count, *each.shape[1:]), each.dtype)
-        some = fingers[: len(each)]
-        whole = some[-1] - some[0] + 1 == len(some)  # a range is written faster than a list
-        found[name][slice(some[0], some[-1] + 1) if whole else some] = each
+def _range(fingers: Any) -> Any:
+    """Return indices as a range where they are one: it is written faster than a list."""
+    first, stop = int(fingers[0]), int(fingers[-1]) + 1
+    return slice(first, stop) if stop - first == len(fingers) else fingers
 
 
 def _agree(mine: Any, its: Any) -> bool:

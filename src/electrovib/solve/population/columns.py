@@ -34,17 +34,11 @@ def _copied(model: Any, tree: Mapping[str, Any]) -> Any:
             _copied(each, tree[str(index)]) if str(index) in tree else each
             for index, each in enumerate(model)
         )
-    content = dict(model)
     update = {
-        key: _copied(content[key], change) if isinstance(change, dict) else change
+        key: _copied(getattr(model, key), change) if isinstance(change, dict) else change
         for key, change in tree.items()
     }
-    if not set(update) & set(model.__pydantic_extra__ or {}):
-        return model.model_copy(update=update)
-    # layers are the extra fields of a stack
-    copied = model.model_copy()
-    object.__setattr__(copied, "__pydantic_extra__", {**model.__pydantic_extra__, **update})
-    return copied
+    return model.model_copy(update=update)
 
 
 def check_values(scenario: Scenario, quantities: Mapping[str, Quantity], columns: Mapping[str, Real]) -> None:

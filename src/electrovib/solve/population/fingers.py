@@ -17,9 +17,9 @@ from electrovib.solve.population.kernels import kernel_name
 from electrovib.solve.stack.transfer import NotInArraysError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
@@ -120,17 +120,17 @@ class Population:
         """Whether the drives of all fingers have the same times and frequencies, where signals are over time."""
         return self._together is None or self._together.drive is not None
 
-    def signals(
-        self,
-        draws: Mapping[str, ArrayLike],
-        *,
-        out: Mapping[str, NDArray[Any]] | None = None,
-    ) -> dict[str, Any]:
+    def signals(self, draws: Mapping[str, ArrayLike]) -> dict[str, Any]:
         """Compute the signals of fingers."""
+        return (self._together or self._alone).signals(self.columns(draws))
+
+    def parts(self, draws: Mapping[str, ArrayLike]) -> Iterator[tuple[Any, dict[str, Any]]]:
+        """Yield the indices and the signals of some fingers after the other; several threads may do so at once."""
         columns = self.columns(draws)
         if self._together is None:
-            return self._alone.signals(columns, out=out)
-        return self._together.signals(columns, out=out)
+            yield slice(None), self._alone.signals(columns)
+        else:
+            yield from self._together.parts(columns)
 
     def columns(self, draws: Mapping[str, ArrayLike]) -> dict[str, Real]:
         """Return the values of all free parameters for each finger."""

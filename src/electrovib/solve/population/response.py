@@ -31,8 +31,10 @@ def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, Excitati
     known: dict[Any, Real] = {}
     found = {}
     for key, transfer in transfers.items():
-        rows = [(factor, _driven(transfer, drive, known)) for factor, drive in terms]
-        total = total_of(row if np.ndim(factor) == 0 else factor * row for factor, row in rows)
+        total = total_of(
+            _driven(transfer if np.ndim(factor) == 0 else transfer * factor, drive, known)
+            for factor, drive in terms
+        )
         found[key] = total + _left(transfer, terms[0][1]) if np.any(transfer.free) else total
     return found
 
@@ -123,11 +125,11 @@ def _stepped(
     drive: Excitation, rates: Real, residues: Real, direct: Real, state: Real, *, lags: bool
 ) -> Real:
     """Return the response of modes to the straight pieces of a drive at its outputs."""
-    moments = drive.moments
-    found = first_order_hold_many(
-        rates, residues, direct, state, drive.voltage, moments.steps, rises=drive.rises if lags else None
+    steps, places = drive.moments.steps, drive.moments.places
+    rises = drive.rises if lags else None
+    return first_order_hold_many(
+        rates, residues, direct, state, drive.voltage, steps, rises=rises, places=places
     )
-    return found if len(moments.places) == len(moments.time) else found[:, moments.places]
 
 
 def settled_state(rates: Real, lengths: Real, begins: Real, ends: Real) -> Real:

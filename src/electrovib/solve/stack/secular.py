@@ -13,7 +13,6 @@ from electrovib.core.arrays import Indices, Real
 from electrovib.core.errors import InputError
 from electrovib.solve.stack.secular_step import offsets_in_arrays
 
-_COMPILED = 1024  # number of roots from which compiled loops are faster than they take to load
 _CANCELLED = 8.0  # largest cancellation in the closed form of two poles: three of 53 bits
 _LARGEST_NODE = 1e20
 _SMALLEST_GAP = 1e-30
@@ -103,14 +102,13 @@ def _of_cases(nodes: Real, weights: Real, constant: Any) -> Roots:
     has_last = np.ndim(constant) > 0 or constant > 0
     if count == 1 and has_last:
         return _roots_at(apart, weight, np.zeros((cases, 1), np.intp), weight / level)
-    find = offsets_in_arrays if cases * count < _COMPILED else secular_offsets
-    offsets, origins = find(ordered.T, heavy.T, level[:, 0])
+    offsets, origins = secular_offsets(ordered.T, heavy.T, level[:, 0])
     some = slice(count if has_last else count - 1)
     return _roots_at(apart, weight, np.take_along_axis(order, origins[some].T, 1), offsets[some].T)
 
 
 def secular_offsets(nodes: Real, weights: Real, constants: Real) -> tuple[Real, Indices]:
-    """Find the roots of many problems with equal numbers of increasing nodes, in compiled loops.
+    """Find the roots of many problems with equal numbers of increasing nodes.
 
     `nodes`, `weights` (nodes, problems), `constants` (problems,); returns `offsets`, `origins` (nodes, problems): the
     distance of each root from the nearer end of its bracket, infinite for the last root where the constant is 0, and the
@@ -127,16 +125,7 @@ def secular_offsets(nodes: Real, weights: Real, constants: Real) -> tuple[Real, 
             "(nodes, problems) twice, and (problems,)."
         )
     _refuse_beyond_reach(nodes, weights, constants)
-    from electrovib.solve.stack.secular_many import write_roots
-
-    node, weight, constant = (np.ascontiguousarray(each, float) for each in (nodes, weights, constants))
-    offsets, origins = np.full(node.shape, np.inf), np.empty(node.shape, np.intp)
-    lost = np.zeros(len(constant), bool)
-    write_roots(node, weight, constant, offsets, origins, lost)
-    if lost.any():  # by rounding: with as many digits as they need
-        found = offsets_in_arrays(node[:, lost], weight[:, lost], constant[lost])
-        offsets[:, lost], origins[:, lost] = found
-    return offsets, origins
+    return offsets_in_arrays(nodes, weights, constants)
 
 
 class BeyondReachError(InputError, ValueError):

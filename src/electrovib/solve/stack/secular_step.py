@@ -1,4 +1,4 @@
-"""Steps towards the roots of sums of poles: the formulas of one step, for arrays and for numbers, and the steps in arrays."""
+"""Steps towards the roots of sums of poles, of one problem or many, in arrays of numbers or of exact decimals."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ import numpy as np
 from electrovib.core.arrays import Indices, Numbers, Real
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
 _ROUNDING = float(np.finfo(float).eps)
@@ -20,56 +18,6 @@ _ILL_CONDITIONED = 50.0  # above it rounding alone costs the offset more than ab
 _SLACK = 8 * _ROUNDING
 _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidOperation])
 _TINY = decimal.Decimal("1e-25")
-
-
-def step_with(where: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the formulas of one step, for arrays or numbers among which `where` chooses.
-
-    The step goes to the zero of weight/t + level + strength/(t - pole). The pole is the other end of the bracket;
-    level and strength are fitted to value and slope of the poles other than the origin. Without another end, all poles
-    are on one side: then the level is kept, and the pole is fitted.
-    """
-
-    def step(
-        distance: Any,
-        low: Any,
-        high: Any,
-        weight: Any,
-        level: Any,
-        neighbour: Any,
-        others: Any,
-        steepness: Any,
-        size: Any,
-        turn: Any,
-        tolerance: Any,
-        noise: Any,
-    ) -> Any:
-        rest = others + level
-        product = weight + distance * rest
-        flat = steepness == 0
-        fitted = where(flat, distance, others / where(flat, 1 + 0 * distance, steepness))
-        apart = where(neighbour == 0, fitted, distance - neighbour)
-        # in terms of the sums at the present distance, so that no terms cancel at the root
-        linear = steepness * distance - rest - product / apart
-        square = linear * linear + 4 * product * (steepness - rest / apart)
-        usable = (linear > 0) & (square >= 0)
-        divisor = where(usable, linear + np.sqrt(where(square > 0, square, 0 * square)), 1 + 0 * linear)
-        change = 2 * product / divisor
-        low, high = where(product > 0, distance, low), where(product < 0, distance, high)
-        done = usable & (abs(change) <= tolerance * distance)
-        done = done | (abs(product) <= noise * size) | (high - low <= noise * low)
-        target = distance + change
-        near = usable & (8 * abs(change) <= distance)
-        # bisection replaces a large step in every third turn, and later any step in every other, to shrink the bracket
-        inside = usable & (target > low) & (target < high) & (near | (turn % 3 != 2))
-        inside = inside & ((turn <= 24) | (turn % 2 != 0))
-        following = where(inside, target, np.sqrt(low) * np.sqrt(high))
-        return where(near, target, distance), done, following, low, high
-
-    return step
-
-
-_step = step_with(np.where)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -217,6 +165,49 @@ def _solve(equations: _Equations, reach: Numbers, *, tolerance: Any, noise: Any)
         sums = _sums(equations, distance)
         turn += 1
     return found
+
+
+def _step(
+    distance: Numbers,
+    low: Numbers,
+    high: Numbers,
+    weight: Numbers,
+    level: Numbers,
+    neighbour: Numbers,
+    others: Numbers,
+    steepness: Numbers,
+    size: Numbers,
+    turn: int,
+    tolerance: Any,
+    noise: Any,
+) -> Any:
+    """Return the best distance, whether it is the root, and distance and bracket of the next step.
+
+    The step goes to the zero of weight/t + level + strength/(t - pole). The pole is the other end of the bracket;
+    level and strength are fitted to value and slope of the poles other than the origin. Without another end, all poles
+    are on one side: then the level is kept, and the pole is fitted.
+    """
+    rest = others + level
+    product = weight + distance * rest
+    flat = steepness == 0
+    fitted = np.where(flat, distance, others / np.where(flat, 1 + 0 * distance, steepness))
+    apart = np.where(neighbour == 0, fitted, distance - neighbour)
+    # in terms of the sums at the present distance, so that no terms cancel at the root
+    linear = steepness * distance - rest - product / apart
+    square = linear * linear + 4 * product * (steepness - rest / apart)
+    usable = (linear > 0) & (square >= 0)
+    divisor = np.where(usable, linear + np.sqrt(np.where(square > 0, square, 0 * square)), 1 + 0 * linear)
+    change = 2 * product / divisor
+    low, high = np.where(product > 0, distance, low), np.where(product < 0, distance, high)
+    done = usable & (abs(change) <= tolerance * distance)
+    done = done | (abs(product) <= noise * size) | (high - low <= noise * low)
+    target = distance + change
+    near = usable & (8 * abs(change) <= distance)
+    # bisection replaces a large step in every third turn, and later any step in every other, to shrink the bracket
+    inside = usable & (target > low) & (target < high) & (near | (turn % 3 != 2))
+    inside = inside & ((turn <= 24) | (turn % 2 != 0))
+    following = np.where(inside, target, np.sqrt(low) * np.sqrt(high))
+    return np.where(near, target, distance), done, following, low, high
 
 
 def _long_equations(

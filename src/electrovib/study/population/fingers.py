@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.study.population.declared import BLOCK
-
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -38,8 +36,8 @@ class Statistics:
     ----------
     fingers : int
         Number of fingers.
-    mean, squares : ndarray, shape (n,)
-        Mean, and sum of the squared deviations from it.
+    about, total, square : ndarray, shape (n,)
+        Values next to the mean, and the sums of the deviations from them and of their squares.
     above, anywhere, unknown : ndarray of int, shapes (thresholds, n), (thresholds,), (n,)
         Fingers that exceed a threshold at a sample, or at some sample; fingers whose signal is nan at a sample.
     histogram : Histogram or None
@@ -50,7 +48,7 @@ class Statistics:
         from electrovib.solve.population.kernels import Histogram
 
         self.thresholds, self.fingers = tuple(thresholds), 0
-        self.mean, self.squares = np.zeros(samples), np.zeros(samples)
+        self.about, self.total, self.square = np.zeros((3, samples))
         self.above = np.zeros((len(self.thresholds), samples), np.int64)
         self.anywhere = np.zeros(len(self.thresholds), np.int64)
         self.unknown = np.zeros(samples, np.int64)
@@ -61,26 +59,31 @@ class Statistics:
 
         `values` (fingers, n).
         """
-        from electrovib.solve.population.kernels import row_loops
+        from electrovib.solve.population.kernels import loops
 
         for place, threshold in enumerate(self.thresholds):
             exceeded = values > threshold
             self.above[place] += np.count_nonzero(exceeded, axis=0)
             self.anywhere[place] += np.count_nonzero(exceeded.any(axis=1))
-        count, (total, square) = len(values), np.zeros((2, values.shape[1]))
-        begin = np.where(np.isfinite(values[0]), values[0], 0.0)  # the digits of a small variance stay
-        row_loops.add_moments(np.ascontiguousarray(values), begin, total, square)
-        if np.isnan(total).any():
+        if not self.fingers:  # the digits of a small variance stay
+            with np.errstate(invalid="ignore"):  # infinities of both signs
+                about = values.mean(axis=0)
+            self.about = np.where(np.isfinite(about), about, 0.0)
+        loops.add_moments(values, self.about, self.total, self.square)
+        self.fingers += len(values)
+        if np.isnan(self.total).any():
             self.unknown += np.count_nonzero(np.isnan(values), axis=0)
-        with np.errstate(invalid="ignore"):  # infinities
-            self._join(count, begin + total / count, np.maximum(square - total * (total / count), 0.0))
 
-    def _join(self, fingers: int, mean: Real, squares: Real) -> None:
-        """Join the moments of other fingers to those of these."""
-        count, apart = self.fingers + fingers, mean - self.mean
-        self.mean = self.mean + apart * (fingers / count)
-        self.squares = self.squares + squares + apart**2 * (self.fingers * fingers / count)
-        self.fingers = count
+    @property
+    def mean(self) -> Real:
+        """Mean of the fingers."""
+        return self.about + self.total / max(1, self.fingers)
+
+    @property
+    def squares(self) -> Real:
+        """Sum of the squared deviations from the mean."""
+        with np.errstate(invalid="ignore"):  # infinities
+            return np.maximum(self.square - self.total * (self.total / max(1, self.fingers)), 0.0)
 
     def variance(self) -> Real:
         """Return the variance of the population, estimated over n - 1; nan for one finger."""
@@ -88,7 +91,12 @@ class Statistics:
 
     def merge(self, other: Statistics) -> None:
         """Add the statistics of other fingers."""
-        self._join(other.fingers, other.mean, other.squares)
+        count = self.fingers + other.fingers
+        with np.errstate(invalid="ignore"):  # infinities
+            mean, apart = self.mean, other.mean - self.mean
+            self.square = self.squares + other.squares + apart**2 * (self.fingers * other.fingers / count)
+            self.about, self.total = mean + apart * (other.fingers / count), np.zeros(mean.shape)
+        self.fingers = count
         self.above += other.above
         self.anywhere += other.anywhere
         self.unknown += other.unknown
@@ -116,7 +124,7 @@ class Statistics:
     def restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Continue from what `arrays` returned."""
         self.fingers = int(arrays["fingers"][0])
-        self.mean, self.squares = arrays["mean"], arrays["squares"]
+        self.about, self.square = arrays["mean"], arrays["squares"]
         self.above, self.anywhere, self.unknown = (arrays[name] for name in ("above", "anywhere", "unknown"))
         if self.histogram is not None:
             self.histogram.pages, self.histogram.counts = arrays["pages"], arrays["bins"]
@@ -182,7 +190,6 @@ class Evaluator:
         self.exact = 4.0 * declared.fingers * self.numbers <= declared.memory
         self.held = self.exact and bool(declared.percentiles)
         self.binned = bool(declared.percentiles) and not self.exact
-        self._scratch: dict[str, Real] = {}
 
     def statistics(self, *, binned: bool) -> dict[str, Statistics]:
         """Return the statistics of no finger."""
@@ -205,23 +212,13 @@ class Evaluator:
         if rows is None:
             found.rows = self.memory(stop - start)
         draws = self.declared.space.draw(self.declared.seed, start, stop)
-        for begin in range(0, stop - start, BLOCK):
-            part = slice(begin, min(begin + BLOCK, stop - start))
-            some = {path: values[part] for path, values in draws.items()}
-            for name, values in self._signals(some, part.stop - begin).items():
+        for fingers, signals in self.population.parts(draws):
+            for name, values in signals.items():
                 if name in found.rows:
-                    found.rows[name][part] = values
-                found.statistics[name].add(values)
+                    found.rows[name][fingers] = values
+                found.statistics[name].add(np.ascontiguousarray(values, dtype=float))
         found.seconds = time.perf_counter() - begun
         return found
-
-    def _signals(self, draws: Mapping[str, Real], fingers: int) -> dict[str, Real]:
-        """Return the signals of at most a block of fingers in the same memory at every call: new memory is slow."""
-        if len(next(iter(self._scratch.values()), ())) < fingers:
-            self._scratch = {name: np.empty((fingers, self.samples)) for name in self.declared.signals}
-        out = {name: each[:fingers] for name, each in self._scratch.items()}
-        signals = self.population.signals(draws, out=out)
-        return {name: np.asarray(signals[name], dtype=float) for name in self.declared.signals}
 
 
 class Collected:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import importlib.util
 import logging
-import queue
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -90,44 +89,25 @@ def _in_order(
 def tiles_of_process(evaluator: Evaluator, start: int, held: Mapping[str, Rows]) -> Iterator[Tile]:
     """Yield the tiles from a finger on, evaluated in this process; the next one overwrites signals that are not held.
 
-    Where signals are held, each thread has an evaluator of its own. Otherwise one tile at a time is in memory. Fingers that
-    are solved one by one are evaluated by one thread, because Python runs one at a time.
+    Where signals are held, tiles are evaluated on threads. Otherwise one tile at a time is in memory. Fingers that are
+    solved one by one are evaluated by one thread, because Python runs one at a time.
     """
     declared, most = evaluator.declared, largest_tile(evaluator.numbers)
     sizes = TileSizes(declared.fingers, most, seconds=_HERE, in_arrays=evaluator.in_arrays)
     threads = thread_count(evaluator.threads) if evaluator.in_arrays and held else 1
-    if threads > 1 and declared.fingers - start > most:
-        evaluators = [evaluator, *(Evaluator(declared) for _ in range(threads - 1))]
-        yield from _on_threads(evaluators, sizes, start, held)
-        return
     memory = {} if held else evaluator.memory(min(most, declared.fingers))
 
-    def submit(begin: int, stop: int) -> Callable[[], Tile]:
+    def evaluated(begin: int, stop: int) -> Tile:
         rows = {name: each[begin:stop] for name, each in held.items()}
         rows |= {name: each[: stop - begin] for name, each in memory.items()}
-        return lambda: evaluator.tile(begin, stop, rows)
+        return evaluator.tile(begin, stop, rows)
 
-    yield from _in_order(sizes, start, submit, lambda: 1)
-
-
-def _on_threads(
-    evaluators: list[Evaluator], sizes: TileSizes, start: int, held: Mapping[str, Rows]
-) -> Iterator[Tile]:
-    """Yield the tiles from a finger on, evaluated by one thread for each evaluator."""
-    free: queue.SimpleQueue[Evaluator] = queue.SimpleQueue()
-    for each in evaluators:
-        free.put(each)
-
-    def evaluated(begin: int, stop: int) -> Tile:
-        mine = free.get()
-        try:
-            return mine.tile(begin, stop, {name: each[begin:stop] for name, each in held.items()})
-        finally:
-            free.put(mine)
-
-    pool = ThreadPoolExecutor(len(evaluators))
+    if threads == 1 or declared.fingers - start <= most:
+        yield from _in_order(sizes, start, lambda *ends: lambda: evaluated(*ends), lambda: 1)
+        return
+    pool = ThreadPoolExecutor(threads)
     try:
-        ahead = len(evaluators) + 1
+        ahead = threads + 1
         yield from _in_order(sizes, start, lambda *ends: pool.submit(evaluated, *ends).result, lambda: ahead)
     finally:
         pool.shutdown(cancel_futures=True)

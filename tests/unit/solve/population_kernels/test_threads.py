@@ -3,9 +3,8 @@
 import numba
 import pytest
 
-from electrovib.solve.population.kernels import kernel_name
+from electrovib.solve.population.kernels import kernel_name, loops
 from electrovib.solve.population.kernels.threads import in_threads, ranges, thread_count
-from electrovib.solve.stack import compilation
 
 
 def test_the_name_has_what_the_last_bits_depend_on():
@@ -38,5 +37,5 @@ def test_without_a_folder_compiled_code_is_not_kept(monkeypatch):
         return function
 
     monkeypatch.setattr(numba, "njit", njit)
-    assert compilation.outer(abs) is abs
+    assert loops.outer(abs) is abs
     assert asked == [True, False]

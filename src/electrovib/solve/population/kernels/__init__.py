@@ -1,7 +1,6 @@
 """Arrays in, arrays out: what is computed for many fingers at once, in loops compiled by numba."""
 
-from electrovib.solve.population.kernels.histogram import Histogram
-from electrovib.solve.population.kernels.statistics import quantiles
+from electrovib.solve.population.kernels.percentiles import Histogram, quantiles
 from electrovib.solve.population.kernels.stepping import TimeSteps, first_order_hold_many, time_steps
 from electrovib.solve.population.kernels.threads import kernel_name
 

@@ -1,16 +1,18 @@
-"""Loops over fingers that numba compiles: their responses to a drive, step by step.
+"""Loops over fingers that numba compiles: responses to a drive step by step, order statistics, counts and moments.
 
-Fingers are taken in tiles of `LANES`; the numbers of a tile lie side by side, so that the compiler uses vectors.
+They run without the lock of the interpreter, and are kept on disk where there is a folder for it. In `responses`, fingers are
+taken in tiles of `LANES`; the numbers of a tile lie side by side, so that the compiler uses vectors.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.solve.stack.compilation import inner, outer
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 LANES: Final = 64
 """Fingers of a tile."""
@@ -22,6 +24,35 @@ _SMALLEST: Final = (
     2.0**-664
 )  # replaces the scale 0 of a mode that the drive does not excite; a power of 2 is exact
 _TERMS: Final = 19  # order of the last term of the series of exp(u) for u up to 1
+BUCKETS: Final = 2048
+"""Buckets between the smallest and the largest number of a row."""
+TURNED: Final = 16
+"""Numbers of a column of a table that are turned into part of a row together."""
+_MINUS_ZERO: Final = -(2**31)  # bit pattern of a float32
+# contract: a product and a sum may be rounded once; the order of operations is kept
+_OPTIONS: Final[dict[str, Any]] = {
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "fastmath": {"contract"},
+}
+
+
+def inner(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that compiled functions of the same file call."""
+    from numba import njit
+
+    options = _OPTIONS | {"no_cpython_wrapper": True}
+    return njit(function, **options)  # type: ignore[no-any-return]
+
+
+def outer(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that Python calls, and cache it on disk where numba finds a folder to write to."""
+    from numba import njit
+
+    try:
+        return njit(function, nogil=True, cache=True, **_OPTIONS)  # type: ignore[no-any-return]
+    except RuntimeError:
+        return njit(function, nogil=True, **_OPTIONS)  # type: ignore[no-any-return]
 
 
 @inner
@@ -85,25 +116,17 @@ def _write_weights(tile: Any, modes: Any, duration: Any, lags: Any, weights: Any
 
 
 @inner
-def _gather(fingers: Any, first: Any, end: Any, tile: Any) -> Any:
-    """Write the parameters of a tile of fingers; beyond the last finger it is repeated."""
-    rates, residues, direct, _ = fingers
+def _gather(fingers: Any, first: Any, end: Any, tile: Any, states: Any) -> Any:
+    """Write the parameters of a tile of fingers, and their states at time 0; beyond the last finger it is repeated."""
+    rates, residues, direct, begin = fingers
     size = rates.shape[1] * LANES
     for lane in range(LANES):
         finger = min(first + lane, end - 1)
         for mode in range(rates.shape[1]):
             tile[mode * LANES + lane] = rates[finger, mode]
             tile[size + mode * LANES + lane] = residues[finger, mode]
+            states[mode * LANES + lane] = begin[finger, mode]
         tile[2 * size + lane] = direct[finger]
-
-
-@inner
-def _begin(state: Any, first: Any, end: Any, states: Any) -> Any:
-    """Write the states of a tile of fingers at time 0."""
-    for lane in range(LANES):
-        finger = min(first + lane, end - 1)
-        for mode in range(state.shape[1]):
-            states[mode * LANES + lane] = state[finger, mode]
 
 
 @inner
@@ -144,31 +167,17 @@ def _follow(
     found: Any,
     to: Any,
 ) -> Any:
-    """Advance by equal steps: response = direct v + sum of scale w, w' = decay w + given; four at a time while possible."""
+    """Advance by equal steps: response = direct v + sum of scale w, w' = decay w + given."""
     size = modes * LANES
     level, one = np.uint64(at + 4 * size), np.uint64(LANES)
     for step in range(end - begin):
         v, y = voltage[begin + step], np.uint64(to + step * LANES)
         for lane in range(np.uint64(0), one):
             found[y + lane] = weights[level + lane] * v
-    whole = begin + (end - begin) // 4 * 4
     for mode in range(modes):
         state, decays = np.uint64(mode * LANES), np.uint64(at + mode * LANES)
         scales, y = np.uint64(at + size + mode * LANES), np.uint64(to)
-        for step in range(begin, whole, 4):
-            v0, v1, v2, v3 = given[step], given[step + 1], given[step + 2], given[step + 3]
-            for lane in range(np.uint64(0), one):
-                w, decay, scale = states[state + lane], weights[decays + lane], weights[scales + lane]
-                found[y + lane] += scale * w
-                w = decay * w + v0
-                found[y + one + lane] += scale * w
-                w = decay * w + v1
-                found[y + np.uint64(2 * LANES) + lane] += scale * w
-                w = decay * w + v2
-                found[y + np.uint64(3 * LANES) + lane] += scale * w
-                states[state + lane] = decay * w + v3
-            y += np.uint64(4 * LANES)
-        for step in range(whole, end):
+        for step in range(begin, end):
             v = given[step]
             for lane in range(np.uint64(0), one):
                 w = states[state + lane]
@@ -178,28 +187,116 @@ def _follow(
 
 
 @inner
-def _turn(found: Any, times: Any, rows: Any, first: Any) -> Any:
-    """Write the responses of a tile into rows from a time on, eight times at once while possible."""
-    whole = times // 8 * 8
+def _turn(found: Any, start: Any, places: Any, first: Any, last: Any, rows: Any) -> Any:
+    """Write the responses of a tile from a time on into some columns of its rows."""
     for lane in range(len(rows)):
         row = rows[lane]
-        for time in range(0, whole, 8):
-            at, to = np.uint64(time * LANES + lane), np.uint64(first + time)
-            for step in range(np.uint64(0), np.uint64(8)):
-                row[to + step] = found[at + step * np.uint64(LANES)]
-        for time in range(whole, times):
-            row[first + time] = found[time * LANES + lane]
+        for output in range(first, last):
+            row[output] = found[(places[output] - start) * LANES + lane]
 
 
 @outer
-def responses(fingers: Any, grid: Any, memory: Any, out: Any) -> Any:
-    """Write the responses of fingers into the table (fingers, times)."""
-    found, modes, (end, last) = memory[2], fingers[0].shape[1], out.shape
+def responses(fingers: Any, grid: Any, memory: Any, places: Any, firsts: Any, out: Any) -> Any:
+    """Write the responses of fingers at some times, `places`, into the table (fingers, outputs).
+
+    `firsts` is the first output of each chunk of times, and the number of all outputs.
+    """
+    found, modes, end = memory[2], fingers[0].shape[1], len(out)
     states = np.empty(LANES * modes)
     for first in range(0, end, LANES):
-        _gather(fingers, first, end, memory[0])
-        _begin(fingers[3], first, end, states)
-        for time in range(0, last, TIMES):
-            times = min(TIMES, last - time)
-            _advance(memory, modes, states, grid, time // TIMES)
-            _turn(found, times, out[first : min(first + LANES, end)], time)
+        _gather(fingers, first, end, memory[0], states)
+        rows = out[first : min(first + LANES, end)]
+        for chunk in range(len(firsts) - 1):
+            _advance(memory, modes, states, grid, chunk)
+            _turn(found, chunk * TIMES, places, firsts[chunk], firsts[chunk + 1], rows)
+
+
+@inner
+def _ordered(bits: Any) -> Any:
+    """Return the bit pattern of a float32 as an integer in the order of the numbers."""
+    return bits ^ ((bits >> np.int32(31)) & np.int32(0x7FFFFFFF))
+
+
+@outer
+def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
+    """Keep the patterns of a row, as integers in the order of the numbers, among which those at some places are.
+
+    They are those in the same of `BUCKETS` equal intervals. `ranks` are the places among the kept ones; returns how many
+    are kept, and the largest and the smallest of all.
+    """
+    low, high = _ordered(row[0]), _ordered(row[0])
+    for bits in row:
+        low, high = min(low, _ordered(bits)), max(high, _ordered(bits))
+    shift = np.uint32(0)
+    while np.uint32(high - low) >> shift >= BUCKETS:
+        shift += np.uint32(1)
+    counts[:] = 0
+    for bits in row:
+        counts[np.uint32(_ordered(bits) - low) >> shift] += 1
+    wanted = np.zeros(BUCKETS, np.bool_)
+    bucket, before, others = 0, 0, 0  # others: numbers in buckets below that are not kept
+    for place in range(len(places)):
+        while before + counts[bucket] <= places[place]:
+            before += counts[bucket]
+            others += 0 if wanted[bucket] else counts[bucket]
+            bucket += 1
+        wanted[bucket] = True
+        ranks[place] = places[place] - others
+    size = 0
+    for bits in row:
+        kept[size] = _ordered(bits)
+        size += wanted[np.uint32(_ordered(bits) - low) >> shift]
+    return size, low, high
+
+
+@outer
+def turn(table: Any, first: Any, rows: Any) -> Any:
+    """Write the columns of a table from one on into rows, some numbers of a column at once."""
+    for begin in range(0, len(table), TURNED):
+        end = min(begin + TURNED, len(table))
+        for column in range(len(rows)):
+            row, at = rows[column], np.uint64(first + column)
+            for place in range(np.uint64(begin), np.uint64(end)):
+                row[place] = table[place, at]
+
+
+@outer
+def count_columns(
+    patterns: Any, first: Any, last: Any, pages: Any, counts: Any, missing: Any, again: Any
+) -> Any:
+    """Count the numbers of some columns in a histogram, and return how many lie in octaves that have no memory.
+
+    The octaves without memory are written into `missing`, (times, octaves). Where `again` holds, only the numbers of
+    these octaves are counted. No number may be nan.
+    """
+    missed = 0
+    for row in patterns:
+        for time in range(np.uint64(first), np.uint64(last)):
+            bits = row[time] if row[time] != _MINUS_ZERO else np.int32(0)
+            key = np.uint32(_ordered(bits)) ^ np.uint32(0x80000000)
+            octave = key >> np.uint32(23)
+            page = pages[time, octave]
+            if page < 0:
+                missing[time, octave] = True
+                missed += 1
+            elif not again or missing[time, octave]:
+                counts[np.uint32(page), (key >> np.uint32(15)) & np.uint32(255)] += 1
+    return missed
+
+
+@outer
+def add_moments(values: Any, shift: Any, total: Any, square: Any) -> Any:
+    """Add the differences of fingers from one number for each sample, and their squares."""
+    whole = len(values) // 4 * 4
+    for finger in range(0, whole, 4):  # four at once: the sums are read and written once for all
+        a, b, c, d = values[finger], values[finger + 1], values[finger + 2], values[finger + 3]
+        for sample in range(np.uint64(0), np.uint64(len(shift))):
+            less = shift[sample]
+            p, q, r, s = a[sample] - less, b[sample] - less, c[sample] - less, d[sample] - less
+            total[sample] += (p + q) + (r + s)
+            square[sample] += (p * p + q * q) + (r * r + s * s)
+    for row in values[whole:]:
+        for sample in range(len(shift)):
+            apart = row[sample] - shift[sample]
+            total[sample] += apart
+            square[sample] += apart * apart

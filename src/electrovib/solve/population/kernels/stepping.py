@@ -35,8 +35,27 @@ class TimeSteps:
 
     @cached_property
     def pieces(self) -> _EqualSteps:
-        """The pieces of equal steps that the loops follow."""
-        return _pieces(self)
+        """The pieces of equal steps that the loops follow; the last time is a piece of one step without duration."""
+        from electrovib.solve.population.kernels.loops import COMPENSATED, TIMES
+
+        kind = np.append(self.kind, self.duration.size)
+        duration = np.append(self.duration, 0.0)
+        order = np.argsort(kind, kind="stable")
+        among = np.empty(kind.size, np.intp)  # index of each step among those of its duration
+        among[order] = np.arange(kind.size) - np.searchsorted(kind[order], kind[order])
+        compensated = (among + 1) % COMPENSATED == 0
+        begins = (np.arange(kind.size) % TIMES == 0) | (np.diff(kind, prepend=-1) != 0)
+        begins[1:] |= compensated[:-1]
+        begin = np.flatnonzero(begins)
+        end = np.append(begin[1:], kind.size)
+        chunks = np.searchsorted(begin, np.arange(0, kind.size + TIMES, TIMES))
+        # a place for the weights of each duration of a chunk; they are new where it occurs first
+        earlier = begin // TIMES * duration.size
+        pairs, first, inverse = np.unique(earlier + kind[begin], return_index=True, return_inverse=True)
+        slot, is_new = inverse.reshape(-1) - np.searchsorted(pairs, earlier), np.zeros(begin.size, bool)
+        is_new[first] = True
+        rows = np.stack([begin, end, slot, is_new, compensated[end - 1]], axis=1).astype(np.intp)
+        return _EqualSteps(chunks, rows, duration[kind[begin]], int(slot.max()) + 1)
 
 
 class _EqualSteps(NamedTuple):
@@ -58,30 +77,6 @@ class _EqualSteps(NamedTuple):
     rows: Indices
     duration: Real
     slots: int
-
-
-def _pieces(steps: TimeSteps) -> _EqualSteps:
-    """Divide a time grid; the last time is a piece of one step without duration."""
-    from electrovib.solve.population.kernels.loops import COMPENSATED, TIMES
-
-    kind = np.append(steps.kind, steps.duration.size)
-    duration = np.append(steps.duration, 0.0)
-    order = np.argsort(kind, kind="stable")
-    among = np.empty(kind.size, np.intp)  # index of each step among those of its duration
-    among[order] = np.arange(kind.size) - np.searchsorted(kind[order], kind[order])
-    compensated = (among + 1) % COMPENSATED == 0
-    begins = (np.arange(kind.size) % TIMES == 0) | (np.diff(kind, prepend=-1) != 0)
-    begins[1:] |= compensated[:-1]
-    begin = np.flatnonzero(begins)
-    end = np.append(begin[1:], kind.size)
-    chunks = np.searchsorted(begin, np.arange(0, kind.size + TIMES, TIMES))
-    # a place for the weights of each duration of a chunk; they are new where it occurs first
-    earlier = begin // TIMES * duration.size
-    pairs, first, inverse = np.unique(earlier + kind[begin], return_index=True, return_inverse=True)
-    slot, is_new = inverse.reshape(-1) - np.searchsorted(pairs, earlier), np.zeros(begin.size, bool)
-    is_new[first] = True
-    rows = np.stack([begin, end, slot, is_new, compensated[end - 1]], axis=1).astype(np.intp)
-    return _EqualSteps(chunks, rows, duration[kind[begin]], int(slot.max()) + 1)
 
 
 def time_steps(time: ArrayLike) -> TimeSteps:
@@ -121,6 +116,7 @@ def first_order_hold_many(
     time: ArrayLike | TimeSteps,
     *,
     rises: ArrayLike | None = None,
+    places: Indices | None = None,
 ) -> Real:
     """Compute the responses of many fingers to one piecewise linear drive, exact at every time.
 
@@ -129,7 +125,7 @@ def first_order_hold_many(
 
     The response is direct v + sum residue s with s' = v - rate s from residue s = `state`. With `rises` (n,) [V], those of
     the drive from each time to the next, the second term is sum residue l with l = rate s - v, which loses no digits where
-    modes follow a slow drive.
+    modes follow a slow drive. Of all times those at the increasing indices `places` (outputs,) are returned.
     """
     from electrovib.solve.population.kernels import loops
 
@@ -152,12 +148,14 @@ def first_order_hold_many(
         raise InputError("rates has a value that is negative or not finite: expected minus the poles [1/s].")
     chunks, pieces, duration, slots = steps.pieces
     given = drive if rises is None else np.ascontiguousarray(rises, np.float64)
-    lanes, modes, result = loops.LANES, rate.shape[1], np.empty((len(rate), len(drive)))
+    outputs = np.arange(len(drive)) if places is None else places
+    firsts = np.searchsorted(outputs, np.arange(len(chunks)) * loops.TIMES)  # outputs of each chunk
+    lanes, modes, result = loops.LANES, rate.shape[1], np.empty((len(rate), len(outputs)))
     memory = (  # for the parameters of a tile, the weights of its steps, and its responses
         np.empty((2 * modes + 1) * lanes),
         np.empty(slots * (4 * modes + 1) * lanes),
         np.empty(loops.TIMES * lanes),
     )
     grid = drive, given, rises is not None, chunks, pieces, duration
-    loops.responses((rate, residue, level, begin), grid, memory, result)
+    loops.responses((rate, residue, level, begin), grid, memory, outputs, firsts, result)
     return result

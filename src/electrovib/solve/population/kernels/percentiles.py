@@ -1,4 +1,4 @@
-"""Histograms over fingers at each time, on the bit patterns of float32 numbers, which can be added."""
+"""Percentiles over fingers at each time: exact order statistics, and histograms of float32 numbers that can be added."""
 
 from __future__ import annotations
 
@@ -12,17 +12,68 @@ from electrovib.solve.population.kernels.threads import in_threads, ranges
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
 
     Rows = NDArray[np.float32]
 
+_LARGEST: Final = 0x7F800000  # bit pattern of infinity as a float32: those beyond it are nan
+_COLUMNS: Final = 16  # columns of a table that are turned into rows together: a line of the cache
 _MANTISSA: Final = 8  # bits of the mantissa that a bin keeps: its width is 1/256 of the power of two below it
 _BINS: Final = 1 << _MANTISSA
 _OCTAVES: Final = 512  # sign and exponent of a float32
 _DROPPED: Final = 23 - _MANTISSA
-_INFINITY: Final = 0x7F800000  # bit pattern of a float32
 _NEW: Final = 4096  # pages that are allocated together at least
-_COLUMNS: Final = 8  # times of one call: their counts stay in the cache
+_COUNTED: Final = 8  # times of one call: their counts stay in the cache
+
+
+def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | None = None) -> Real:
+    """Return exact quantiles over fingers at each time.
+
+    `values` (fingers, n), `probabilities` (p,); returns `quantiles` (p, n).
+
+    The quantile of probability p is interpolated between the order statistics on both sides of index p (fingers - 1),
+    definition 7 of Hyndman and Fan, in float64.
+    """
+    from electrovib.solve.population.kernels import loops
+
+    given = np.asarray(values, np.float32)
+    if given.ndim != 2 or not len(given):
+        raise InputError(f"values has shape {given.shape}: expected (fingers, n) with one finger or more.")
+    wanted = np.atleast_1d(np.asarray(probabilities, np.float64))
+    if not ((wanted >= 0.0) & (wanted <= 1.0)).all():
+        raise InputError(f"probabilities = {wanted.tolist()}: expected numbers from 0 to 1.")
+    place = wanted * (len(given) - 1)
+    below: Indices = np.floor(place).astype(np.intp)
+    share = (place - below)[:, np.newaxis]
+    above = below + (share[:, 0] > 0)
+    places: Indices = np.unique([below, above])
+    found = np.empty((places.size, given.shape[1]))
+
+    def work(part: tuple[int, int]) -> None:
+        rows = np.empty((part[1] - part[0], len(given)), np.float32)
+        loops.turn(given, part[0], rows)
+        _write_ordered(rows, places, found[:, slice(*part)])
+
+    in_threads(work, ranges(given.shape[1], _COLUMNS), threads)
+    low, high = found[np.searchsorted(places, below)], found[np.searchsorted(places, above)]
+    with np.errstate(invalid="ignore"):  # infinities of both signs
+        return np.asarray(np.where(low == high, low, low * (1 - share) + high * share))
+
+
+def _write_ordered(rows: Rows, places: Indices, found: Real) -> None:
+    """Write the numbers at some places in the order of each row into the columns of `found`, (places, rows)."""
+    from electrovib.solve.population.kernels import loops
+
+    kept = np.empty(rows.shape[1] + 1, np.int32)
+    counts, ranks = np.empty(loops.BUCKETS, np.int64), np.empty(places.size, np.int64)
+    for column, row in enumerate(rows.view(np.int32)):
+        size, low, high = loops.keep_near(row, places, counts, kept, ranks)
+        if high > _LARGEST or low < -_LARGEST - 1:
+            found[:, column] = np.nan
+            continue
+        order = np.partition(kept[:size], ranks)[ranks]
+        bits = order ^ ((order >> 31) & np.int32(0x7FFFFFFF))
+        found[:, column] = bits.view(np.float32).astype(np.float64) + 0.0  # -0 becomes 0
 
 
 class Histogram:
@@ -51,7 +102,7 @@ class Histogram:
 
         `values` (fingers, times).
         """
-        from electrovib.solve.population.kernels import row_loops
+        from electrovib.solve.population.kernels import loops
 
         given = np.asarray(values, np.float32)
         if given.ndim != 2 or given.shape[1] != len(self.pages):
@@ -60,11 +111,11 @@ class Histogram:
             raise InputError(
                 "values has a value that is not a number: a histogram counts finite values and infinities."
             )
-        parts, missing = ranges(len(self.pages), _COLUMNS), np.zeros(self.pages.shape, bool)
+        parts, missing = ranges(len(self.pages), _COUNTED), np.zeros(self.pages.shape, bool)
         patterns, missed = np.ascontiguousarray(given).view(np.int32), np.zeros(len(parts), np.int64)
 
         def work(place: int, *, again: bool = False) -> None:
-            missed[place] = row_loops.count_columns(
+            missed[place] = loops.count_columns(
                 patterns, *parts[place], self.pages, self.counts, missing, again
             )
 
@@ -123,7 +174,7 @@ def _middles(keys: NDArray[np.int64]) -> Real:
     """Return the middle of each bin; that of the bin of 0 is 0."""
     whole = (keys.astype(np.uint32) << np.uint32(_DROPPED)) + np.uint32(1 << (_DROPPED - 1))
     bits = np.where(whole >> np.uint32(31), whole ^ np.uint32(1 << 31), ~whole).astype(np.uint32)
-    infinite = (bits & np.uint32(_INFINITY)) == _INFINITY
+    infinite = (bits & np.uint32(_LARGEST)) == _LARGEST
     bits[infinite] &= np.uint32(0xFF800000)
     found = bits.view(np.float32).astype(np.float64)
     tiny = np.abs(found) < np.finfo(np.float32).tiny
