@@ -34,21 +34,22 @@ class ParametricScenario:
     """A scenario as a function of the parameters at the dotted paths `free`, for one set of values after the other.
 
     Parts of the scenario without a changed value stay the same objects, and results that depend on them alone are kept.
+    Mistakes in the paths are reported together with other `problems`.
     """
 
-    def __init__(self, scenario: Scenario, free: Sequence[str]) -> None:
-        problems: list[str] = []
+    def __init__(self, scenario: Scenario, free: Sequence[str], problems: Sequence[str] = ()) -> None:
+        found: list[str] = []
         self.free = tuple(free)
         for path in self.free:
             try:
                 quantity_at(scenario, path)
             except InputError as error:
-                problems += error.problems
-        problems += [
+                found += error.problems
+        found += [
             f"free: '{path}' is named twice" for path in {p for p in self.free if self.free.count(p) > 1}
         ]
-        if problems:
-            raise InputError(problems)
+        if found or problems:
+            raise InputError([*found, *problems])
         begin = {path: value_at(scenario, path) for path in self.free}
         stored = {path: stored_path(scenario, path) for path in self.free}
         plain = [path for path, name in stored.items() if is_stored_as_given(scenario, name, Model)]

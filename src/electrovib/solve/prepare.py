@@ -16,7 +16,7 @@ from electrovib.solve.population.fingers import GRIDS, TOGETHER, Population
 from electrovib.solve.quantities.answer import answer, numbers, validity
 from electrovib.solve.quantities.names import DEFAULTS, read_name
 from electrovib.solve.quantities.pieces import tails, taken_from, taken_of_many
-from electrovib.solve.quantities.resolve import MOST_VALUES, TOLERANCE, first_mesh, solved, times_of_window
+from electrovib.solve.quantities.resolve import TOLERANCE, first_mesh, solved, times_of_window
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -37,6 +37,10 @@ _PROBES: Final = 32
 """Points on which a mesh is refined."""
 _ROUNDS: Final = 8
 """Largest number of rounds in which pieces of a mesh are halved."""
+_MOST_NUMBERS: Final = 4_000_000
+"""Numbers of their signals, beyond which it is not refined."""
+_MOST_OPEN: Final = 0.5
+"""Share of these points that a mesh may leave unresolved."""
 _MESHES: Final = 4
 """Meshes that are tried, each for the points that the one before does not resolve."""
 _FEWEST: Final = 32
@@ -116,12 +120,7 @@ class Prepared(ParametricScenario):
                 self._names.append(read_name(" ".join(text.split()), layers))
             except InputError as error:
                 problems += error.problems
-        try:
-            super().__init__(scenario, free)
-        except InputError as error:
-            problems = [*error.problems, *problems]
-        if problems:
-            raise InputError(problems)
+        super().__init__(scenario, free, problems)
         self._last: Expanded | None = None
 
     @property
@@ -184,6 +183,8 @@ class Prepared(ParametricScenario):
         if count >= _FEWEST and self.method == TOGETHER:
             try:
                 left = self._on_meshes(draws, left, found, report)
+                if len(left) == count:
+                    self.method = "one by one: no mesh resolved the points of a call"
             except BudgetError:
                 raise
             except ElectrovibError:  # one by one, a point raises its own error
@@ -227,18 +228,16 @@ class Prepared(ParametricScenario):
         """
         runs = [solved(self.scenario(_point(draws, point)), mechanics=False) for point in _ends(draws)]
         mesh = first_mesh(max(runs, key=lambda run: float(np.max(run.section.modes.rates, initial=0.0))))
-        for _ in range(_ROUNDS):
+        for further in reversed(range(_ROUNDS)):
             many = self._population(mesh)
             if many.method != TOGETHER:
                 return None
-            rows = self._rows(many, draws).values()
-            open_ = np.any([_open(mesh.series(row)).any(axis=0) for row in rows], axis=0)
-            if not open_.any():
-                return mesh, many
-            mesh = mesh.halved(open_)
-            if len(mesh.lengths) * (mesh.nodes + 1) > MOST_VALUES:
+            open_ = np.any([_open(mesh.series(row)) for row in self._rows(many, draws).values()], axis=0)
+            finer = mesh.halved(open_.any(axis=0))
+            if not open_.any() or not further or len(finer.times()) * len(open_) > _MOST_NUMBERS:
                 break
-        return None
+            mesh = finer
+        return (mesh, many) if np.mean(open_.any(axis=1)) <= _MOST_OPEN else None
 
     def _rows(self, many: Population, draws: Mapping[str, Real]) -> dict[tuple[str, str], Real]:
         """Return the signals of which quantities are taken by their keys, each of shape (points, n)."""

@@ -144,6 +144,33 @@ def test_points_that_the_mesh_of_the_others_does_not_resolve_are_solved_alone(mo
     np.testing.assert_allclose(found, alone(scenario, [text], {path: values})[text], rtol=1e-12)
 
 
+def test_a_mesh_may_leave_some_of_its_probes_to_be_solved_alone(monkeypatch):
+    """Where rounding limits the polynomials of a point, the others stay in arrays."""
+    scenario, whole = load("bau_2010/sine"), prepare._open
+    many, draws = made(scenario, FORCE), around(load("bau_2010/sine"), 64, (THICKNESS, AREA))
+
+    def limited(series):
+        found = whole(series)
+        found[np.argmax(np.abs(series).sum(axis=(1, 2)))] |= len(series) > 1
+        return found
+
+    monkeypatch.setattr(prepare, "_open", limited)
+    evaluated, one = [], many._numbers
+    monkeypatch.setattr(many, "_numbers", lambda point: evaluated.append(point) or one(point))
+    found = many(draws)[FORCE]
+    assert 1 <= len(evaluated) <= prepare._MESHES
+    np.testing.assert_allclose(found, alone(scenario, [FORCE], draws)[FORCE], rtol=1e-12)
+
+
+def test_where_no_mesh_resolves_a_signal_further_calls_do_not_try():
+    """The current after a step of the voltage is limited by the rounding of the time."""
+    scenario, text = load("vezzoli_2014/fig6"), "peak current"
+    many, draws = made(scenario, text), around(load("vezzoli_2014/fig6"), 33, (THICKNESS, AREA))
+    assert many.method == TOGETHER
+    np.testing.assert_array_equal(many(draws)[text], alone(scenario, [text], draws)[text])
+    assert "no mesh resolved" in many.method
+
+
 def test_a_signal_that_is_not_known_has_no_value():
     scenario, text = load("bau_2010/sine").replace({"motion.speed": 0.0}), "mean lateral_force"
     many = made(scenario, text, free=(AREA,))
