@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.solve.population import population
-from electrovib.solve.population.arrays import _agree, _keep
+from electrovib.solve.population.arrays import _agree
 from electrovib.solve.population.drives import excitation
 from electrovib.solve.population.response import respond, settled_state
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integrated
@@ -166,15 +166,6 @@ def test_a_drive_with_a_mean_is_not_integrated_for_ever():
         respond(
             {"charge": charge}, [(1.0, excitation(drive_of(**square, high=1.0, low=0.0), time, settled=True))]
         )
-
-
-def test_fingers_are_written_where_they_belong():
-    rows, found = np.arange(6.0).reshape(3, 2), {"x": np.full((6, 2), -1.0)}
-    _keep(found, {"x": rows}, np.array([1, 3, 4, 5]), 6)
-    assert found["x"][:, 0].tolist() == [-1.0, 0.0, -1.0, 2.0, 4.0, -1.0]
-    _keep(found, {"x": rows, "y": rows}, np.array([3, 4, 5]), 6)
-    assert np.array_equal(found["x"][3:], rows)
-    assert np.array_equal(found["y"][3:], rows)
 
 
 @pytest.mark.parametrize(
