@@ -44,6 +44,15 @@ def test_a_rise_keeps_its_digits_beside_a_large_voltage():
     assert found.rises[-1] == 0
 
 
+def test_a_current_keeps_its_digits_beside_a_large_voltage():
+    """A capacitor behind a resistor passes slope/rate of a slow ramp, whatever the voltage it starts from."""
+    drive = drive_of(model="Trapezium", low=1000.0, high=1000.001, rise=1.0, hold=1.0, fall=1.0)
+    time, rate = np.linspace(0.0, 0.9, 901), 1e6
+    current = Transfer(rates=np.array([rate]), gains=np.array([-1.0]), direct=1.0, static=0.0)
+    found = respond({"current": current}, [(1.0, excitation(drive, time, settled=False))])["current"]
+    assert np.allclose(found[0, 2:], (1000.001 - 1000.0) / rate, rtol=1e-11, atol=0)
+
+
 def test_rises_add_up_to_the_voltage_over_jumps_too():
     time = np.linspace(0.0, 0.05, 83)
     found = excitation(drive_of(**SQUARE), time, settled=False)
