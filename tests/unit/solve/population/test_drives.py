@@ -177,6 +177,24 @@ def test_a_drive_with_a_mean_is_not_integrated_for_ever():
         )
 
 
+@pytest.mark.parametrize("is_settled", [False, True])
+def test_a_mode_that_one_finger_does_not_excite_responds_in_the_others(is_settled):
+    rates, gains = (
+        np.array([[3.0, 400.0], [5.0, 600.0], [7.0, 90.0]]),
+        np.array([[0.0, 1.0], [2.0, 1.0], [3.0, 0.0]]),
+    )
+    direct, free = np.array([[0.1], [0.2], [0.3]]), np.array([[1.0, 0.0], [0.0, 2.0], [0.0, 0.0]])
+    drive = excitation(drive_of(**SQUARE), np.linspace(0.0, 0.05, 41), settled=is_settled)
+    many = Transfer(rates=rates, gains=gains, direct=direct, free=free)
+    found = respond({"x": many}, [(1.0, drive)])["x"]
+    for finger in range(3):
+        one = Transfer(
+            rates=rates[finger], gains=gains[finger], direct=float(direct[finger, 0]), free=free[finger]
+        )
+        expected = respond({"x": one}, [(1.0, drive)])["x"][0]
+        assert np.max(np.abs(found[finger] - expected)) <= EQUAL * np.max(np.abs(expected))
+
+
 def test_fingers_are_written_where_they_belong():
     rows, found = np.arange(6.0).reshape(3, 2), {"x": np.full((6, 2), -1.0)}
     _keep(found, {"x": rows}, np.array([1, 3, 4, 5]), 6)
