@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.solve.population import population
+from electrovib.solve.population import arrays, population
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)
@@ -348,6 +348,33 @@ def test_a_finger_does_not_depend_on_the_others(scenario):
         assert close(backwards[name][::-1], whole[name])
 
 
+@pytest.mark.parametrize(
+    ("scenario", "free", "names"),
+    [
+        (GAP, CASES[GAP], fingers_of.OVER_TIME),
+        (GAP, ("drive.rise", "drive.high", "stack.gap.thickness"), fingers_of.OVER_TIME),
+        ("strong_1970/display_gap", CASES["strong_1970/display_gap"], ("electrostatic_force", "current")),
+        ("bau_2010/sine", CASES["bau_2010/sine"], ("mean_force", "impedance", "field_gain")),
+    ],
+)
+def test_fingers_do_not_depend_on_the_parts_in_memory(monkeypatch, scenario, free, names):
+    """Responses of 3 fingers at once, of stacks of 7, are those of all at once."""
+    member = ev.load(scenario)
+    time = None if "mean_force" in names else times_of(member, 100)
+    given = draw(member, free, 17)
+    given[free[0]][[1, 5, 6]] = given[free[0]][0]
+    expected = population(member, free, names, time).signals(given)
+    monkeypatch.setattr(arrays, "STACKS", 7)
+    monkeypatch.setattr(arrays, "RESPONSES", 1)
+    monkeypatch.setattr(arrays, "FEWEST", 3)
+    many = population(member, free, names, time)
+    assert is_together(many.method)
+    found = many.signals(given)
+    for name in names:
+        for mine, its in zip(found[name], expected[name], strict=True):
+            assert close(mine, its) if mine.dtype.kind == "f" else np.allclose(mine, its, rtol=EQUAL, atol=0)
+
+
 def test_fingers_of_another_form_are_computed_one_by_one():
     """A conductivity of 0 among others, and two equal rates, have another number of modes."""
     member = ev.load(GAP)
@@ -362,6 +389,20 @@ def test_fingers_of_another_form_are_computed_one_by_one():
     for finger in range(12):
         one = many.signals({path: values[[finger]] for path, values in given.items()})
         assert close(one["electrostatic_force"][0], whole[finger])
+
+
+def test_a_number_of_0_leaves_the_others_in_arrays(monkeypatch):
+    """Fingers with the same numbers of 0 have the same modes: no finger is computed alone."""
+    member = ev.load(GAP)
+    free = ["stack.gap.material.conductivity", "stack.stratum_corneum.thickness", "circuit.source_resistance"]
+    many, given = population(member, free, time=times_of(member)), draw(member, free, 9)
+    given[free[0]][[2, 7]] = 0.0
+    given[free[2]][[3, 7]] = 0.0
+    alone = []
+    monkeypatch.setattr(fingers_of.OneByOne, "signals", lambda _, draws: alone.append(draws))
+    found = many.signals(given)
+    assert not alone
+    assert np.all(np.isfinite(found["electrostatic_force"]))
 
 
 @pytest.mark.parametrize(
