@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.solve.population import arrays, population
+from electrovib.solve.stack.transfer import NotInArraysError
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)
@@ -373,6 +374,25 @@ def test_fingers_do_not_depend_on_the_parts_in_memory(monkeypatch, scenario, fre
     for name in names:
         for mine, its in zip(found[name], expected[name], strict=True):
             assert close(mine, its) if mine.dtype.kind == "f" else np.allclose(mine, its, rtol=EQUAL, atol=0)
+
+
+def test_a_stack_that_arrays_refuse_is_computed_one_by_one(monkeypatch):
+    """Only the second of three stacks of fingers has a finger with fewer modes."""
+    member, free = ev.load(GAP), ["stack.gap.thickness", "contact.area"]
+    many, given = population(member, free, time=times_of(member)), draw(member, free, 8)
+    expected = many.signals(given)["electrostatic_force"]
+    monkeypatch.setattr(arrays, "STACKS", 3)
+    known, calls = arrays.linear_quantities, []
+
+    def sometimes(*each):
+        calls.append(each)
+        if len(calls) == 2:
+            raise NotInArraysError("fewer modes")
+        return known(*each)
+
+    monkeypatch.setattr(arrays, "linear_quantities", sometimes)
+    assert close(many.signals(given)["electrostatic_force"], expected)
+    assert len(calls) == 3
 
 
 def test_fingers_of_another_form_are_computed_one_by_one():
