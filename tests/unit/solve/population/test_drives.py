@@ -62,6 +62,19 @@ def test_rises_add_up_to_the_voltage_over_jumps_too():
     assert np.array_equal(found.values(), drive.voltage(time))
 
 
+def test_corners_that_two_drives_share_up_to_rounding_are_one():
+    """Every third corner of one is a corner of the other; as two corners they would be two jumps of both."""
+    drives = [SQUARE, SQUARE | {"frequency": 180.0}]
+    member = ev.load(GAP).replace({"drive": {"model": "Sum", "drives": drives}})
+    time = np.linspace(0.0, 0.2, 331)
+    moments = excitation(member.drive, time, settled=False).moments
+    gaps = np.diff(moments.time)
+    assert not np.any((gaps > 0) & (gaps < 1e-12))
+    found, method = difference(member, ["stack.gap.thickness"], ["current", "field"], time=time)
+    assert method.startswith("together"), method
+    assert found < 1e-10
+
+
 @pytest.mark.parametrize("offset", [0.0, 7.0])
 def test_a_settled_drive_has_its_mean_and_otherwise_its_integral(offset):
     high, low = 30.0 + offset, -30.0 + offset
