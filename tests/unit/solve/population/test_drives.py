@@ -75,6 +75,21 @@ def test_corners_that_two_drives_share_up_to_rounding_are_one():
     assert found < 1e-10
 
 
+@pytest.mark.parametrize(("delay", "cycles"), [(0.0, 2), (1e-3, 9)])
+def test_a_sine_that_is_switched_within_the_outputs_is_no_sum_of_steady_sines(delay, cycles):
+    burst = drive_of(model="Burst", amplitude=3.0, frequency=200.0, cycles=cycles, delay=delay)
+    with pytest.raises(NotInArraysError, match="switched within"):
+        excitation(burst, np.linspace(0.0, 0.02, 41), settled=False)
+
+
+def test_a_burst_that_outlasts_the_outputs_is_a_sine():
+    burst = drive_of(model="Burst", amplitude=3.0, frequency=200.0, cycles=5)
+    time = np.linspace(0.0, 0.02, 41)
+    assert np.allclose(
+        excitation(burst, time, settled=False).values(), burst.voltage(time), rtol=0, atol=1e-13
+    )
+
+
 @pytest.mark.parametrize("offset", [0.0, 7.0])
 def test_a_settled_drive_has_its_mean_and_otherwise_its_integral(offset):
     high, low = 30.0 + offset, -30.0 + offset
