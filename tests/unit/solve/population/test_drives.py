@@ -149,6 +149,12 @@ def test_the_settled_state_is_that_after_many_periods():
             ("drive.drives.0.low", "drive.drives.1.level", "drive.drives.2.amplitude", "stack.gap.thickness"),
             ("current", "displacement", "drive_voltage"),
         ),
+        (  # whose corners come after the last output
+            GAP,
+            {"drive": SQUARE | {"frequency": 5.0}} | PERIODIC,
+            ("drive.frequency", "stack.gap.thickness"),
+            ("current", "field"),
+        ),
         (
             CURRENT,
             {},
