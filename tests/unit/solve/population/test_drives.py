@@ -62,6 +62,15 @@ def test_rises_add_up_to_the_voltage_over_jumps_too():
     assert np.array_equal(found.values(), drive.voltage(time))
 
 
+def test_a_capacitor_alone_takes_a_current_in_proportion_to_the_slope():
+    drive = drive_of(model="Trapezium", high=100.0, rise=0.01, hold=0.01, fall=0.02)
+    time = np.array([0.0, 0.005, 0.01, 0.015, 0.025, 0.035, 0.05])
+    capacitor = Transfer(rates=np.zeros(0), gains=np.zeros(0), slope=np.array([[2e-9], [3e-9]]), static=0.0)
+    found = respond({"current": capacitor}, [(1.0, excitation(drive, time, settled=False))])["current"]
+    slopes = np.array([1e4, 1e4, 0.0, 0.0, -5e3, -5e3, 0.0])
+    assert np.allclose(found, np.array([[2e-9], [3e-9]]) * slopes, rtol=1e-12, atol=0)
+
+
 def test_corners_that_two_drives_share_up_to_rounding_are_one():
     """Every third corner of one is a corner of the other; as two corners they would be two jumps of both."""
     drives = [SQUARE, SQUARE | {"frequency": 180.0}]
@@ -148,6 +157,15 @@ def test_the_settled_state_is_that_after_many_periods():
             | PERIODIC,
             ("drive.drives.0.low", "drive.drives.1.level", "drive.drives.2.amplitude", "stack.gap.thickness"),
             ("current", "displacement", "drive_voltage"),
+        ),
+        (  # from rest, without resistance
+            GAP,
+            {
+                "circuit.source_resistance": 0.0,
+                "circuit.return_path": {"model": "Grounded", "resistance": 0.0},
+            },
+            ("stack.gap.thickness", "drive.high"),
+            ("current", "field"),
         ),
         (  # whose corners come after the last output
             GAP,
