@@ -10,6 +10,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.pieces import SLACK
 from electrovib.solve.population import population
 from electrovib.solve.population.arrays import _agree, _keep
 from electrovib.solve.population.drives import excitation
@@ -60,6 +61,16 @@ def test_rises_add_up_to_the_voltage_over_jumps_too():
     assert np.allclose(found.voltage[0] + np.cumsum(found.rises)[:-1], found.voltage[1:], rtol=0, atol=1e-10)
     drive = drive_of(**SQUARE)
     assert np.array_equal(found.values(), drive.voltage(time))
+
+
+def test_a_slope_begins_at_the_corner_that_stands_for_two():
+    """Of two corners that nearly agree the earlier one is kept, where the slope of the other has not begun."""
+    ramp = {"model": "Trapezium", "high": 100.0, "rise": 0.01, "hold": 0.01, "fall": 0.01}
+    delays = (1e-3, 1e-3 * (1 + 1.5 * SLACK))
+    drives = [drive_of(**ramp, delay=delay) for delay in delays]
+    drive = drive_of(model="Sum", drives=[each.model_dump() | {"model": "Trapezium"} for each in drives])
+    found = excitation(drive, np.array([0.0, 0.02, 0.05]), settled=False)
+    assert np.allclose(found.voltage[0] + np.cumsum(found.rises)[:-1], found.voltage[1:], rtol=0, atol=1e-9)
 
 
 def test_a_capacitor_alone_takes_a_current_in_proportion_to_the_slope():

@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.solve.population import arrays, population
+from electrovib.solve.population.columns import with_columns
+from electrovib.solve.population.reduced import shared_reductions
 from electrovib.solve.stack.transfer import NotInArraysError
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
@@ -174,6 +176,28 @@ def test_a_scaled_skin_keeps_its_relaxations():
     found, method = difference(member, free, ["electrostatic_force"], count=2, time=times_of(member, 100))
     assert is_together(method)
     assert found < SCALED
+
+
+def test_the_terms_of_a_scaled_skin_are_those_of_the_scenario_times_a_factor():
+    member, name = ev.load("vardar_2017/square"), "stratum_corneum"
+    path = f"stack.{name}.material.permittivity"
+    times, given = times_of(member), draw(member, [path], 3)[path][:, np.newaxis]
+    known = shared_reductions(member, (path,), times)[name]
+    material = member.stack.layers[name].material
+    found = known.of_fingers(with_columns(material, {"permittivity": given}))
+    frequency = np.geomspace(1.0, 1e6, 21)
+    factors = given / material.permittivity
+    expected = factors * known.debye.permittivity(frequency)
+    assert np.allclose(found.permittivity(frequency), expected, rtol=1e-13, atol=0)
+    conducting = shared_reductions(member, (f"stack.{name}.material.conductivity",), times)[name]
+    assert conducting.of_fingers(material) is conducting.debye
+
+
+def test_a_permittivity_of_another_shape_is_reduced_for_each_finger():
+    member = ev.load("vardar_2017/square")
+    path = "stack.stratum_corneum.material.exponent"
+    with pytest.raises(NotInArraysError, match="has to reduce by itself"):
+        shared_reductions(member, (path,), times_of(member))
 
 
 @pytest.mark.slow
