@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.errors import InputError
+from electrovib.core.paths import quantity_at
 from electrovib.solve.population import arrays, population
-from electrovib.solve.population.columns import with_columns
+from electrovib.solve.population.columns import check_values, with_columns
 from electrovib.solve.population.reduced import shared_reductions
 from electrovib.solve.stack.transfer import NotInArraysError
 
@@ -490,6 +491,35 @@ def test_values_outside_their_range_are_refused():
     ) as error:
         many.signals({"stack.gap.thickness": [1e-6, 1.0], "contact.area": [np.nan, 1e-4]})
     assert len(error.value.problems) == 2
+
+
+def test_the_ends_of_a_range_are_within_it():
+    member, path = ev.load(GAP), "stack.gap.thickness"
+    quantity = quantity_at(member, path)
+    check_values(member, {path: quantity}, {path: np.array([quantity.low, quantity.high])})
+    for beyond in (np.nextafter(quantity.low, -1.0), np.nextafter(quantity.high, np.inf)):
+        with pytest.raises(InputError, match=r"finger 2 of the call"):
+            check_values(member, {path: quantity}, {path: np.array([quantity.low, quantity.high, beyond])})
+
+
+def test_values_that_a_model_refuses_together_are_refused_for_the_finger_that_has_them():
+    material = {
+        "model": "HavriliakNegami",
+        "permittivity_high": 50.0,
+        "strength": 1000.0,
+        "relaxation_time": 1e-3,
+        "broadness": 0.8,
+        "skewness": 0.6,
+        "conductivity": 1e-6,
+    }
+    start = "stack.stratum_corneum.material"
+    member = ev.load("vezzoli_2014/fig6").replace({start: material})
+    paths = [f"{start}.broadness", f"{start}.skewness"]
+    given = {paths[0]: np.array([0.8, 0.5, 0.9]), paths[1]: np.array([1.2, 1.9, 1.2])}
+    with pytest.raises(InputError, match=r"broadness \* skewness is 1.08.*finger 2 of the call"):
+        check_values(member, {path: quantity_at(member, path) for path in paths}, given)
+    fine = {path: values[:2] for path, values in given.items()}
+    check_values(member, {path: quantity_at(member, path) for path in paths}, fine)
 
 
 @pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kaczmarek_2006/biphasic", "kim_2015/current"])
