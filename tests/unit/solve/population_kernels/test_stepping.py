@@ -176,6 +176,8 @@ def test_one_time_is_the_state_itself():
         ({"rates": [[-1.0]]}, "minus the poles"),
         ({"state": [[0.0, 1.0]]}, "shapes"),
         ({"time": []}, "at least one"),
+        ({"rates": [[np.inf]]}, "minus the poles"),
+        ({"rises": [1.0, 1.0]}, "shapes"),
     ],
 )
 def test_what_disagrees_is_refused(changed, message):
