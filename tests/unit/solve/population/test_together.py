@@ -472,6 +472,21 @@ def test_what_is_one_by_one_has_a_reason(scenario, free, names, words):
     assert many.kernel == "one scenario at a time"
 
 
+FOLLOWING = {"steady": {"model": "Coulomb", "coefficient": 0.5}, "stiffness": 1e3}
+
+
+@pytest.mark.parametrize(
+    ("changes", "names", "words"),
+    [
+        ({"circuit.amplifier": {"gain": 2.0}}, ["electrostatic_force"], "amplifier before the plate"),
+        ({"friction": {"model": "Dahl"} | FOLLOWING}, ["lateral_force"], "Dahl has a memory"),
+    ],
+)
+def test_what_depends_on_the_past_or_on_an_amplifier_is_one_by_one(changes, names, words):
+    member = ev.load(GAP).replace(changes)
+    assert words in population(member, ["stack.gap.thickness"], names, np.linspace(0.0, 0.2, 5)).method
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "count"), [("laws_of_users", 2), ("models_of_users", 26)])
 def test_models_of_users_pass_their_tests(file, count):
