@@ -111,6 +111,19 @@ def test_a_law_of_magnitudes_over_time_agrees_with_one_by_one():
     assert found < EQUAL
 
 
+def test_a_law_of_magnitudes_sees_the_sum_of_two_sines_of_one_frequency():
+    member = ev.load("vezzoli_2014/fig7")
+    sine = {"model": "Sine", "amplitude": 50.0, "frequency": 100.0}
+    member = member.replace(
+        {"drive": {"model": "Sum", "drives": [sine, sine | {"phase": 1.0, "amplitude": 80.0}]}}
+    )
+    free = ("stack.stratum_corneum.thickness", "drive.drives.1.amplitude")
+    names = ("electrostatic_force", "drive_voltage")
+    found, method = difference(member, free, names, time=np.linspace(0.0, 0.02, 41))
+    assert is_together(method), method
+    assert found < EQUAL
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.sampled_from(sorted(CASES)), st.data())
 def test_any_combination_agrees_with_one_by_one(scenario, data):
