@@ -285,6 +285,9 @@ def film_and_skin(film, skin, charge=0.0):
 
 def test_the_displacement_at_the_interface_begins_with_what_leaves_the_charge_for_the_finger():
     layers, debye = film_and_skin(0.0, 1e-7, charge=1e-5)
+    skin = layers["stratum_corneum"]
+    layers["stratum_corneum"] = skin.model_copy(update={"initial_charge": 3e-6})
+    layers["tissue"], debye["tissue"] = skin.model_copy(update={"role": "finger"}), debye["stratum_corneum"]
     around = ALONE | {"element": SeriesElement(resistance=1e4)}
     section = modal_section(layers, debye, **around)
     begin = section["stratum_corneum"].displacement.free.sum()

@@ -200,9 +200,7 @@ def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, are
     expanded = [slab_impedance(slab) for slab in slabs]
     nodes, places = slots([rates for rates, _ in expanded])
     rates = side_by_side(np.where(nodes == 0, INTEGRATING, nodes), np.zeros(1))  # the last: trapped charge
-    # the last layer carries no charge towards the finger
-    charges = [0.0, *(slab.charge for slab in slabs[:-1]), 0.0]
-    held = np.cumsum(side_by_side(*(row_of(charge) for charge in charges)), axis=-1)
+    held = np.cumsum(side_by_side(np.zeros(1), *(row_of(slab.charge) for slab in slabs)), axis=-1)
     fields: list[Transfer] = []
     displacements: list[Transfer] = []
     for index, (slab, each, mine) in enumerate(zip(slabs, expanded, places, strict=True)):

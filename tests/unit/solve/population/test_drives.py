@@ -10,6 +10,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.pieces import SLACK
 from electrovib.solve.population import population
 from electrovib.solve.population.arrays import _agree
 from electrovib.solve.population.drives import excitation
@@ -44,6 +45,15 @@ def test_a_rise_keeps_its_digits_beside_a_large_voltage():
     assert found.rises[-1] == 0
 
 
+def test_a_current_keeps_its_digits_beside_a_large_voltage():
+    """A capacitor behind a resistor passes slope/rate of a slow ramp, whatever the voltage it starts from."""
+    drive = drive_of(model="Trapezium", low=1000.0, high=1000.001, rise=1.0, hold=1.0, fall=1.0)
+    time, rate = np.linspace(0.0, 0.9, 901), 1e6
+    current = Transfer(rates=np.array([rate]), gains=np.array([-1.0]), direct=1.0, static=0.0)
+    found = respond({"current": current}, [(1.0, excitation(drive, time, settled=False))])["current"]
+    assert np.allclose(found[0, 2:], (1000.001 - 1000.0) / rate, rtol=1e-11, atol=0)
+
+
 def test_rises_add_up_to_the_voltage_over_jumps_too():
     time = np.linspace(0.0, 0.05, 83)
     found = excitation(drive_of(**SQUARE), time, settled=False)
@@ -51,6 +61,53 @@ def test_rises_add_up_to_the_voltage_over_jumps_too():
     assert np.allclose(found.voltage[0] + np.cumsum(found.rises)[:-1], found.voltage[1:], rtol=0, atol=1e-10)
     drive = drive_of(**SQUARE)
     assert np.array_equal(found.values(), drive.voltage(time))
+
+
+def test_a_slope_begins_at_the_corner_that_stands_for_two():
+    """Of two corners that nearly agree the earlier one is kept, where the slope of the other has not begun."""
+    ramp = {"model": "Trapezium", "high": 100.0, "rise": 0.01, "hold": 0.01, "fall": 0.01}
+    delays = (1e-3, 1e-3 * (1 + 1.5 * SLACK))
+    drives = [drive_of(**ramp, delay=delay) for delay in delays]
+    drive = drive_of(model="Sum", drives=[each.model_dump() | {"model": "Trapezium"} for each in drives])
+    found = excitation(drive, np.array([0.0, 0.02, 0.05]), settled=False)
+    assert np.allclose(found.voltage[0] + np.cumsum(found.rises)[:-1], found.voltage[1:], rtol=0, atol=1e-9)
+
+
+def test_a_capacitor_alone_takes_a_current_in_proportion_to_the_slope():
+    drive = drive_of(model="Trapezium", high=100.0, rise=0.01, hold=0.01, fall=0.02)
+    time = np.array([0.0, 0.005, 0.01, 0.015, 0.025, 0.035, 0.05])
+    capacitor = Transfer(rates=np.zeros(0), gains=np.zeros(0), slope=np.array([[2e-9], [3e-9]]), static=0.0)
+    found = respond({"current": capacitor}, [(1.0, excitation(drive, time, settled=False))])["current"]
+    slopes = np.array([1e4, 1e4, 0.0, 0.0, -5e3, -5e3, 0.0])
+    assert np.allclose(found, np.array([[2e-9], [3e-9]]) * slopes, rtol=1e-12, atol=0)
+
+
+def test_corners_that_two_drives_share_up_to_rounding_are_one():
+    """Every third corner of one is a corner of the other; as two corners they would be two jumps of both."""
+    drives = [SQUARE, SQUARE | {"frequency": 180.0}]
+    member = ev.load(GAP).replace({"drive": {"model": "Sum", "drives": drives}})
+    time = np.linspace(0.0, 0.2, 331)
+    moments = excitation(member.drive, time, settled=False).moments
+    gaps = np.diff(moments.time)
+    assert not np.any((gaps > 0) & (gaps < 1e-12))
+    found, method = difference(member, ["stack.gap.thickness"], ["current", "field"], time=time)
+    assert method.startswith("together"), method
+    assert found < 1e-10
+
+
+@pytest.mark.parametrize(("delay", "cycles"), [(0.0, 2), (1e-3, 9)])
+def test_a_sine_that_is_switched_within_the_outputs_is_no_sum_of_steady_sines(delay, cycles):
+    burst = drive_of(model="Burst", amplitude=3.0, frequency=200.0, cycles=cycles, delay=delay)
+    with pytest.raises(NotInArraysError, match="switched within"):
+        excitation(burst, np.linspace(0.0, 0.02, 41), settled=False)
+
+
+def test_a_burst_that_outlasts_the_outputs_is_a_sine():
+    burst = drive_of(model="Burst", amplitude=3.0, frequency=200.0, cycles=5)
+    time = np.linspace(0.0, 0.02, 41)
+    assert np.allclose(
+        excitation(burst, time, settled=False).values(), burst.voltage(time), rtol=0, atol=1e-13
+    )
 
 
 @pytest.mark.parametrize("offset", [0.0, 7.0])
@@ -112,6 +169,21 @@ def test_the_settled_state_is_that_after_many_periods():
             ("drive.drives.0.low", "drive.drives.1.level", "drive.drives.2.amplitude", "stack.gap.thickness"),
             ("current", "displacement", "drive_voltage"),
         ),
+        (  # from rest, without resistance
+            GAP,
+            {
+                "circuit.source_resistance": 0.0,
+                "circuit.return_path": {"model": "Grounded", "resistance": 0.0},
+            },
+            ("stack.gap.thickness", "drive.high"),
+            ("current", "field"),
+        ),
+        (  # whose corners come after the last output
+            GAP,
+            {"drive": SQUARE | {"frequency": 5.0}} | PERIODIC,
+            ("drive.frequency", "stack.gap.thickness"),
+            ("current", "field"),
+        ),
         (
             CURRENT,
             {},
@@ -166,6 +238,24 @@ def test_a_drive_with_a_mean_is_not_integrated_for_ever():
         respond(
             {"charge": charge}, [(1.0, excitation(drive_of(**square, high=1.0, low=0.0), time, settled=True))]
         )
+
+
+@pytest.mark.parametrize("is_settled", [False, True])
+def test_a_mode_that_one_finger_does_not_excite_responds_in_the_others(is_settled):
+    rates, gains = (
+        np.array([[3.0, 400.0], [5.0, 600.0], [7.0, 90.0]]),
+        np.array([[0.0, 1.0], [2.0, 1.0], [3.0, 0.0]]),
+    )
+    direct, free = np.array([[0.1], [0.2], [0.3]]), np.array([[1.0, 0.0], [0.0, 2.0], [0.0, 0.0]])
+    drive = excitation(drive_of(**SQUARE), np.linspace(0.0, 0.05, 41), settled=is_settled)
+    many = Transfer(rates=rates, gains=gains, direct=direct, free=free)
+    found = respond({"x": many}, [(1.0, drive)])["x"]
+    for finger in range(3):
+        one = Transfer(
+            rates=rates[finger], gains=gains[finger], direct=float(direct[finger, 0]), free=free[finger]
+        )
+        expected = respond({"x": one}, [(1.0, drive)])["x"][0]
+        assert np.max(np.abs(found[finger] - expected)) <= EQUAL * np.max(np.abs(expected))
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,11 @@ from hypothesis import strategies as st
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.solve.population import population
+from electrovib.core.paths import quantity_at
+from electrovib.solve.population import arrays, population
+from electrovib.solve.population.columns import check_values, with_columns
+from electrovib.solve.population.reduced import shared_reductions
+from electrovib.solve.stack.transfer import NotInArraysError
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
 fingers_of = importlib.util.module_from_spec(_SPEC)
@@ -107,6 +111,19 @@ def test_a_law_of_magnitudes_over_time_agrees_with_one_by_one():
     assert found < EQUAL
 
 
+def test_a_law_of_magnitudes_sees_the_sum_of_two_sines_of_one_frequency():
+    member = ev.load("vezzoli_2014/fig7")
+    sine = {"model": "Sine", "amplitude": 50.0, "frequency": 100.0}
+    member = member.replace(
+        {"drive": {"model": "Sum", "drives": [sine, sine | {"phase": 1.0, "amplitude": 80.0}]}}
+    )
+    free = ("stack.stratum_corneum.thickness", "drive.drives.1.amplitude")
+    names = ("electrostatic_force", "drive_voltage")
+    found, method = difference(member, free, names, time=np.linspace(0.0, 0.02, 41))
+    assert is_together(method), method
+    assert found < EQUAL
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.sampled_from(sorted(CASES)), st.data())
 def test_any_combination_agrees_with_one_by_one(scenario, data):
@@ -173,6 +190,28 @@ def test_a_scaled_skin_keeps_its_relaxations():
     found, method = difference(member, free, ["electrostatic_force"], count=2, time=times_of(member, 100))
     assert is_together(method)
     assert found < SCALED
+
+
+def test_the_terms_of_a_scaled_skin_are_those_of_the_scenario_times_a_factor():
+    member, name = ev.load("vardar_2017/square"), "stratum_corneum"
+    path = f"stack.{name}.material.permittivity"
+    times, given = times_of(member), draw(member, [path], 3)[path][:, np.newaxis]
+    known = shared_reductions(member, (path,), times)[name]
+    material = member.stack.layers[name].material
+    found = known.of_fingers(with_columns(material, {"permittivity": given}))
+    frequency = np.geomspace(1.0, 1e6, 21)
+    factors = given / material.permittivity
+    expected = factors * known.debye.permittivity(frequency)
+    assert np.allclose(found.permittivity(frequency), expected, rtol=1e-13, atol=0)
+    conducting = shared_reductions(member, (f"stack.{name}.material.conductivity",), times)[name]
+    assert conducting.of_fingers(material) is conducting.debye
+
+
+def test_a_permittivity_of_another_shape_is_reduced_for_each_finger():
+    member = ev.load("vardar_2017/square")
+    path = "stack.stratum_corneum.material.exponent"
+    with pytest.raises(NotInArraysError, match="has to reduce by itself"):
+        shared_reductions(member, (path,), times_of(member))
 
 
 @pytest.mark.slow
@@ -348,6 +387,52 @@ def test_a_finger_does_not_depend_on_the_others(scenario):
         assert close(backwards[name][::-1], whole[name])
 
 
+@pytest.mark.parametrize(
+    ("scenario", "free", "names"),
+    [
+        (GAP, CASES[GAP], fingers_of.OVER_TIME),
+        (GAP, ("drive.rise", "drive.high", "stack.gap.thickness"), fingers_of.OVER_TIME),
+        ("strong_1970/display_gap", CASES["strong_1970/display_gap"], ("electrostatic_force", "current")),
+        ("bau_2010/sine", CASES["bau_2010/sine"], ("mean_force", "impedance", "field_gain")),
+    ],
+)
+def test_fingers_do_not_depend_on_the_parts_in_memory(monkeypatch, scenario, free, names):
+    """Responses of 3 fingers at once, of stacks of 7, are those of all at once."""
+    member = ev.load(scenario)
+    time = None if "mean_force" in names else times_of(member, 100)
+    given = draw(member, free, 17)
+    given[free[0]][[1, 5, 6]] = given[free[0]][0]
+    expected = population(member, free, names, time).signals(given)
+    monkeypatch.setattr(arrays, "STACKS", 7)
+    monkeypatch.setattr(arrays, "RESPONSES", 1)
+    monkeypatch.setattr(arrays, "FEWEST", 3)
+    many = population(member, free, names, time)
+    assert is_together(many.method)
+    found = many.signals(given)
+    for name in names:
+        for mine, its in zip(found[name], expected[name], strict=True):
+            assert close(mine, its) if mine.dtype.kind == "f" else np.allclose(mine, its, rtol=EQUAL, atol=0)
+
+
+def test_a_stack_that_arrays_refuse_is_computed_one_by_one(monkeypatch):
+    """Only the second of three stacks of fingers has a finger with fewer modes."""
+    member, free = ev.load(GAP), ["stack.gap.thickness", "contact.area"]
+    many, given = population(member, free, time=times_of(member)), draw(member, free, 8)
+    expected = many.signals(given)["electrostatic_force"]
+    monkeypatch.setattr(arrays, "STACKS", 3)
+    known, calls = arrays.linear_quantities, []
+
+    def sometimes(*each):
+        calls.append(each)
+        if len(calls) == 2:
+            raise NotInArraysError("fewer modes")
+        return known(*each)
+
+    monkeypatch.setattr(arrays, "linear_quantities", sometimes)
+    assert close(many.signals(given)["electrostatic_force"], expected)
+    assert len(calls) == 3
+
+
 def test_fingers_of_another_form_are_computed_one_by_one():
     """A conductivity of 0 among others, and two equal rates, have another number of modes."""
     member = ev.load(GAP)
@@ -362,6 +447,20 @@ def test_fingers_of_another_form_are_computed_one_by_one():
     for finger in range(12):
         one = many.signals({path: values[[finger]] for path, values in given.items()})
         assert close(one["electrostatic_force"][0], whole[finger])
+
+
+def test_a_number_of_0_leaves_the_others_in_arrays(monkeypatch):
+    """Fingers with the same numbers of 0 have the same modes: no finger is computed alone."""
+    member = ev.load(GAP)
+    free = ["stack.gap.material.conductivity", "stack.stratum_corneum.thickness", "circuit.source_resistance"]
+    many, given = population(member, free, time=times_of(member)), draw(member, free, 9)
+    given[free[0]][[2, 7]] = 0.0
+    given[free[2]][[3, 7]] = 0.0
+    alone = []
+    monkeypatch.setattr(fingers_of.OneByOne, "signals", lambda _, draws: alone.append(draws))
+    found = many.signals(given)
+    assert not alone
+    assert np.all(np.isfinite(found["electrostatic_force"]))
 
 
 @pytest.mark.parametrize(
@@ -386,6 +485,21 @@ def test_what_is_one_by_one_has_a_reason(scenario, free, names, words):
     assert many.kernel == "one scenario at a time"
 
 
+FOLLOWING = {"steady": {"model": "Coulomb", "coefficient": 0.5}, "stiffness": 1e3}
+
+
+@pytest.mark.parametrize(
+    ("changes", "names", "words"),
+    [
+        ({"circuit.amplifier": {"gain": 2.0}}, ["electrostatic_force"], "amplifier before the plate"),
+        ({"friction": {"model": "Dahl"} | FOLLOWING}, ["lateral_force"], "Dahl has a memory"),
+    ],
+)
+def test_what_depends_on_the_past_or_on_an_amplifier_is_one_by_one(changes, names, words):
+    member = ev.load(GAP).replace(changes)
+    assert words in population(member, ["stack.gap.thickness"], names, np.linspace(0.0, 0.2, 5)).method
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "count"), [("laws_of_users", 2), ("models_of_users", 26)])
 def test_models_of_users_pass_their_tests(file, count):
@@ -405,6 +519,35 @@ def test_values_outside_their_range_are_refused():
     ) as error:
         many.signals({"stack.gap.thickness": [1e-6, 1.0], "contact.area": [np.nan, 1e-4]})
     assert len(error.value.problems) == 2
+
+
+def test_the_ends_of_a_range_are_within_it():
+    member, path = ev.load(GAP), "stack.gap.thickness"
+    quantity = quantity_at(member, path)
+    check_values(member, {path: quantity}, {path: np.array([quantity.low, quantity.high])})
+    for beyond in (np.nextafter(quantity.low, -1.0), np.nextafter(quantity.high, np.inf)):
+        with pytest.raises(InputError, match=r"finger 2 of the call"):
+            check_values(member, {path: quantity}, {path: np.array([quantity.low, quantity.high, beyond])})
+
+
+def test_values_that_a_model_refuses_together_are_refused_for_the_finger_that_has_them():
+    material = {
+        "model": "HavriliakNegami",
+        "permittivity_high": 50.0,
+        "strength": 1000.0,
+        "relaxation_time": 1e-3,
+        "broadness": 0.8,
+        "skewness": 0.6,
+        "conductivity": 1e-6,
+    }
+    start = "stack.stratum_corneum.material"
+    member = ev.load("vezzoli_2014/fig6").replace({start: material})
+    paths = [f"{start}.broadness", f"{start}.skewness"]
+    given = {paths[0]: np.array([0.8, 0.5, 0.9]), paths[1]: np.array([1.2, 1.9, 1.2])}
+    with pytest.raises(InputError, match=r"broadness \* skewness is 1.08.*finger 2 of the call"):
+        check_values(member, {path: quantity_at(member, path) for path in paths}, given)
+    fine = {path: values[:2] for path, values in given.items()}
+    check_values(member, {path: quantity_at(member, path) for path in paths}, fine)
 
 
 @pytest.mark.parametrize("scenario", [GAP, "bau_2010/sine", "kaczmarek_2006/biphasic", "kim_2015/current"])

@@ -145,6 +145,14 @@ def test_slow_modes_keep_their_digits_over_long_records():
     assert np.max(np.abs(found - expected) / np.max(expected, axis=1, keepdims=True)) < 2e-13
 
 
+def test_slow_modes_keep_their_digits_over_short_records():
+    """A few steps: rounding is compensated once it has accumulated, not before."""
+    times, rates = np.arange(20) * 1e-6, np.linspace(10.0, 900.0, 40)[:, np.newaxis]
+    nothing = np.zeros(rates.shape)
+    found = first_order_hold_many(rates, nothing, np.zeros(40), nothing + 1.0, np.zeros(20), times)
+    assert np.max(np.abs(found / np.exp(-rates * times) - 1)) < 4e-15
+
+
 def test_weights_of_a_step_are_those_of_the_hold():
     z = np.geomspace(1e-12, 1e4, 500)
     decay, first, last = hold_weights(-z)
@@ -176,6 +184,8 @@ def test_one_time_is_the_state_itself():
         ({"rates": [[-1.0]]}, "minus the poles"),
         ({"state": [[0.0, 1.0]]}, "shapes"),
         ({"time": []}, "at least one"),
+        ({"rates": [[np.inf]]}, "minus the poles"),
+        ({"rises": [1.0, 1.0]}, "shapes"),
     ],
 )
 def test_what_disagrees_is_refused(changed, message):

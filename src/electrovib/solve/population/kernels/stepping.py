@@ -132,22 +132,22 @@ def first_order_hold_many(
     rate, residue, level, begin, drive = (
         np.ascontiguousarray(each, np.float64) for each in (rates, residues, direct, state, voltage)
     )
+    given = drive if rises is None else np.ascontiguousarray(rises, np.float64)
     steps = time if isinstance(time, TimeSteps) else time_steps(time)
     shapes = residue.shape, begin.shape, (*level.shape, rate.shape[-1])
     if (
         rate.ndim != 2
         or any(shape != rate.shape for shape in shapes)
-        or drive.shape != (len(steps.kind) + 1,)
+        or not drive.shape == given.shape == (len(steps.kind) + 1,)
     ):
         raise InputError(
-            f"rates, residues, state, direct and voltage have the shapes {rate.shape}, {residue.shape}, {begin.shape}, "
-            f"{level.shape} and {drive.shape}: expected (fingers, modes) three times, (fingers,) and"
-            f" ({len(steps.kind) + 1},)."
+            f"rates, residues, state, direct, voltage and rises have the shapes {rate.shape}, {residue.shape}, "
+            f"{begin.shape}, {level.shape}, {drive.shape} and {given.shape}: expected (fingers, modes) three times,"
+            f" (fingers,) and twice ({len(steps.kind) + 1},)."
         )
     if not (np.isfinite(rate).all() and (rate >= 0.0).all()):
         raise InputError("rates has a value that is negative or not finite: expected minus the poles [1/s].")
     chunks, pieces, duration, slots = steps.pieces
-    given = drive if rises is None else np.ascontiguousarray(rises, np.float64)
     outputs = np.arange(len(drive)) if places is None else places
     firsts = np.searchsorted(outputs, np.arange(len(chunks)) * loops.TIMES)  # outputs of each chunk
     lanes, modes, result = loops.LANES, rate.shape[1], np.empty((len(rate), len(outputs)))
