@@ -87,8 +87,9 @@ def _driven(transfer: Transfer, drive: Excitation, known: dict[Any, Real]) -> Re
     steady = zip(moments.frequencies.tolist(), drive.tones.tolist(), strict=True)
     for frequency, tone in () if moments.settled else steady:
         state = state - gains * (rates * tone / (rates + 2j * np.pi * frequency)).real
-    found = np.zeros((len(rates), len(moments.outputs)))
-    if moments.is_straight or np.any(state):
+    if not (moments.is_straight or np.any(state)):
+        found = np.zeros((len(rates), len(moments.outputs)))
+    else:
         direct = np.broadcast_to(at_once, (len(rates), 1))[:, 0]
         found = _stepped(drive, rates, gains if lags else gains * rates, direct, state, lags=lags)
         if np.any(transfer.slope):
