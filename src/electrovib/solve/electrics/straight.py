@@ -304,9 +304,7 @@ def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> lis
 def chebyshev_rule(degree: int) -> tuple[Real, Real]:
     """Return the nodes of the first kind, increasing from -1 to 1, and the matrix from values there to coefficients."""
     nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
-    matrix = 2 / len(nodes) * np.polynomial.chebyshev.chebvander(nodes, degree).T
-    matrix[0] /= 2
-    return nodes, np.asarray(matrix)
+    return nodes, np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, degree)))
 
 
 def fading(weights: Real, rates: Real, since: Real) -> list[Real]:
