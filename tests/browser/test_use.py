@@ -383,4 +383,4 @@ def test_a_detection_threshold_is_chosen_on_the_page(opened):
     other.get_by_text(words).wait_for()
     other.get_by_role("button", name='Expand "Perception"').click()
     assert other.get_by_label("Perception: threshold, value").input_value() == "1 µm"
-    assert other.get_by_role("slider", name="Perception: compliance, stiffness").is_visible()
+    other.get_by_role("slider", name="Perception: compliance, stiffness").wait_for()

@@ -57,6 +57,8 @@ FEWEST: Final = 64
 AGREE: Final = 1e-9
 """Largest difference over the peak of a signal: rounding of the time after a corner gives some 1e-10 of a current. A formula
 that is no formula of one finger differs by more."""
+SCALED: Final = 1e-6
+"""The same where a permittivity is scaled: the least squares of the scaled one end elsewhere within their own error, 1e-5."""
 _NUDGE: Final = 0.05
 _FAINT: Final = 1e-9
 """Share of the largest value that is compared for a parameter whose value is 0."""
@@ -315,9 +317,10 @@ class Arrays:
             raise NotInArraysError(
                 f"a formula of the scenario does not run on arrays ({type(error).__name__})"
             ) from None
+        limit = SCALED if any(each.is_scaled for each in self._reduced.values()) else AGREE
         for name, rows in expected.items():
             for mine, its in zip(found[name], rows, strict=True):
-                if not _agree(mine, its):
+                if not _agree(mine, its, limit):
                     raise NotInArraysError(f"{name} in arrays differs from that of one finger")
 
     def _two(self) -> dict[str, Real]:
@@ -349,13 +352,13 @@ def _range(fingers: Any) -> Any:
     return slice(first, stop) if stop - first == len(fingers) else fingers
 
 
-def _agree(mine: Any, its: Any) -> bool:
+def _agree(mine: Any, its: Any, limit: float = AGREE) -> bool:
     """Return whether the signals of one finger agree, NaN included."""
     unknown = np.isnan(its)
     if mine.shape != its.shape or not np.array_equal(unknown, np.isnan(mine)):
         return False
     peak = float(np.max(np.abs(its[~unknown]), initial=0.0))
-    return bool(np.all(np.abs(mine[~unknown] - its[~unknown]) <= AGREE * peak))
+    return bool(np.all(np.abs(mine[~unknown] - its[~unknown]) <= limit * peak))
 
 
 def _refuse(scenario: Scenario, free: tuple[str, ...], names: tuple[str, ...]) -> None:
