@@ -104,14 +104,10 @@ class Arrays:
         if self.time is None and of_drive:
             self._largest = self._largest_per_parameter()
         of_fields = {*LAYERED, "interface_field", "stack_voltage", "current"}
-        of_law = (
-            {"electrostatic_force", "lateral_force", "effective_voltage"} if scenario.force.causal else set()
-        )
-        self._has_modes = bool((of_fields | of_law) & {*names})
-        band = self.time if alone.band is None else alone.band
-        self._reduced = (
-            shared_reductions(scenario, free, band) if self._has_modes and band is not None else {}
-        )
+        of_law = {"electrostatic_force", "lateral_force", "effective_voltage"}
+        self._has_modes = bool((of_fields | of_law if scenario.force.causal else of_fields) & {*names})
+        band = (self.time if alone.band is None else alone.band) if self._has_modes else None
+        self._reduced = {} if band is None else shared_reductions(scenario, free, band)
         if self._reduced and self.drive is None:
             raise NotInArraysError(
                 "the band over which materials are reduced follows from the drive of each finger"
