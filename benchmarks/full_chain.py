@@ -15,7 +15,7 @@ from benchmarks.table import surroundings, write
 from numpy.typing import NDArray
 
 from electrovib.solve.mechanics.filters import filtered, second_order
-from electrovib.solve.recursion import hold_weights_complex, march, march_loop, march_pairs_loop
+from electrovib.solve.recursion import hold_weights, march, march_loop
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def reference(drive: Array) -> tuple[Array, Array]:
     voltage = march_loop(POLES, [GAINS], [DIRECT], drive[:-1], drive[1:], STEP, REST)[0][0]
     force = FRICTION * (LOAD + STATIC * voltage**2)
     poles, gains, start = SENSOR.poles, [SENSOR.gains], SENSOR.state(force[0])
-    reading, _ = march_pairs_loop(poles, gains, [0.0], force[:-1], force[1:], STEP, start)
+    reading, _ = march_loop(poles, gains, [0.0], force[:-1], force[1:], STEP, start)
     return voltage[::KEEP], reading[0][::KEEP]
 
 
@@ -104,7 +104,7 @@ def _biquads(drive: Array) -> Callable[[], Array]:
 
 def _sensor_section() -> tuple[Array, Array]:
     """Return the sensor as one discrete biquad."""
-    decay, first, last = (complex(each[0]) for each in hold_weights_complex(SENSOR.poles * STEP))
+    decay, first, last = (complex(each[0]) for each in hold_weights(SENSOR.poles * STEP))
     gain = complex(SENSOR.gains[0])
     b0, b1 = gain * last, gain * first  # (b0 + b1/z)/(1 - a/z) and its conjugate
     numerator = [2 * b0.real, 2 * (b1 - b0 * np.conj(decay)).real, -2 * (b1 * np.conj(decay)).real]

@@ -11,20 +11,18 @@ from time import perf_counter, process_time
 from typing import NamedTuple
 
 import numpy as np
-from benchmarks.population_peers import batched_eigenvalues, by_jax, mean_square_in_numpy, plain_numpy
+from benchmarks.population_peers import batched_eigenvalues, by_jax, plain_numpy
 from benchmarks.table import surroundings, write_page
 
 from electrovib.solve.population.kernels import (
     first_order_hold_many,
     kernel_name,
-    mean_square_over_frequency,
     quantiles,
 )
 from electrovib.solve.stack.secular import secular_offsets
 from electrovib.study.population.fingers import Statistics
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
-DRAWS, FREQUENCIES = 100_000, np.geomspace(1, 1e6, 200)
 
 
 class Measured(NamedTuple):
@@ -160,33 +158,10 @@ def poles() -> list[object]:
     return ["Poles of stacks", notes, head("us/finger"), ratio_rows(found, 1e-6, FINGERS, {})]
 
 
-def sweeps() -> list[object]:
-    """Return the table of mean squares over frequency."""
-    random = np.random.default_rng(3)
-    rates = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.2, (DRAWS, MODES)))
-    given = rates, rates * random.dirichlet(np.ones(MODES), DRAWS), np.full(DRAWS, 0.1), FREQUENCIES
-    found = [
-        measure("electrovib, numba", lambda: mean_square_over_frequency(*given), 7),
-        measure(
-            "complex numbers in numpy, a tenth of the draws", mean_square_in_numpy(given, DRAWS // 10), 1
-        ),
-    ]
-    found[-1] = found[-1]._replace(wall=10 * found[-1].wall, processor=10 * found[-1].processor)
-    notes = [
-        f"{DRAWS} draws of {MODES} modes at {FREQUENCIES.size} frequencies. The last row is ten times a tenth of the work."
-    ]
-    return [
-        "Mean squares over frequency",
-        notes,
-        head("ns/point"),
-        ratio_rows(found, 1e-9, DRAWS * 200, {}),
-    ]
-
-
 def main() -> None:
     """Measure all and write the page."""
     before = os.getloadavg()[0]
-    tables = [*stepping(), poles(), sweeps()]
+    tables = [*stepping(), poles()]
     notes = [
         f"Kernel: {kernel_name()}. {surroundings(['numpy', 'scipy', 'numba', 'jax'])}",
         "Medians of repeats one after the other, after an unmeasured one; garbage is not collected meanwhile.",

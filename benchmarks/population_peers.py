@@ -79,27 +79,13 @@ def batched_eigenvalues(nodes, weights, constant) -> Callable[[], np.ndarray]:
     return lambda: np.linalg.eigvalsh(matrices)
 
 
-def mean_square_in_numpy(given: tuple, draws: int) -> Callable[[], np.ndarray]:
-    """Return the work with complex numbers in numpy, for some of the draws."""
-    rates, residues, direct = (each[:draws] for each in given[:3])
-    s = 2j * np.pi * given[3]
-
-    def work() -> np.ndarray:
-        total = np.broadcast_to(direct[:, np.newaxis], (draws, s.size)).astype(complex)
-        for rate, residue in zip(rates.T, residues.T, strict=True):
-            total += residue[:, np.newaxis] / (s + rate[:, np.newaxis])
-        return (total.real**2 + total.imag**2) / 2
-
-    return work
-
-
 def squares_in_numpy(many, draws) -> np.ndarray:
     """Return the attraction of fingers under a quadratic law, (times, fingers), by a loop over the times."""
     arrays = many._together  # noqa: SLF001 - the modes of the fingers are no signals
     columns = stored_columns(many.scenario, many.columns(draws))
     member = with_columns(many.scenario, columns)
     ((name, transfer),) = arrays._asked(member).items()  # noqa: SLF001
-    ((_, drive),) = arrays._drive.terms(columns)  # noqa: SLF001
+    ((_, drive),) = arrays.drive.terms(columns)
     rates, residues, direct = transfer.rates, transfer.gains * transfer.rates, transfer.direct[:, 0]
     voltage, steps = drive.voltage, drive.moments.steps
     weights = [_of_duration(rates, residues, duration) for duration in steps.duration.tolist()]
