@@ -54,9 +54,10 @@ RESPONSES: Final = 1 << 16
 """Numbers of the responses in memory together, about."""
 FEWEST: Final = 64
 """Smallest number of fingers whose responses are computed together."""
-AGREE: Final = 1e-9
-"""Largest difference over the peak of a signal: rounding of the time after a corner gives some 1e-10 of a current. A formula
-that is no formula of one finger differs by more."""
+AGREE: Final = 1e-11
+"""Largest difference over the peak of a signal; a formula that is no formula of one finger differs by more."""
+OF_CURRENT: Final = 1e-9
+"""The same of a current: rounding of the time decides what remains of the fastest mode after a corner, some 1e-10."""
 SCALED: Final = 1e-6
 """The same where a permittivity is scaled: the least squares of the scaled one end elsewhere within their own error, 1e-5."""
 _NUDGE: Final = 0.05
@@ -127,10 +128,10 @@ class Arrays:
     def signals(self, draws: Mapping[str, Real]) -> dict[str, Any]:
         """Return the signals of fingers."""
         found: dict[str, Any] = {}
+        count = len(next(iter(draws.values())))
         for fingers, rows in self.parts(draws):
             for name, each in rows.items():
                 if name not in found:
-                    count = len(next(iter(draws.values())))
                     found[name] = np.empty((count, *each.shape[1:]), each.dtype)
                 found[name][fingers] = each
         return {name: found[name] for name in self.names}
@@ -213,8 +214,8 @@ class Arrays:
                 drive = self.alone.prepared.scenario(dict(zip(mine, values, strict=True))).drive
             if settled:
                 refuse_unrepeated(drive)
-            term = (1.0, excitation(drive, self.time, settled=settled))
-            found.append((slice(finger, finger + 1), [term]))
+            own = excitation(drive, self.time, settled=settled)
+            found.append((slice(finger, finger + 1), [(1.0, own)]))
         return found
 
     def _over_time(
@@ -313,8 +314,9 @@ class Arrays:
             raise NotInArraysError(
                 f"a formula of the scenario does not run on arrays ({type(error).__name__})"
             ) from None
-        limit = SCALED if any(each.is_scaled for each in self._reduced.values()) else AGREE
+        is_scaled = any(each.is_scaled for each in self._reduced.values())
         for name, rows in expected.items():
+            limit = SCALED if is_scaled else OF_CURRENT if name == "current" else AGREE
             for mine, its in zip(found[name], rows, strict=True):
                 if not _agree(mine, its, limit):
                     raise NotInArraysError(f"{name} in arrays differs from that of one finger")
@@ -348,7 +350,7 @@ def _range(fingers: Any) -> Any:
     return slice(first, stop) if stop - first == len(fingers) else fingers
 
 
-def _agree(mine: Any, its: Any, limit: float = AGREE) -> bool:
+def _agree(mine: Any, its: Any, limit: float) -> bool:
     """Return whether the signals of one finger agree, NaN included."""
     unknown = np.isnan(its)
     if mine.shape != its.shape or not np.array_equal(unknown, np.isnan(mine)):

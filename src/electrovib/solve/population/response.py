@@ -126,10 +126,9 @@ def _stepped(
     drive: Excitation, rates: Real, residues: Real, direct: Real, state: Real, *, lags: bool
 ) -> Real:
     """Return the response of modes to the straight pieces of a drive at its outputs."""
-    steps, places = drive.moments.steps, drive.moments.places
-    rises = drive.rises if lags else None
+    moments, rises = drive.moments, drive.rises if lags else None
     return first_order_hold_many(
-        rates, residues, direct, state, drive.voltage, steps, rises=rises, places=places
+        rates, residues, direct, state, drive.voltage, moments.steps, rises=rises, places=moments.places
     )
 
 
