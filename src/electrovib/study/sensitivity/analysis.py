@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.scenario import Source, read_scenario
 from electrovib.scenario.space import SpaceSource, read_space
@@ -15,16 +14,15 @@ from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.prepare import Prepared
 from electrovib.solve.quantities import read_name
+from electrovib.study.elasticity import Elasticity, slope
 from electrovib.study.sensitivity.indices import Indices, check_power, sobol
-from electrovib.study.sensitivity.result import Elasticity, InputIndices, Sensitivity
+from electrovib.study.sensitivity.result import InputIndices, Sensitivity
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.scenario.space import Space
 
-_STEP: Final = 1e-3
-"""Relative change of a parameter for an elasticity; the error of the difference is of the order of its square."""
 _HELD: Final = 8
 """Numbers that are held for each evaluation."""
 
@@ -86,21 +84,18 @@ def _ordered(space: Space, indices: Indices) -> tuple[InputIndices, ...]:
 
 
 def _elasticities(prepared: Prepared, space: Space, quantity: str) -> list[Elasticity]:
-    """Differentiate the quantity at the medians by central differences."""
+    """Differentiate the quantity at the medians."""
     middle = space.values({stream: np.array([0.5]) for stream in space.streams})
     medians = {path: float(value[0]) for path, value in middle.items()}
-    at = prepared(medians)[quantity]
-    found = []
-    for path, value in medians.items():
-        slope = math.nan
-        if value and at:
-            try:
-                down, up = (
-                    prepared(medians | {path: value * math.exp(step)})[quantity] for step in (-_STEP, _STEP)
-                )
-                slope = math.log(up / down) / (2 * _STEP) if up / down > 0 else math.nan
-            except InputError:  # the range of the parameter ends here
-                slope = math.nan
-        unit = quantity_at(prepared.base, path).unit
-        found.append(Elasticity(path=path, at=value, unit=unit, value=slope))
-    return found
+    at = float(prepared(medians)[quantity])
+    return [
+        Elasticity(
+            path=path,
+            at=value,
+            unit=quantity_at(prepared.base, path).unit,
+            value=slope(lambda point: float(prepared(point)[quantity]), medians, path) / at
+            if at
+            else math.nan,
+        )
+        for path, value in medians.items()
+    ]

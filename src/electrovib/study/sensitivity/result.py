@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.scenario.space import Space
+    from electrovib.study.elasticity import Elasticity
 
 INDICES: Final = (
     "Input",
@@ -46,20 +47,6 @@ class InputIndices:
     first_interval: tuple[float, float]
     total: float
     total_interval: tuple[float, float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Elasticity:
-    """Relative change of the quantity for a small relative change of a parameter, at one point.
-
-    `at` is the value of the parameter in `unit`; `value` is d ln quantity / d ln parameter, NaN where the
-    parameter or the quantity is 0, or the range of the parameter ends there.
-    """
-
-    path: str
-    at: float
-    unit: str
-    value: float
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -23,7 +23,6 @@ from electrovib.study.design.parameter.roots import Root, look_between, solution
 from electrovib.study.design.parameter.scale import first_values
 from electrovib.study.design.parameter.search import MOST_ADDED, Function, explore, sharpen_extremes
 from electrovib.study.design.parameter.uncertain import (
-    Influence,
     NeededValues,
     influences,
     inputs_of,
@@ -37,6 +36,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.scenario.space import Space, SpaceSource
     from electrovib.study.check import CheckResult, LimitsSource
+    from electrovib.study.elasticity import Elasticity
 
 _CONSTANT: Final = 1e-12
 """Relative range of a quantity up to which it does not depend on the parameter."""
@@ -241,7 +241,7 @@ def _explored(function: Function, jumps: list[float], *, beyond: int, is_settled
     )
 
 
-def _influences(scenario: Scenario, wanted: Wanted, value: float) -> tuple[Influence, ...]:
+def _influences(scenario: Scenario, wanted: Wanted, value: float) -> tuple[Elasticity, ...]:
     """Return the elasticities of a solution; none of a solution that is 0."""
     if value == 0:
         return ()

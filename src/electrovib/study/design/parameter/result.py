@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.study.check import CheckResult, CheckRow, LimitsSource
     from electrovib.study.design.parameter.roots import Root
-    from electrovib.study.design.parameter.uncertain import Influence, NeededValues
+    from electrovib.study.design.parameter.uncertain import NeededValues
     from electrovib.study.design.parameter.wanted import Wanted
     from electrovib.study.design.parameter.within import Obtainable
+    from electrovib.study.elasticity import Elasticity
     from electrovib.study.reproduction import Table
 
 
@@ -94,7 +95,7 @@ class DesignedParameter:
     solutions: tuple[FoundValue, ...]
     explored: Explored
     obtainable: Obtainable | None
-    influences: tuple[Influence, ...]
+    influences: tuple[Elasticity, ...]
     distribution: NeededValues | None
     diagnostics: tuple[Diagnostic, ...]
     limits: tuple[LimitsSource, ...]
@@ -172,7 +173,7 @@ class DesignedParameter:
                 "quantity": nearest.reached,
                 "limit": None if nearest.row is None else nearest.row.text,
             },
-            "elasticities": {each.path: each.elasticity for each in self.influences},
+            "elasticities": {each.path: each.value for each in self.influences},
             "distribution": None if spread is None else spread.to_dict(),
             "diagnostics": [each.to_dict() for each in self.diagnostics],
             "scenario": None if self.scenario is None else self.scenario.to_dict(),

@@ -34,9 +34,9 @@ def tables_of(found: DesignedParameter) -> list[Table]:
         )
     )
     influences = tuple(
-        (each.path, format_quantity(each.at, each.unit, digits=4), f"{each.elasticity:+.3g}")
+        (each.path, format_quantity(each.at, each.unit, digits=4), f"{each.value:+.3g}")
         for each in found.influences
-        if abs(each.elasticity) >= 0.01
+        if abs(each.value) >= 0.01
     )
     every = [
         Table(f"Values of {wanted.free}", (wanted.free, wanted.name, "limits"), solutions),

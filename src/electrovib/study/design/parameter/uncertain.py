@@ -11,20 +11,19 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.changes import stored_changes, stored_path
-from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.study.design.parameter.evaluation import Evaluation
 from electrovib.study.design.parameter.roots import solutions
 from electrovib.study.design.parameter.scale import coordinate, first_values
 from electrovib.study.design.parameter.search import Function, explore
+from electrovib.study.elasticity import Elasticity, slope
 
 if TYPE_CHECKING:
     from electrovib.scenario import Scenario
     from electrovib.scenario.space import Space
     from electrovib.study.design.parameter.wanted import Wanted
 
-STEP: Final = 1e-3
-"""Relative change of a parameter for a derivative; the error of the difference is of the order of its square."""
 PERCENTILES: Final = (5, 25, 50, 75, 95)
 """Percentiles of the distribution that are stated."""
 EXACT: Final = 1e-7
@@ -35,19 +34,6 @@ _LONGEST_STEP: Final = 2.0
 """Largest change of the logarithm of the free parameter in one step."""
 _NO_INPUTS: Final = ("time", "frequency", "limits")
 """Parts of a scenario that are no inputs of the model."""
-
-
-@dataclass(frozen=True)
-class Influence:
-    """How the free parameter follows another one at the constant wanted quantity.
-
-    The elasticity is the relative change of the free parameter over that of the other one, at its value `at`.
-    """
-
-    path: str
-    at: float
-    unit: str
-    elasticity: float
 
 
 @dataclass(frozen=True)
@@ -105,10 +91,10 @@ def inputs_of(scenario: Scenario, free: str) -> tuple[str, ...]:
 
 def influences(
     evaluation: Evaluation, at: Mapping[str, float], paths: tuple[str, ...]
-) -> tuple[Influence, ...]:
+) -> tuple[Elasticity, ...]:
     """Compute how the free parameter follows others, the largest first; empty where its own derivative is 0 or not known.
 
-    With the quantity q(x, p), d ln x / d ln p = -(dq / d ln p) / (dq / d ln x), by central differences.
+    With the quantity q(x, p), d ln x / d ln p = -(dq / d ln p) / (dq / d ln x).
     """
     free = evaluation.wanted.free
     own = slope(evaluation, at, free)
@@ -121,19 +107,8 @@ def influences(
         by_other = slope(evaluation, at, path)
         if math.isfinite(by_other):
             unit = quantity_at(scenario, path).unit
-            found.append(Influence(path, at[path], unit, -by_other / own + 0.0))
-    return tuple(sorted(found, key=lambda each: -abs(each.elasticity)))
-
-
-def slope(evaluation: Evaluation, at: Mapping[str, float], path: str) -> float:
-    """Return dq / d ln p of the quantity q by one parameter, in the unit of q; NaN where it cannot be computed."""
-    ends = []
-    for step in (-STEP, STEP):
-        try:
-            ends.append(evaluation({**at, path: at[path] * math.exp(step)}))
-        except ElectrovibError:  # the range of the parameter ends here
-            return math.nan
-    return (ends[1] - ends[0]) / (2 * STEP)
+            found.append(Elasticity(path=path, at=at[path], unit=unit, value=-by_other / own + 0.0))
+    return tuple(sorted(found, key=lambda each: -abs(each.value)))
 
 
 def propagated(
@@ -163,7 +138,7 @@ def propagated(
     if math.isfinite(center):
         at = medians | {wanted.free: center}
         found = {
-            each.path: each.elasticity
+            each.path: each.value
             for each in influences(evaluation, at, tuple(p for p in paths if medians[p]))
         }
     elif linear:

@@ -124,12 +124,11 @@ def _share(row: CheckRow) -> float:
 
 
 def _influences(found: DesignedParameter) -> list[str]:
-    listed = [each for each in found.influences if abs(each.elasticity) >= _NEGLIGIBLE][:_MOST_INFLUENCES]
+    listed = [each for each in found.influences if abs(each.value) >= _NEGLIGIBLE][:_MOST_INFLUENCES]
     if not listed:
         return []
     words = ", ".join(
-        f"{each.path} ({format_quantity(each.at, each.unit, digits=4)}) {each.elasticity:+.2g}"
-        for each in listed
+        f"{each.path} ({format_quantity(each.at, each.unit, digits=4)}) {each.value:+.2g}" for each in listed
     )
     return [
         f"Elasticities of {found.wanted.free} (its relative change over that of the parameter, for the same"
