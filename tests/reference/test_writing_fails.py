@@ -22,7 +22,7 @@ from electrovib.core.trace import make_trace
 from electrovib.data.atomic import writing
 from electrovib.data.marks import Form, is_ours
 from electrovib.study.reproduction import Curve, Panel, Reproduction
-from electrovib.view import report, reproduce, reproduced_page, svg
+from electrovib.view import report, reproduce, svg
 
 NAMES = ("a.nc", "a.csv", "a.mat", "a.html", "a.cir", "a.toml", "out")
 """One output of each kind; the last is the folder of a reproduced paper."""
@@ -61,7 +61,7 @@ def without_figures(monkeypatch):
     monkeypatch.setattr(report, "figures", lambda *_: [])
     monkeypatch.setattr(svg, "to_png", lambda *_, **__: b"PNG" * 2000)
     monkeypatch.setattr(svg, "to_svg", lambda *_, **__: f"<svg>{'line' * 2000}</svg>")
-    monkeypatch.setattr(reproduced_page, "drawn", MagicMock())
+    monkeypatch.setattr(reproduce, "drawn", MagicMock())
 
 
 def visible(folder: Path) -> dict[str, bytes]:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from electrovib.apps.recorded import check_folder, described, listed, measured_of, with_own_names
+from electrovib.apps.recorded import described, listed, measured_of, with_own_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
+from electrovib.data.atomic import check_folder
 from electrovib.recordings.fit import ScenarioFit, fit_scenario
 from electrovib.recordings.fit.compared import FitComparison, compare_fits
 from electrovib.recordings.fit.least_squares import require_lmfit
@@ -154,7 +155,7 @@ def fit(
             varying=bool(varying), calibration=calibration, stated=stated,
         )  # fmt: skip
     with gathered(problems):
-        _check(output, posterior, inputs, force=force)
+        _check(output, posterior, inputs=inputs, force=force)
     if problems or base is None:
         raise InputError(problems)
     given = _FitRequest(
@@ -179,7 +180,9 @@ def _check(
     if output is not None:
         from electrovib.view.fitted import CHAINS, FILES
 
-        check_folder(Path(output), FILES | (CHAINS if posterior is not None else {}), inputs, force=force)
+        check_folder(
+            Path(output), FILES | (CHAINS if posterior is not None else {}), inputs=inputs, force=force
+        )
 
 
 def _write(result: FitResult, folder: Path, *, force: bool) -> None:

@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from electrovib.apps.recorded import check_folder, described, listed, measured_of, with_own_names
+from electrovib.apps.recorded import described, listed, measured_of, with_own_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.paths import quantity_at
+from electrovib.data.atomic import check_folder
 from electrovib.recordings.fit import CancelledError, fit_scenario
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.fit.separate import RecordedFit, SeparateFits, failed_rows, spreads_of
@@ -102,7 +103,7 @@ def fit_separately(
         problems.append("a fit needs at least one recording" if free else "free: name at least one parameter")
     if output is not None:
         with gathered(problems):
-            check_folder(Path(output), FILES, inputs, force=force)
+            check_folder(Path(output), FILES, inputs=inputs, force=force)
     measured = [each for each in opened if not isinstance(each, tuple)]
     with gathered(problems):
         own = with_own_names(measured)

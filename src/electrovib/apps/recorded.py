@@ -14,8 +14,6 @@ from electrovib.recordings.fit import CalibrationError, MeasuredTrace
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.data.marks import Form
-
     Recorded: TypeAlias = str | Path | MeasuredTrace | xarray.Dataset
 
 
@@ -87,13 +85,3 @@ def described(
             )
         )
     return found
-
-
-def check_folder(folder: Path, files: Mapping[str, Form], inputs: Sequence[Path], *, force: bool) -> None:
-    """Refuse a folder into which the files of a fit cannot be written, before anything is computed."""
-    from electrovib.data.atomic import check_writable
-
-    if folder.exists() and not folder.is_dir():
-        raise InputError("is a file, where the folder of a fit is to be made", path=folder)
-    if folder.is_dir():
-        check_writable({folder / name: form for name, form in files.items()}, inputs=inputs, force=force)

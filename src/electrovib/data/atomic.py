@@ -104,6 +104,33 @@ def write_text(path: Path, text: str, form: Form, *, force: bool = False) -> Non
         temporaries[path].write_text(text, encoding="utf-8", newline="")
 
 
+def check_folder(
+    folder: Path, files: Mapping[str, Form | None], *, inputs: Iterable[Path] = (), force: bool = False
+) -> None:
+    """Check, before a long computation, that these files can be written into a folder."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError("is a file, where the folder of the results is to be made", path=folder)
+    if folder.is_dir():
+        check_writable({folder / name: form for name, form in files.items()}, inputs=inputs, force=force)
+
+
+def write_folder(
+    folder: Path,
+    contents: Mapping[str, str | bytes],
+    forms: Mapping[str, Form | None],
+    *,
+    force: bool = False,
+) -> list[Path]:
+    """Write files into a folder, all of them or none."""
+    check_folder(folder, {name: forms[name] for name in contents}, force=force)
+    folder.mkdir(parents=True, exist_ok=True)
+    outputs = {folder / name: forms[name] for name in contents}
+    with writing(outputs, force=force) as temporaries:
+        for path, content in zip(outputs, contents.values(), strict=True):
+            temporaries[path].write_bytes(content.encode() if isinstance(content, str) else content)
+    return list(outputs)
+
+
 def check_writable(
     outputs: Mapping[Path, Form | None], *, inputs: Iterable[Path] = (), force: bool = False
 ) -> None:

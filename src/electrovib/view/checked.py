@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.diagnostics import comment_lines, warning_lines
+from electrovib.core.diagnostics import warning_lines
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import check_writable, write_text
+from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.study.check.result import shown
 from electrovib.study.reproduction import Page, Table
-from electrovib.view.pages import page
-from electrovib.view.summary import versions
+from electrovib.view.documents import Document, html
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -52,34 +50,30 @@ def as_json(result: CheckResult) -> str:
 
 def as_csv(result: CheckResult) -> str:
     """Return a row for each limit, comparison and number, with numbers in SI at 17 digits."""
-    text = io.StringIO()
-    text.write(
-        f"# {unsigned(Form.TABLE)}\n# {result.title}: {result.state}\n{comment_lines(result.diagnostics)}"
+    rows: list[list[object]] = [
+        [kind, row.quantity, row.value, row.limit, row.unit, row.margin, row.state, row.source]
+        for kind, some in (("limit", result.rows), ("comparison", result.comparisons))
+        for row in some
+    ]
+    rows += [["number", each.quantity, each.value, "", each.unit, "", "", ""] for each in result.numbers]
+    return csv_text(
+        ["kind", "quantity", "value", "limit", "unit", "margin", "state", "source"],
+        rows,
+        remarks=[f"{result.title}: {result.state}"],
+        diagnostics=result.diagnostics,
     )
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["kind", "quantity", "value", "limit", "unit", "margin", "state", "source"])
-    for kind, rows in (("limit", result.rows), ("comparison", result.comparisons)):
-        for row in rows:
-            numbers = [_number(row.value), _number(row.limit), row.unit, _number(row.margin)]
-            table.writerow([kind, row.quantity, *numbers, row.state, row.source])
-    for number in result.numbers:
-        table.writerow(["number", number.quantity, _number(number.value), "", number.unit, "", "", ""])
-    return text.getvalue()
 
 
 def as_html(result: CheckResult) -> str:
     """Return a page with the tables, the verdict and the notes."""
-    return page(
-        "comparison.html.jinja",
-        judged={"": result.diagnostics},
+    document = Document(
         title=f"Check of {result.title}",
         answer=verdict(result),
-        figures=[],
+        diagnostics=result.diagnostics,
         tables=tables_of(result),
         pages=[Page(id="", title="Notes", paragraphs=result.notes)],
-        references=[],
-        versions=versions(),
     )
+    return html(document)
 
 
 def tables_of(result: CheckResult) -> list[Table]:
@@ -157,10 +151,6 @@ def check_lines(result: CheckResult, *, more: str = "") -> list[str]:
     if undeclared:
         lines.append(f"not compared: {', '.join(undeclared)}")
     return [*lines, *warning_lines(result.diagnostics, brief=True), f"{HARDWARE} {more}".strip()]
-
-
-def _number(value: float | None) -> str:
-    return "" if value is None else repr(value)
 
 
 def _form(path: Path) -> Form:

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from electrovib.scenario import Source
     from electrovib.study.compare import Comparison
     from electrovib.study.reproduction import Panel
+    from electrovib.view.documents import Document
 
 
 def compare(
@@ -50,9 +51,12 @@ def compare(
     """
     from electrovib.core.errors import InputError, gathered
     from electrovib.core.files import inputs_noted
+    from electrovib.data.atomic import write_text
+    from electrovib.data.marks import Form
     from electrovib.scenario import read_scenario
     from electrovib.study.compare import compare as run_all
     from electrovib.study.sweep import parse_over
+    from electrovib.view.documents import html
     from electrovib.view.pages import check_page
 
     problems: list[str] = []
@@ -66,42 +70,28 @@ def compare(
         raise InputError(problems)
     found = run_all(experiment, models=models, over=axes)
     if output is not None:
-        _write(found, Path(output), force=force)
+        write_text(Path(output), html(_document(found)), Form.PAGE, force=force)
     return found
 
 
-def _write(found: Comparison, path: Path, *, force: bool) -> None:
+def _document(found: Comparison) -> Document:
     from electrovib.core.discovery import find_members, paper_of, papers
-    from electrovib.data.atomic import write_text
-    from electrovib.data.marks import Form
     from electrovib.physics.force import ForceLaw
-    from electrovib.view import summary
+    from electrovib.view.documents import Document
     from electrovib.view.few_curves import few_curves
-    from electrovib.view.pages import page
-    from electrovib.view.reproduced_page import drawn, page_figures
-    from electrovib.view.svg import to_svg
 
-    panels = [part for panel in _answering_first(found) for part in few_curves(panel)]
-    drawings = {}
-    for panel in panels:
-        figure = drawn(panel)
-        figure.axes[0].set_title("", loc="left")  # on the page it is a heading
-        drawings[panel.id] = to_svg(figure)
     own = {paper_of(find_members(ForceLaw)[entry.name]) for entry in found.entries}
-    content = page(
-        "comparison.html.jinja",
-        judged={"": found.diagnostics},
+    return Document(
         title=f"Force laws compared: {found.scenario.title or 'a stack'}",
         answer=found.answer,
-        figures=page_figures(panels, drawings),
+        diagnostics=found.diagnostics,
+        figures=[part for panel in _answering_first(found) for part in few_curves(panel)],
         tables=found.tables,
         pages=found.pages,
         references=[
             module.CITATION for name, module in papers().items() if name in own or hasattr(module, "DEFECTS")
         ],
-        versions=summary.versions(),
     )
-    write_text(path, content, Form.PAGE, force=force)
 
 
 def _answering_first(found: Comparison) -> list[Panel]:

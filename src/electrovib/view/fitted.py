@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from electrovib.core.signals import SIGNALS
-from electrovib.data.marks import Form
+from electrovib.data.atomic import write_folder
+from electrovib.data.csv_text import csv_text
+from electrovib.data.marks import WRITTEN_BY, Form, unsigned
+from electrovib.recordings.fit.as_space import omitted_from_space, space_correlations, space_tables
 from electrovib.recordings.fit.misfit import LEVEL, MISFIT
-from electrovib.study.reproduction import Table
-from electrovib.view.fitted_files import parameters_csv, scenario_toml, space_toml
+from electrovib.study.reproduction import REFERENCE, Curve, Panel, Table
+from electrovib.view.documents import Document, html
+from electrovib.view.few_curves import few_curves
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.recordings.fit import ScenarioFit
     from electrovib.recordings.fit.compared import FitComparison
     from electrovib.recordings.fit.posterior import Posterior
@@ -55,24 +64,15 @@ def write_fit(
     force: bool = False,
 ) -> list[Path]:
     """Write a fit into a folder, all files or none."""
-    from electrovib.data.atomic import writing
-    from electrovib.view.fitted_posterior import chains_bytes
-
-    texts = {
+    contents: dict[str, str | bytes] = {
         "report.html": fit_page(found, rows, comparison=comparison, posterior=posterior),
         "parameters.csv": parameters_csv(rows, found.diagnostics, found.misfit.sentence, *found.prescribed),
         "parameters.toml": scenario_toml(found),
         "space.toml": space_toml(found, rows),
     }
-    contents = {name: text.encode() for name, text in texts.items()}
     if posterior is not None:
         contents |= dict.fromkeys(CHAINS, chains_bytes(posterior, rows))
-    folder.mkdir(parents=True, exist_ok=True)
-    outputs = {folder / name: (FILES | CHAINS)[name] for name in contents}
-    with writing(outputs, force=force) as temporary:
-        for path, content in zip(outputs, contents.values(), strict=True):
-            temporary[path].write_bytes(content)
-    return list(outputs)
+    return write_folder(folder, contents, FILES | CHAINS, force=force)
 
 
 def fit_page(
@@ -83,26 +83,11 @@ def fit_page(
     posterior: Posterior | None = None,
 ) -> str:
     """Write the page of a fit."""
-    from electrovib.view import summary
-    from electrovib.view.few_curves import few_curves
-    from electrovib.view.fitted_panels import fit_panels
-    from electrovib.view.fitted_posterior import EMCEE, posterior_table
-    from electrovib.view.pages import page
-    from electrovib.view.reproduced_page import drawn, page_figures
-    from electrovib.view.svg import to_svg
-
-    panels = [part for panel in fit_panels(found.residuals) for part in few_curves(panel)]
-    drawings = {}
-    for panel in panels:
-        figure = drawn(panel)
-        figure.axes[0].set_title("", loc="left")  # on the page it is a heading
-        drawings[panel.id] = to_svg(figure)
-    return page(
-        "comparison.html.jinja",
-        judged={"": found.diagnostics},
+    document = Document(
         title=f"Fit: {found.scenario.title or 'a scenario'}",
         answer=fit_answer(found, rows, comparison=comparison),
-        figures=page_figures(panels, drawings),
+        diagnostics=found.diagnostics,
+        figures=[part for panel in fit_panels(found.residuals) for part in few_curves(panel)],
         tables=[
             _estimates(rows),
             *([posterior_table(posterior, rows)] if posterior is not None else []),
@@ -110,10 +95,9 @@ def fit_page(
             _correlations(found),
             _residuals(found.residuals),
         ],
-        pages=[],
         references=[*cited_of(found.scenario), *REFERENCES, *([EMCEE] if posterior is not None else [])],
-        versions=summary.versions(),
     )
+    return html(document)
 
 
 def fit_answer(
@@ -233,3 +217,169 @@ def cited_of(scenario: Scenario) -> list[str]:
     owners = {paper_of(type(part)) for _, part in scenario if isinstance(part, Model)}
     named = " ".join(scenario.sources.values())
     return [str(module.CITATION) for name, module in papers().items() if name in owners or name in named]
+
+
+def parameters_csv(rows: Sequence[EstimatedParameter], diagnostics: Sequence[Diagnostic], *said: str) -> str:
+    """Write the table of a fit as CSV, in SI units, with full precision, below what is said about model and residuals."""
+    names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "systematic", "note")
+    cells = [[getattr(row, name) for name in names] for row in rows]
+    return csv_text(names, cells, remarks=said, diagnostics=diagnostics)
+
+
+def scenario_toml(found: ScenarioFit) -> str:
+    """Write the scenario with the estimated parameters as a TOML file, which `electrovib.load` reads."""
+    from electrovib.scenario.toml import to_toml
+
+    lines = (unsigned(Form.SCENARIO), *_remarks(found.misfit.sentence, *found.prescribed))
+    return "".join(f"# {line}\n" for line in lines) + to_toml(found.scenario)
+
+
+def _remarks(*said: str) -> list[str]:
+    """Return sentences as lines of a comment; those that say nothing are omitted."""
+    return [" ".join(each.split()) for each in said if each]
+
+
+def space_toml(found: ScenarioFit, rows: Sequence[EstimatedParameter]) -> str:
+    """Write the estimates as the tables ``space`` and ``correlation`` of a TOML file, and why parameters are omitted."""
+    import tomlkit
+
+    means = {f"{path} (mean of {len(each.values)} sessions)": path for path, each in found.sessions.items()}
+    paths = {each.name: each.path for each in found.unknowns if not each.is_offset and not each.session}
+    between = {path: each.between for path, each in found.sessions.items()}
+    tables = space_tables(rows, paths | means, between=between)
+    pairs = space_correlations(found, tables)
+    remarks = [
+        f"{path} is omitted: {why}" for path, why in omitted_from_space(rows, paths | means, tables).items()
+    ]
+    remarks += [
+        f"{path} varies between sessions: no correlation with the others is stated"
+        for path in found.sessions
+        if path in tables and len(tables) > 1
+    ]
+    content: dict[str, object] = {"space": tables}
+    if pairs:
+        content["correlation"] = {f"{first} ~ {second}": value for (first, second), value in pairs.items()}
+    lines = [unsigned(Form.SPACE), *_remarks(found.misfit.sentence, *remarks)]
+    return "".join(f"# {line}\n" for line in lines) + tomlkit.dumps(content)
+
+
+_MOST_POINTS: Final = 600
+"""Samples of a recording that a figure shows."""
+_BOTH: Final = "Points: data. Lines: model with the estimated parameters."
+
+
+def fit_panels(residuals: Sequence[Residuals]) -> list[Panel]:
+    """Make the figures of a fit: data with model, and residuals, one figure for all recordings of a signal."""
+    panels: list[Panel] = []
+    for signal in dict.fromkeys(each.observed.signal for each in residuals):
+        panels += _of_signal(signal, [each for each in residuals if each.observed.signal == signal])
+    return panels
+
+
+def _of_signal(signal: str, own: Sequence[Residuals]) -> list[Panel]:
+    words, axis = signal.replace("_", " "), own[0].observed.axis
+    is_complex = own[0].observed.parts == 2
+    shared: dict[str, Any] = {"x": (axis, SIGNALS[axis].unit), "log_x": axis == "frequency"}
+    found = [
+        Panel(
+            id=f"data-{signal}",
+            title=f"{words[0].upper()}{words[1:]}: data and model",
+            caption=_BOTH,
+            y=(f"modulus of the {words}" if is_complex else words, SIGNALS[signal].unit),
+            curves=_both(own, np.abs if is_complex else np.real),
+            log_y=is_complex,
+            **shared,
+        )
+    ]
+    if is_complex:
+        found.append(
+            Panel(
+                id=f"phase-{signal}",
+                title=f"Phase of the {words}: data and model",
+                caption=_BOTH,
+                y=("phase", "rad"),
+                curves=_both(own, np.angle),
+                **shared,
+            )
+        )
+    found.append(
+        Panel(
+            id=f"residuals-{signal}",
+            title=f"Residuals of the {words}",
+            caption="Data less model over the standard deviation of the noise; of complex data the real part.",
+            y=("residual over noise", "1"),
+            curves=tuple(
+                Curve(
+                    label=each.recording,
+                    x=each.observed.x[_few(each)],
+                    y=np.real(each.values / (each.noise * each.observed.scale))[_few(each)],
+                    kind="points",
+                    look=at,
+                )
+                for at, each in enumerate(own)
+            ),
+            **shared,
+        )
+    )
+    return found
+
+
+def _both(own: Sequence[Residuals], part: Callable[..., NDArray[np.float64]]) -> tuple[Curve, ...]:
+    curves = []
+    for at, each in enumerate(own):
+        x, few = each.observed.x, _few(each)
+        data = np.asarray(part(each.observed.y))
+        shade = at if own[1:] else REFERENCE  # a line over points of its own colour hides them
+        curves += [
+            Curve(label=f"{each.recording}, data", x=x[few], y=data[few], kind="points", look=shade),
+            Curve(label=f"{each.recording}, model", x=x, y=np.asarray(part(each.predicted)), look=at),
+        ]
+    return tuple(curves)
+
+
+def _few(each: Residuals) -> NDArray[np.int64]:
+    """Indices of at most `_MOST_POINTS` samples, evenly over the recording."""
+    size = each.observed.x.size
+    return np.unique(np.linspace(0, size - 1, min(size, _MOST_POINTS)).astype(np.int64))
+
+
+EMCEE: Final = (
+    "D. Foreman-Mackey, D. W. Hogg, D. Lang, J. Goodman, emcee: The MCMC Hammer,"
+    " Publ. Astron. Soc. Pac. 125, 306 (2013)"
+)
+
+
+def posterior_table(posterior: Posterior, rows: Sequence[EstimatedParameter]) -> Table:
+    """Make the table of a posterior distribution, with its diagnostics of convergence."""
+    known = {row.name: row for row in rows}
+    shown = []
+    for name, samples in posterior.samples.items():
+        row = known[name]
+        median, lower, upper = (
+            pretty_quantity(float(each), row.unit, digits=row.digits)
+            for each in (np.median(samples), *posterior.interval(name))
+        )
+        time = f"{posterior.autocorrelation_time[name]:.3g}"
+        shown.append((name, median, f"{lower} to {upper}", time))
+    first = next(iter(posterior.chains.values()))
+    caption = (
+        f"{first.shape[1]} chains of {posterior.steps} steps, the first {posterior.burn_in} omitted; seed {posterior.seed};"
+        f" {100 * posterior.acceptance:.0f} % of the proposals accepted. "
+    )
+    caption += (
+        f"The samples may not represent the distribution: {'; '.join(posterior.problems)}."
+        if posterior.problems
+        else "The diagnostics of convergence raise no objection."
+    )
+    headings = ("Parameter", "Median", "95 % interval", "Autocorrelation time in steps")
+    return Table("Posterior distribution", headings, tuple(shown), caption=caption)
+
+
+def chains_bytes(posterior: Posterior, rows: Sequence[EstimatedParameter]) -> bytes:
+    """Return the chains of a posterior distribution as a netCDF file, with the mark by which a later fit may replace it."""
+    from electrovib.data.traces.netcdf import in_memory
+    from electrovib.recordings.fit.chains import chains_of
+
+    chains = chains_of(posterior, {row.name: row.unit for row in rows})
+    chains.attrs = {WRITTEN_BY: unsigned(Form.NETCDF)} | chains.attrs
+    return in_memory(chains, {}).getvalue()

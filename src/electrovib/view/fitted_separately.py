@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.diagnostics import comment_lines
+import numpy as np
+
+from electrovib.data.atomic import write_folder
+from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import Form, unsigned
 from electrovib.recordings.fit.separate import FAILED
-from electrovib.study.reproduction import Table
+from electrovib.study.reproduction import REFERENCE, Curve, Panel, Table
+from electrovib.view.documents import Document, html
 from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, cited_of
 from electrovib.view.units import pretty_quantity
 
@@ -31,88 +33,44 @@ _COLUMNS: Final = ("value", "deviation", "lower", "upper")
 
 def write_separate_fits(folder: Path, found: SeparateFits, *, force: bool = False) -> list[Path]:
     """Write separate fits into a folder, all files or none."""
-    from electrovib.data.atomic import writing
-
     texts = {
         "report.html": separate_page(found),
         "parameters.csv": separate_csv(found),
         "space.toml": _space_toml(found),
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    outputs = {folder / name: FILES[name] for name in texts}
-    with writing(outputs, force=force) as temporary:
-        for path, text in zip(outputs, texts.values(), strict=True):
-            temporary[path].write_text(text, encoding="utf-8")
-    return list(outputs)
+    return write_folder(folder, texts, FILES, force=force)
 
 
 def separate_csv(found: SeparateFits) -> str:
     """Write the table of separate fits as CSV, in SI units, with full precision: a row for each recording and parameter."""
-    text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n{comment_lines(found.diagnostics)}")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        (
-            "record",
-            "parameter",
-            "unit",
-            *_COLUMNS,
-            "method",
-            "status",
-            "systematic",
-            "reduced_chi_square",
-            "note",
-        )
-    )
-    for each in found.fits:
-        for row in each.rows:
-            writer.writerow(_cells(each.record, row, each.reduced_chi_square))
-    for row in found.means:
-        writer.writerow(_cells(f"mean of {len(found.spreads[row.name].values)} recordings", row, math.nan))
-    return text.getvalue()
-
-
-def _cells(record: str, row: EstimatedParameter, chi_square: float) -> list[str]:
-    name = row.name.removeprefix(f"{record}: ")
-    numbers = [repr(float(getattr(row, column))) for column in _COLUMNS]
-    return [
-        record,
-        name,
-        row.unit,
-        *numbers,
-        row.method,
-        row.state,
-        repr(row.systematic),
-        repr(chi_square),
-        row.note,
+    cells = [_cells(each.record, row, each.reduced_chi_square) for each in found.fits for row in each.rows]
+    cells += [
+        _cells(f"mean of {len(found.spreads[row.name].values)} recordings", row, math.nan)
+        for row in found.means
     ]
+    headings = (
+        "record", "parameter", "unit", *_COLUMNS, "method", "status", "systematic", "reduced_chi_square", "note",
+    )  # fmt: skip
+    return csv_text(headings, cells, diagnostics=found.diagnostics)
+
+
+def _cells(record: str, row: EstimatedParameter, chi_square: float) -> list[object]:
+    name = row.name.removeprefix(f"{record}: ")
+    numbers = (float(getattr(row, column)) for column in _COLUMNS)
+    return [record, name, row.unit, *numbers, row.method, row.state, row.systematic, chi_square, row.note]
 
 
 def separate_page(found: SeparateFits) -> str:
     """Write the page of separate fits: one figure and one table over all recordings."""
-    from electrovib.view import summary
-    from electrovib.view.fitted_over_recordings import parameter_panels
-    from electrovib.view.pages import page
-    from electrovib.view.reproduced_page import drawn, page_figures
-    from electrovib.view.svg import to_svg
-
-    panels = parameter_panels(found)
-    drawings = {}
-    for panel in panels:
-        figure = drawn(panel)
-        figure.axes[0].set_title("", loc="left")  # on the page it is a heading
-        drawings[panel.id] = to_svg(figure)
-    return page(
-        "comparison.html.jinja",
-        judged={"": found.diagnostics},
+    document = Document(
         title=f"Separate fits: {found.scenario.title or 'a scenario'}",
         answer=separate_answer(found),
-        figures=page_figures(panels, drawings),
+        diagnostics=found.diagnostics,
+        figures=parameter_panels(found),
         tables=[_estimates(found), *([_means(found)] if found.spreads else [])],
-        pages=[],
         references=[*cited_of(found.scenario), *REFERENCES[:1]],
-        versions=summary.versions(),
     )
+    return html(document)
 
 
 def separate_answer(found: SeparateFits) -> str:
@@ -191,3 +149,38 @@ def _space_toml(found: SeparateFits) -> str:
         "The distributions of the parameters over the recordings; correlations between them are not stated."
     )
     return f"# {unsigned(Form.SPACE)}\n# {remark}\n{text}"
+
+
+def parameter_panels(found: SeparateFits) -> list[Panel]:
+    """Make one figure of each parameter over the numbered recordings, with 95 % intervals and the mean."""
+    return [_panel(found, path) for path in found.free]
+
+
+def _panel(found: SeparateFits, path: str) -> Panel:
+    own = [next((row for row in each.rows if row.name == path), None) for each in found.fits]
+    rows = [row for row in own if row is not None]
+    numbers = np.array([number for number, row in enumerate(own, start=1) if row is not None], dtype=float)
+    gap = np.full(numbers.size, math.nan)
+    ends = np.array([[row.lower, row.upper, math.nan] for row in rows]).ravel()
+    curves = [
+        Curve(
+            label="95 % interval",
+            x=np.column_stack([numbers, numbers, gap]).ravel(),
+            y=np.where(np.isfinite(ends), ends, math.nan),
+            look=0,
+        ),
+        Curve(label="estimate", x=numbers, y=np.array([row.value for row in rows]), kind="points", look=0),
+    ]
+    if path in found.spreads:
+        spread = found.spreads[path]
+        across = np.array([0.5, len(own) + 0.5])
+        curves.append(Curve(label="mean", x=across, y=np.full(2, spread.mean), kind="dashed", look=REFERENCE))
+    names = ", ".join(f"{number}: {each.record}" for number, each in enumerate(found.fits, start=1))
+    return Panel(
+        id=f"parameter-{path.replace('.', '-')}",
+        title=f"{path} over the recordings",
+        caption=f"Recordings {names}. An interval that has no end is not drawn.",
+        x=("recording", "1"),
+        y=(path.rpartition(".")[2].replace("_", " "), rows[0].unit if rows else "1"),
+        curves=tuple(curves),
+    )

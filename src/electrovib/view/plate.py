@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.diagnostics import comment_lines
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, writing
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.csv_text import csv_text
+from electrovib.data.marks import Form
 from electrovib.study.plate import MAXIMISED, MINIMISED, ROUNDS, PlateDesign, find_plate
+from electrovib.study.reproduction import Page
+from electrovib.view.documents import Document, Drawing, drawn, html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -138,65 +138,61 @@ def write_plate(found: PlateDesign, path: str | Path, *, force: bool = False) ->
 
 def figure_of(found: PlateDesign) -> Figure:
     """Return the figure of all candidates with the Pareto set."""
-    from electrovib.view.plots.trade_off import SIZE, trade_off
-    from electrovib.view.style import new_figure, style
+    return drawn(_drawing(found))
 
-    figure = new_figure(SIZE)
-    with style():
-        trade_off(found, ax=figure.add_subplot())
-    return figure
+
+def _drawing(found: PlateDesign) -> Drawing:
+    from electrovib.view.plots.trade_off import SIZE, trade_off
+
+    caption = (
+        "Every sign is one candidate. No candidate on the line can be improved in one objective without loss in the other;"
+        " the star is the best one in the first objective."
+    )
+    return Drawing(
+        id="pareto",
+        title="Candidates and Pareto set",
+        caption=caption,
+        draw=lambda axes: trade_off(found, ax=axes),
+        size=SIZE,
+    )
 
 
 def as_csv(found: PlateDesign) -> str:
     """Return a row for each candidate, with every objective and every limit, in SI at 17 digits."""
-    text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n# {found.answer}\n")
-    text.writelines(f"# {note}\n" for note in found.notes)
-    text.write(comment_lines(found.diagnostics))
-    table = csv.writer(text, lineterminator="\n")
     rows = list(dict.fromkeys(row.quantity for each in found.candidates for row in each.rows))
     units = {row.quantity: row.unit for each in found.candidates for row in each.rows}
-    table.writerow(
-        [
-            "material",
-            *(f"{path} [{found.units[path]}]" for path in found.axes),
-            *(f"{each.name} [{each.unit}]" for each in found.objectives),
-            *(head for name in rows for head in _limit_heads(name, units[name])),
-            "within the limits",
-            "forbidden by",
-            "Pareto set",
-            "best",
-            "refined",
-            "strength in doubt",
-        ]
-    )
+    headings = [
+        "material",
+        *(f"{path} [{found.units[path]}]" for path in found.axes),
+        *(f"{each.name} [{each.unit}]" for each in found.objectives),
+        *(head for name in rows for head in _limit_heads(name, units[name])),
+        *("within the limits", "forbidden by", "Pareto set", "best", "refined", "strength in doubt"),
+    ]
     efficient = {id(each) for each in found.pareto}
+    cells = []
     for each in found.candidates:
         by_quantity = {row.quantity: row for row in each.rows}
-        table.writerow(
+        cells.append(
             [
                 each.material,
-                *(repr(each.at[path]) for path in found.axes),
-                *(repr(each.values[one.name]) for one in found.objectives),
+                *(each.at[path] for path in found.axes),
+                *(each.values[one.name] for one in found.objectives),
                 *(cell for name in rows for cell in _limit_cells(by_quantity.get(name))),
-                *(_yes(value) for value in (each.is_allowed,)),
+                _yes(each.is_allowed),
                 "; ".join(each.forbidden_by),
                 *(_yes(value) for value in (id(each) in efficient, each is found.best, each.refined)),
                 "; ".join(each.doubts),
             ]
         )
-    return text.getvalue()
+    return csv_text(headings, cells, remarks=[found.answer, *found.notes], diagnostics=found.diagnostics)
 
 
 def _limit_heads(name: str, unit: str) -> tuple[str, ...]:
     return f"{name} [{unit}]", f"limit of {name} [{unit}]", f"{name}: limit/value", f"{name}: state"
 
 
-def _limit_cells(row: CheckRow | None) -> tuple[str, ...]:
-    if row is None:
-        return "", "", "", ""
-    numbers = ("" if value is None else repr(value) for value in (row.value, row.limit, row.margin))
-    return (*numbers, row.state)
+def _limit_cells(row: CheckRow | None) -> tuple[object, ...]:
+    return ("", "", "", "") if row is None else (row.value, row.limit, row.margin, row.state)
 
 
 def _yes(value: bool) -> str:
@@ -205,37 +201,16 @@ def _yes(value: bool) -> str:
 
 def as_html(found: PlateDesign) -> str:
     """Return a page that begins with the answer and the figure."""
-    from electrovib.study.reproduction import Page
-    from electrovib.view.pages import markup, page
-    from electrovib.view.report_figures import PageFigure
-    from electrovib.view.summary import versions
-    from electrovib.view.svg import inline, to_svg
-
-    figure = figure_of(found)
-    figure.axes[0].set_title("", loc="left")  # on the page it is a heading
-    title = "Candidates and Pareto set"
-    caption = (
-        "Every sign is one candidate. No candidate on the line can be improved in one objective without loss in the other;"
-        " the star is the best one in the first objective."
-    )
     notes = [*found.notes, *(found.check.notes if found.check is not None else ())]
-    return page(
-        "comparison.html.jinja",
-        judged={"": found.diagnostics},
+    document = Document(
         title=f"Design of the plate: {found.scenario.title or 'a scenario'}",
         answer=found.answer,
-        figures=[
-            PageFigure(
-                title=title,
-                svg=markup(inline(to_svg(figure), name="pareto", words=title)),
-                caption=caption,
-            )
-        ],
+        diagnostics=found.diagnostics,
+        figures=[_drawing(found)],
         tables=found.tables,
         pages=[Page(id="", title="Notes", paragraphs=tuple(notes))],
-        references=[],
-        versions=versions(),
     )
+    return html(document)
 
 
 def _form(path: Path) -> Form | None:

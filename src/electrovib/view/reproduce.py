@@ -5,22 +5,28 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 import re
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.items import each_item
 from electrovib.data.atomic import check_writable, left_by_a_kill, writing
+from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import Form, is_ours
+from electrovib.study.reproduction import COMPARED
+from electrovib.view.documents import drawn, on_page
+from electrovib.view.units import pretty_unit
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from electrovib.scenario import Scenario
-    from electrovib.study.reproduction import Reproduction
+    from electrovib.study.reproduction import Panel, Reproduction, Row
+    from electrovib.view.report_figures import PageFigure
 
 _PAGE: Final = "report.html"
 
@@ -148,26 +154,109 @@ def _checksum(content: bytes) -> str:
 
 def contents_of(found: Reproduction) -> dict[str, bytes]:
     """Make the files of a reproduction, figures, curves, whole tables and explanations, with ``report.html`` last."""
-    from electrovib.view.curves import table_to_csv, to_csv
-    from electrovib.view.reproduced_page import drawn, page_of
     from electrovib.view.svg import to_png, to_svg
 
     contents: dict[str, bytes] = {}
-    drawings: dict[str, str] = {}
+    figures = []
     names = each_item([f"drawing of {panel.id}" for panel in found.panels])
     for _, panel in zip(names, found.panels, strict=True):
         figure = drawn(panel)
         contents[f"{panel.id}.svg"] = to_svg(figure).encode()
         contents[f"{panel.id}.png"] = to_png(figure)
         contents[f"{panel.id}.csv"] = to_csv(panel).encode()
-        figure.axes[0].set_title("", loc="left")  # on the page it is a heading
-        drawings[panel.id] = to_svg(figure)
-    contents |= {f"{table.id}.csv": table_to_csv(table).encode() for table in found.tables if table.id}
+        figures.append(on_page(panel, figure=figure, more=file_of(panel)))
+    contents |= {
+        f"{table.id}.csv": csv_text(table.headings, table.rows, marked=False).encode()
+        for table in found.tables
+        if table.id
+    }
     for words in (each for each in found.pages if each.id):
         contents[f"{words.id}.md"] = ("\n\n".join((f"# {words.title}", *words.paragraphs)) + "\n").encode()
     numbers = json.dumps([row.to_dict() for row in found.ordered], indent=2, ensure_ascii=False)
     contents["numbers.json"] = f"{numbers}\n".encode()
     beside = json.dumps({name: _checksum(content) for name, content in contents.items()})
-    page = page_of(found, drawings, curves=True)
+    page = page_of(found, figures)
     contents[_PAGE] = f"{page}\n<!-- beside this page: {beside} -->\n".encode()
     return contents
+
+
+def page_of(found: Reproduction, figures: Sequence[PageFigure]) -> str:
+    """Write the page of a reproduction."""
+    from electrovib.view import summary
+    from electrovib.view.pages import page
+
+    return page(
+        "reproduction.html.jinja",
+        judged={"": found.diagnostics},
+        title=found.title or f"{found.paper}: the paper, reproduced",
+        found=found,
+        count=found.count(),
+        compared=[_cells(row) for row in found.ordered if row.verdict in COMPARED],
+        ours=[_cells(row) for row in found.ordered if row.verdict == "ours"],
+        checks=[_cells(row) for row in found.ordered if row.verdict == "check"],
+        equations={number: equation(text, number) for number, text in found.equations.items()},
+        figures=figures,
+        tables=[table for table in found.tables if table.on_page],
+        versions=summary.versions(),
+    )
+
+
+def file_of(panel: Panel) -> str:
+    """Name the file of the curves, and mark one that has more of them than the figure."""
+    more = any(not curve.drawn for curve in panel.curves)
+    return f"{'All curves' if more else 'Curves'}: {panel.id}.csv"
+
+
+def _cells(row: Row) -> dict[str, str]:
+    """Write a row for the page, with what the paper states as a number or else in its words."""
+    printed = shown(row.paper, row.unit)
+    return {
+        "verdict": row.verdict,
+        "what": row.what,
+        "paper": f"in words: {row.stated}" if row.stated and row.paper is None else printed,
+        "ours": shown(row.ours, row.unit),
+        "note": row.brief or row.note,
+    }
+
+
+def shown(value: float | tuple[float, float] | None, unit: str) -> str:
+    """Write a number or an interval in the unit of its row."""
+    if value is None:
+        return "not printed"
+    numbers = value if isinstance(value, tuple) else (value,)
+    digits = 3 if isinstance(value, tuple) else 4
+    text = " … ".join(f"{number:.{digits}g}" for number in numbers)
+    return f"{text} {pretty_unit(unit)}".strip()
+
+
+def equation(text: str, number: str) -> Any:
+    """Draw a formula written in mathtext; one that cannot be drawn is shown as it is written."""
+    from electrovib.view.pages import markup
+    from electrovib.view.style import new_figure, style
+    from electrovib.view.svg import inline, to_svg
+
+    written = (text if "$" in text else f"${text}$").replace(
+        r"\frac", r"\dfrac"
+    )  # legible in a line of its own
+    figure = new_figure((6.0, 1.0))
+    try:
+        with style():
+            figure.text(0, 0.5, written, fontsize=13, math_fontfamily="stix", color="#222222")
+        svg = to_svg(figure, tight=True)
+    except ValueError:
+        return text
+    return markup(inline(svg, name=f"equation{number}", words=f"Equation {number}: {text}"))
+
+
+def to_csv(panel: Panel) -> str:
+    """Write every curve of a panel, drawn or not, one point a line, in SI; numbers read back to the last bit."""
+    banded = any(curve.upper is not None for curve in panel.curves)
+    names = [f"{what} [{unit}]" for what, unit in (panel.x, panel.y)]
+    rows = []
+    for curve in panel.curves:
+        columns = [curve.x, curve.y] + ([] if curve.upper is None else [curve.upper])
+        for point in zip(*columns, strict=True):
+            numbers = [None if math.isnan(value) else float(value) for value in point]
+            rows.append([curve.label, *numbers, *([None] if banded and curve.upper is None else [])])
+    headings = ["curve", *names, *([f"{names[1]}, upper edge"] if banded else [])]
+    return csv_text(headings, rows, marked=False)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.diagnostics import comment_lines
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
+from electrovib.data.atomic import check_folder, write_folder
+from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import Form, unsigned
+from electrovib.study.reproduction import Page
+from electrovib.view.documents import Document, Drawing, html
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from electrovib.scenario import Source
     from electrovib.scenario.space import SpaceSource
@@ -89,87 +90,56 @@ def sensitivity(
                 known = read_space(base, space)
     if output is not None:
         with gathered(problems):
-            _check_folder(Path(output), inputs, force=force)
+            check_folder(Path(output), FILES, inputs=inputs, force=force)
     if problems or base is None or known is None:
         raise InputError(problems)
     found = analyse(base, known, quantity=quantity, n=n, seed=seed, progress=progress)
     if output is not None:
-        _write(Path(output), found, force=force)
+        write_folder(Path(output), _contents(found), FILES, force=force)
     return found
 
 
-def _check_folder(folder: Path, inputs: Sequence[Path], *, force: bool) -> None:
-    from electrovib.data.atomic import check_writable
-
-    if folder.exists() and not folder.is_dir():
-        raise InputError("is a file, where the folder of a sensitivity analysis is to be made", path=folder)
-    if folder.is_dir():
-        check_writable({folder / name: form for name, form in FILES.items()}, inputs=inputs, force=force)
-
-
-def _write(folder: Path, found: Sensitivity, *, force: bool) -> None:
-    from electrovib.data.atomic import writing
-
-    texts = {
-        "report.html": _page(found),
-        "indices.csv": _indices(found),
-        "elasticities.csv": _elasticities(found),
+def _contents(found: Sensitivity) -> dict[str, str]:
+    return {
+        "report.html": html(_document(found)),
+        "indices.csv": csv_text(*_indices(found), diagnostics=found.diagnostics),
+        "elasticities.csv": csv_text(*_elasticities(found), diagnostics=found.diagnostics),
         "space.toml": f"# {unsigned(Form.SPACE)}\n{found.space.to_toml()}",
     }
-    folder.mkdir(parents=True, exist_ok=True)
-    outputs = {folder / name: FILES[name] for name in texts}
-    with writing(outputs, force=force) as temporary:
-        for path, text in zip(outputs, texts.values(), strict=True):
-            temporary[path].write_text(text, encoding="utf-8")
 
 
-def _page(found: Sensitivity) -> str:
-    from electrovib.study.reproduction import Page
-    from electrovib.view import summary
-    from electrovib.view.pages import markup, page
+def _document(found: Sensitivity) -> Document:
     from electrovib.view.plots.indices import indices, size_of
-    from electrovib.view.report_figures import PageFigure
-    from electrovib.view.style import new_figure, style
-    from electrovib.view.svg import inline, to_svg
 
-    figure = new_figure(size_of(found))
-    with style():
-        indices(found, ax=figure.add_subplot()).set_title("", loc="left")  # on the page it is a heading
-    title = "Share of each input in the variance"
-    svg = markup(inline(to_svg(figure), name="indices", words=title))
-    remarks = [Page("The population", tuple(found.space.remarks))] if found.space.remarks else []
-    return page(
-        "comparison.html.jinja",
-        judged={"": found.diagnostics},
+    figure = Drawing(
+        id="indices",
+        title="Share of each input in the variance",
+        caption="The largest total index on top.",
+        draw=lambda axes: indices(found, ax=axes),
+        size=size_of(found),
+    )
+    return Document(
         title=f"Sensitivity of {found.quantity}: {found.scenario.title or 'a scenario'}",
         answer=found.answer,
-        figures=[PageFigure(title=title, svg=svg, caption="The largest total index on top.")],
+        diagnostics=found.diagnostics,
+        figures=[figure],
         tables=found.tables,
-        pages=remarks,
+        pages=[Page("The population", tuple(found.space.remarks))] if found.space.remarks else [],
         references=REFERENCES,
-        versions=summary.versions(),
     )
 
 
-def _indices(found: Sensitivity) -> str:
+def _indices(found: Sensitivity) -> tuple[tuple[str, ...], list[tuple[object, ...]]]:
     names = ("input", "parameters", "first", "first_low", "first_high", "total", "total_low", "total_high")
-    rows = [
+    rows: list[tuple[object, ...]] = [
         (each.name, " ".join(each.paths), each.first, *each.first_interval, each.total, *each.total_interval)
         for each in found.indices
     ]
-    return _as_csv(found, names, rows)
+    return names, rows
 
 
-def _elasticities(found: Sensitivity) -> str:
-    rows = [(each.path, each.unit, each.at, each.value) for each in found.elasticities]
-    return _as_csv(found, ("parameter", "unit", "at", "elasticity"), rows)
-
-
-def _as_csv(found: Sensitivity, names: tuple[str, ...], rows: Sequence[tuple[object, ...]]) -> str:
-    text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n{comment_lines(found.diagnostics)}")
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(names)
-    for row in rows:
-        writer.writerow([repr(cell) if isinstance(cell, float) else cell for cell in row])
-    return text.getvalue()
+def _elasticities(found: Sensitivity) -> tuple[tuple[str, ...], list[tuple[object, ...]]]:
+    rows: list[tuple[object, ...]] = [
+        (each.path, each.unit, each.at, each.value) for each in found.elasticities
+    ]
+    return ("parameter", "unit", "at", "elasticity"), rows

@@ -11,14 +11,16 @@ from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.status import UNVERIFIED, status_text
 from electrovib.study.population.words import method_words, nominal_words, signal_words
 from electrovib.study.reproduction import Page, Table
-from electrovib.view.plots.over_fingers import bands
-from electrovib.view.report_figures import PageFigure
+from electrovib.view.documents import Document, Drawing, html, on_page
+from electrovib.view.plots.over_fingers import bands, exceedance
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     import xarray
     from matplotlib.axes import Axes
+
+    from electrovib.view.report_figures import PageFigure
 
 _SIZE: Final = (9.4, 3.8)
 """Width and height of a figure of the page [inch]."""
@@ -28,63 +30,50 @@ _ABOUT: Final = ("title", "source", "status", "confidence", "choice", "optional"
 
 def study_page(found: xarray.Dataset, *, title: str | None = None) -> str:
     """Write the page of a study."""
-    from electrovib.view import summary
-    from electrovib.view.pages import page
-
     names = [str(each) for each in found.attrs["signals"]]
     words = [line for name in names for line in signal_words(found, name)] + nominal_words(found)
-    answer = " ".join(f"{line[0].upper()}{line[1:]}." for line in words)
-    return page(
-        "comparison.html.jinja",
+    document = Document(
         title=title or f"Study of {found.attrs['fingers']} fingers: {found.attrs['title'] or 'a scenario'}",
-        answer=answer,
+        answer=" ".join(f"{line[0].upper()}{line[1:]}." for line in words),
+        diagnostics=diagnostics_of(found),
+        note="Of the scenario with its own values; the drawn fingers are not judged one by one.",
         figures=[each for name in names for each in _figures(found, name)],
-        judged={"": diagnostics_of(found)},
-        judged_note="Of the scenario with its own values; the drawn fingers are not judged one by one.",
         tables=[_parameters(found), _origin(found)],
         pages=[Page("Scenario", (str(found.attrs["scenario_toml"]),))],
         references=_sources(found),
-        versions=summary.versions(),
     )
+    return html(document)
 
 
 def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
     """Draw the bands of each signal of a study with the runs and recordings of a report over them."""
     lines = [*nominal_words(found), *warning_lines(diagnostics_of(found))]
     caption = " ".join([_caption(found), *(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines)])
-    figures = []
-    for name in found.attrs["signals"]:
-        words = str(name).replace("_", " ")
-        plot = functools.partial(bands, beside=beside)
-        figures.append(
-            _figure(found, str(name), plot, f"{words[0].upper()}{words[1:]} over the fingers", caption)
-        )
-    return figures
+    return [
+        on_page(_drawing(found, str(name), functools.partial(bands, beside=beside), caption=caption))
+        for name in found.attrs["signals"]
+    ]
 
 
-def _figures(found: xarray.Dataset, name: str) -> list[PageFigure]:
-    from electrovib.view import plots
-
-    words = name.replace("_", " ")
-    title = f"{words[0].upper()}{words[1:]} over the fingers"
-    drawn = [_figure(found, name, plots.bands, title, _caption(found))]
+def _figures(found: xarray.Dataset, name: str) -> list[Drawing]:
+    drawn = [_drawing(found, name, bands, caption=_caption(found))]
     if f"{name}_exceedance" in found:
-        drawn.append(_figure(found, name, plots.exceedance, f"{title}: exceedance probability", ""))
+        drawn.append(_drawing(found, name, exceedance, more=": exceedance probability"))
     return drawn
 
 
-def _figure(
-    found: xarray.Dataset, name: str, plot: Callable[..., Axes], title: str, caption: str
-) -> PageFigure:
-    from electrovib.view.pages import markup
-    from electrovib.view.style import new_figure, style
-    from electrovib.view.svg import inline, to_svg
-
-    figure = new_figure(_SIZE)
-    with style():
-        plot(found, name, ax=figure.add_subplot())
-    svg = inline(to_svg(figure), name=f"{'-'.join(title.lower().split())}", words=title)
-    return PageFigure(title, markup(svg), caption)
+def _drawing(
+    found: xarray.Dataset, name: str, plot: Callable[..., Axes], *, more: str = "", caption: str = ""
+) -> Drawing:
+    words = name.replace("_", " ")
+    title = f"{words[0].upper()}{words[1:]} over the fingers{more}"
+    return Drawing(
+        id="-".join(title.lower().split()),
+        title=title,
+        caption=caption,
+        draw=lambda axes: plot(found, name, ax=axes),
+        size=_SIZE,
+    )
 
 
 def _caption(found: xarray.Dataset) -> str:

@@ -9,8 +9,9 @@ import numpy as np
 from electrovib.data.marks import Form
 from electrovib.recordings.swipe.table import swipe_rows
 from electrovib.study.reproduction import REFERENCE, Curve, Page, Panel, Table
+from electrovib.view.documents import Document, html
 from electrovib.view.envelope import envelope
-from electrovib.view.measured import measured_page, numbers_csv, numbers_table
+from electrovib.view.measured import numbers_csv, numbers_table
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -25,17 +26,17 @@ FILES: Final[dict[str, Form]] = {"report.html": Form.PAGE, "swipes.csv": Form.TA
 def swipe_files(swipes: Sequence[SwipeResult], *, source: str = "") -> dict[str, str]:
     """Write the texts of the files of `FILES`."""
     rows = swipe_rows(swipes)
-    page = measured_page(
+    document = Document(
         title=f"{'Swipe' if len(swipes) == 1 else 'Swipes'}{f' in {source}' if source else ''}",
         answer=" ".join(text for each in swipes for text in _answer(each)),
-        panels=swipe_panels(swipes),
+        figures=swipe_panels(swipes),
         tables=[numbers_table("Friction and forces", rows), _zeros(swipes)],
         pages=[
             Page("Limits" if len(swipes) == 1 else f"Limits of swipe {number}", each.words)
             for number, each in enumerate(swipes, start=1)
         ],
     )
-    return {"report.html": page, "swipes.csv": numbers_csv(rows)}
+    return {"report.html": html(document), "swipes.csv": numbers_csv(rows)}
 
 
 def swipe_panels(swipes: Sequence[SwipeResult]) -> list[Panel]:

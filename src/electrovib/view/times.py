@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from electrovib.data.marks import Form
 from electrovib.recordings.transitions.table import time_rows
-from electrovib.study.reproduction import Page, Table
-from electrovib.view.measured import measured_page, numbers_csv, numbers_table
-from electrovib.view.times_panels import times_panels
+from electrovib.study.reproduction import REFERENCE, Curve, Page, Panel, Table
+from electrovib.view.documents import Document, html
+from electrovib.view.measured import numbers_csv, numbers_table
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
-    from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
+    from electrovib.recordings.transitions import MeasuredRing, MeasuredRings, MeasuredTimes
     from electrovib.recordings.transitions.estimate import Interval
     from electrovib.recordings.transitions.result import DirectionTimes
 
@@ -33,10 +35,10 @@ def times_files(
     directions = () if found is None else found.directions
     signal = next(each.signal for each in (found, *(rings.rings if rings else ())) if each is not None)
     words = tuple(text for each in (found, rings) if each is not None for text in each.words)
-    page = measured_page(
+    document = Document(
         title=f"{'Oscillations' if found is None else 'Times'} of {signal.replace('_', ' ')}{f' in {source}' if source else ''}",
         answer=_answer(found, rings),
-        panels=times_panels(found, rings),
+        figures=times_panels(found, rings),
         tables=[
             numbers_table("Times and parameters", rows, first="Edges"),
             *(_criteria(each) for each in directions),
@@ -44,7 +46,7 @@ def times_files(
         pages=[Page("Limits", words)] if words else [],
         references=REFERENCES,
     )
-    return {"report.html": page, "times.csv": numbers_csv(rows)}
+    return {"report.html": html(document), "times.csv": numbers_csv(rows)}
 
 
 def _answer(found: MeasuredTimes | None, rings: MeasuredRings | None) -> str:
@@ -100,4 +102,84 @@ def _criteria(found: DirectionTimes) -> Table:
         rows,
         caption=f"Summed over {len(found.edges)} edge{'s' * (len(found.edges) > 1)}, after the correlation of the noise"
         " has been filtered out.",
+    )
+
+
+_MOST_EDGES: Final = 3
+_AFTER: Final = 8.0
+"""Length of the drawn section after an edge, in times between the levels as recorded."""
+
+
+def times_panels(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[Panel]:
+    """Make the figures of the first three edges of each direction, with the best form, and of three oscillations."""
+    panels = []
+    if found is not None:
+        words = found.signal.replace("_", " ")
+        panels = [_panel(each, words, found.unit, sensor=found.sensor != "none") for each in found.directions]
+    if rings is not None:
+        panels += [_of_ring(each, number) for number, each in enumerate(rings.rings[:_MOST_EDGES])]
+    return panels
+
+
+def _of_ring(ring: MeasuredRing, number: int) -> Panel:
+    return Panel(
+        id=f"ring{number or ''}",
+        title=f"Oscillation from {ring.reference:.6g} s on",
+        caption=f"Points: record, averaged where it is dense. Line: {ring.form}.",
+        x=("time after the reference", "s"),
+        y=(ring.signal.replace("_", " "), ring.unit),
+        curves=(
+            Curve(label="record", x=ring.time, y=ring.values, kind="points", look=0),
+            Curve(label=ring.form, x=ring.time, y=ring.model, look=1),
+        ),
+    )
+
+
+def _panel(found: DirectionTimes, words: str, unit: str, *, sensor: bool) -> Panel:
+    curves: list[Curve] = []
+    for number, each in enumerate(found.edges[:_MOST_EDGES]):
+        fitted, record = each.fitted[found.form], each.record
+        reach = record.passages.last + _AFTER * record.passages.time
+        part = (record.fit_time > record.passages.first - 2 * record.passages.time) & (
+            record.fit_time < reach
+        )
+        time = record.fit_time[part]
+        name = f", edge {number + 1}" if len(found.edges) > 1 else ""
+        look = number * (3 if sensor else 2)
+        curves.append(
+            Curve(label=f"record{name}", x=time, y=record.fit_values[part], kind="points", look=look)
+        )
+        curves.append(
+            Curve(
+                label=f"{found.form}{' through the sensor' * sensor}{name}",
+                x=time,
+                y=fitted.reading[part],
+                look=look + 1,
+            )
+        )
+        if sensor:
+            values = fitted.estimate.values
+            fine = np.linspace(time[0], time[-1], 2000)
+            force = (
+                fitted.form.columns(fine, values, None)
+                if fitted.form.exponentials
+                else np.column_stack([fine < values["start"], np.ones_like(fine)])
+            )
+            curves.append(
+                Curve(
+                    label=f"force, the sensor taken out{name}",
+                    x=fine,
+                    y=force @ [values[part] for part in fitted.form.amplitudes],
+                    kind="dashed",
+                    look=REFERENCE,
+                )
+            )
+    more = f" The first {_MOST_EDGES} of {len(found.edges)} edges." if len(found.edges) > _MOST_EDGES else ""
+    return Panel(
+        id=f"edges-{found.direction}",
+        title=f"{found.direction.capitalize()} edges",
+        caption=f"Points: record, averaged where it is dense. Lines: best form of relaxation.{more}",
+        x=("time after the edge", "s"),
+        y=(words, unit),
+        curves=tuple(curves),
     )

@@ -10,6 +10,7 @@ import re
 
 import numpy as np
 import pytest
+from markupsafe import Markup
 from scipy.integrate import solve_ivp
 
 from electrovib.core.discovery import paper
@@ -18,9 +19,9 @@ from electrovib.core.items import items_heard
 from electrovib.papers.vezzoli_2014 import by_skin, compute, decay, values
 from electrovib.papers.vezzoli_2014.looks import MEANINGS
 from electrovib.study.reproduction import REFERENCE, Row, verdict_over
-from electrovib.view.curves import to_csv
 from electrovib.view.plots.reproduced import PALETTE
-from electrovib.view.reproduced_page import page_of
+from electrovib.view.report_figures import PageFigure
+from electrovib.view.reproduce import file_of, page_of, to_csv
 from electrovib.view.units import typeset
 
 
@@ -146,8 +147,11 @@ def test_lists_of_skins_are_tables_and_not_notes(reproduction):
 def test_the_page_has_about_half_of_its_former_words_and_names_what_it_omits(reproduction):
     """1925 words of 3851, and 222 of the rows that state each law by itself;
     `test_reproduce` checks that the files beside the page hold all of it."""
-    empty = dict.fromkeys((panel.id for panel in reproduction.panels), "<svg></svg>")
-    page = page_of(reproduction, empty, curves=True)
+    empty = [
+        PageFigure(panel.title, Markup("<svg></svg>"), f"{panel.caption} {file_of(panel)}")
+        for panel in reproduction.panels
+    ]
+    page = page_of(reproduction, empty)
     assert 1200 < len(visible(page).split()) <= 1925 + 222
     for row in reproduction.rows:
         assert typeset(row.brief or row.note) in visible(page), row.id

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from electrovib.study.reproduction import REFERENCE
-from electrovib.view.fitted_panels import fit_panels
+from electrovib.view.fitted import fit_panels
 
 
 def residuals(recording: str) -> SimpleNamespace:

@@ -15,9 +15,8 @@ import pytest
 from electrovib.core import discovery
 from electrovib.core.errors import InputError
 from electrovib.study.reproduction import Curve, Page, Panel, Reproduction, Row, Table
-from electrovib.view import plots, reproduced_page
-from electrovib.view.reproduce import _write, reproduce
-from electrovib.view.reproduced_page import shown
+from electrovib.view import plots
+from electrovib.view.reproduce import _write, reproduce, shown
 
 X = np.linspace(0, 1, 20)
 
@@ -284,7 +283,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_folder(tmp_path, monkeypatch, f
     def broken(*_):
         raise RuntimeError("drawing")
 
-    monkeypatch.setattr(reproduced_page, "drawn", broken)
+    monkeypatch.setattr("electrovib.view.reproduce.drawn", broken)
     with pytest.raises(RuntimeError, match="drawing"):
         _write(found, tmp_path / "out")
     assert list(tmp_path.iterdir()) == []

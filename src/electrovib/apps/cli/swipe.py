@@ -48,21 +48,21 @@ def command(
     Find contacts and slides in the record, and subtract the zeros of the sensors.
     """
     from electrovib.core.files import inputs_noted
+    from electrovib.data.atomic import check_folder, write_folder
     from electrovib.recordings.swipe import reduce_swipes
     from electrovib.recordings.swipe.table import swipe_rows
     from electrovib.recordings.transitions.table import with_interval
-    from electrovib.view.measured import check_measured_folder, write_measured
     from electrovib.view.swipe import FILES, swipe_files
 
     folder = None if output is None else Path(output)
     with inputs_noted() as inputs:
         found = reduce_swipes(record, channels=channels, speed=speed, trim=trim / 100)
     if folder is not None:
-        check_measured_folder(folder, FILES, inputs, force=force)
+        check_folder(folder, FILES, inputs=inputs, force=force)
     say(*(f"{row.group}, {with_interval(row)}" for row in swipe_rows(found)))
     for number, each in enumerate(found, start=1):
         name = f"swipe {number}: " if len(found) > 1 else ""
         say(*(f"{name}{text}" for text in each.words))
     if folder is not None:
         texts = swipe_files(found, source=Path(record).name)
-        say(*(f"written: {path}" for path in write_measured(folder, texts, FILES, force=force)))
+        say(*(f"written: {path}" for path in write_folder(folder, texts, FILES, force=force)))

@@ -86,9 +86,9 @@ def command(
     from pathlib import Path
 
     from electrovib.core.files import inputs_noted
+    from electrovib.data.atomic import check_folder, write_folder
     from electrovib.data.traces import open_trace
     from electrovib.recordings.transitions.table import time_rows, with_interval
-    from electrovib.view.measured import check_measured_folder, write_measured
     from electrovib.view.times import FILES, times_files
 
     chosen = _chosen(signal, by, antiphase=antiphase)
@@ -97,7 +97,7 @@ def command(
     with inputs_noted() as inputs:
         trace = open_trace(record)
     if output is not None:
-        check_measured_folder(Path(output), FILES, inputs, force=force)
+        check_folder(Path(output), FILES, inputs=inputs, force=force)
     wanted: Any = edges  # checked there
     rings = _rings(trace, chosen, spans["window"]) if ring else None
     found, why = _times(
@@ -114,7 +114,7 @@ def command(
     say(*(text for each in (found, rings) if each is not None for text in each.words), *why)
     if output is not None:
         texts = times_files(found, rings, source=Path(record).name)
-        say(*(f"written: {path}" for path in write_measured(Path(output), texts, FILES, force=force)))
+        say(*(f"written: {path}" for path in write_folder(Path(output), texts, FILES, force=force)))
 
 
 def _rings(trace: Any, chosen: dict[str, Any], window: float | None) -> MeasuredRings:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError, gathered
 from electrovib.data.columns.column import kind_and_factor
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.csv_text import csv_text
 from electrovib.data.readers.registry import read_recorded
 from electrovib.recordings.importing.choice import column_of
 
@@ -71,17 +69,14 @@ def _in_si(column: DataColumn) -> Real:
 
 def power_law_csv(law: PowerLawFit) -> str:
     """Write a power law as CSV, in SI: a row for each session, then the mean over sessions with its interval."""
-    text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n# {law.sentence}\n")
-    writer = csv.writer(text, lineterminator="\n")
     columns = ("exponent", "standard_error", "factor", "scatter", "degrees_of_freedom")
     spread = ("between", "between_lower", "between_upper")
-    writer.writerow(("session", *columns, "lower", "upper", *spread))
-    for name, each in law.sessions.items():
-        writer.writerow([name, *(repr(getattr(each, column)) for column in columns), *[""] * 5])
+    rows: list[list[object]] = [
+        [name, *(getattr(each, column) for column in columns), *[""] * 5]
+        for name, each in law.sessions.items()
+    ]
     found = law.between
-    between = [""] * 3 if found is None else [repr(getattr(found, name)) for name in spread]
+    between = [""] * 3 if found is None else [getattr(found, name) for name in spread]
     mean = "the session" if found is None else "mean of the sessions"
-    ends = (repr(law.lower), repr(law.upper))
-    writer.writerow([mean, repr(law.exponent), repr(law.standard_error), *[""] * 3, *ends, *between])
-    return text.getvalue()
+    rows.append([mean, law.exponent, law.standard_error, *[""] * 3, law.lower, law.upper, *between])
+    return csv_text(("session", *columns, "lower", "upper", *spread), rows, remarks=[law.sentence])

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.diagnostics import diagnostics_of, warning_lines
+from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError, printable
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, write_text
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.csv_text import csv_text
+from electrovib.data.marks import Form
 from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
 
@@ -132,15 +131,14 @@ def save_bands(found: xarray.Dataset, path: Path, *, force: bool = False) -> lis
     """Write the bands of a study as CSV."""
     check_bands(path, force=force)
     columns = _columns(found)
-    text = io.StringIO()
-    text.write(f"# {unsigned(Form.TABLE)}\n")
     remarks = [found.attrs["title"], *method_words(found), *found.attrs["space_remarks"], NOT_JUDGED]
-    remarks += warning_lines(diagnostics_of(found))
-    text.writelines(f"# {printable(line)}\n" for line in remarks if line)
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([repr(float(value)) for value in row] for row in zip(*columns.values(), strict=True))
-    write_text(path, text.getvalue(), Form.TABLE, force=force)
+    text = csv_text(
+        [*columns],
+        ([float(value) for value in row] for row in zip(*columns.values(), strict=True)),
+        remarks=[printable(line) for line in remarks if line],
+        diagnostics=diagnostics_of(found),
+    )
+    write_text(path, text, Form.TABLE, force=force)
     return [path]
 
 
