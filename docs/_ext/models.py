@@ -80,7 +80,6 @@ def page(item: Item) -> str:
         ("Reference", plain(model.reference)),
         ("Paper", f":doc:`../../papers/{paper}`" if paper else ""),
         ("Code", f"``{model.__module__}``"),
-        ("Formerly", ", ".join(f"``{name}``" for name in model.former_names)),
     ]
     return joined(
         [

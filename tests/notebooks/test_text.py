@@ -45,9 +45,7 @@ def test_completion_lists_what_a_user_wants(scenario):
     assert not [name for name in names if name.startswith(("_", "model_"))]
     own = {"frequency", "load", "time", *type(scenario).model_fields}
     assert not (set(names) & set(dir(BaseModel))) - own
-    assert not {"former_names", "example", "offered_by", "is_family", "file_columns", "from_offer"} & set(
-        names
-    )
+    assert not {"example", "offered_by", "is_family", "file_columns", "from_offer"} & set(names)
     assert all(hasattr(scenario, name) for name in names)
 
 

@@ -1,4 +1,4 @@
-"""Changes of a model, written with the parameters that it stores: former names and derived parameters are translated."""
+"""Changes of a model, written with the parameters that it stores: derived parameters are translated."""
 
 from __future__ import annotations
 
@@ -11,31 +11,24 @@ from electrovib.core.errors import InputError, Problem
 from electrovib.core.tables import place_of
 
 
-def stored_path(model: BaseModel, path: str) -> str:
-    """Return a dotted path with the names that parameters have today; what leads to no parameter stays as it is."""
-    parents, owner = _descended(model, path.split(".")[:-1])
-    last = path.rpartition(".")[2]
-    return ".".join([*parents, _name(owner, last)])
-
-
 def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     """Return changes by the paths of the parameters that a model stores, and a problem for each that is refused.
 
-    A path may have former names and may end in a derived parameter; what is set within a table that is given
+    A path may end in a derived parameter; what is set within a table that is given
     along with it keeps its names, because the table has no stored values yet.
     """
-    named, problems = with_current_names(model, changes)
-    fresh = {path.removesuffix(".model") for path, value in named.items() if _is_fresh(model, path, value)}
+    problems: list[Problem] = []
+    fresh = {path.removesuffix(".model") for path, value in changes.items() if _is_fresh(model, path, value)}
     found: dict[str, Any] = {}
     together: dict[str, dict[str, Any]] = {}
-    for path, value in named.items():
+    for path, value in changes.items():
         parent, _, last = path.rpartition(".")
         if any(f"{parent}.".startswith(f"{table}.") for table in fresh):
             found[path] = value
         else:
             together.setdefault(parent, {})[last] = value
     for parent, given in together.items():
-        _, owner = _descended(model, parent.split(".") if parent else [])
+        owner = _descended(model, parent.split(".") if parent else [])
         start = f"{parent}." if parent else ""
         try:
             kept = owner.stored(given) if hasattr(owner, "stored") else given
@@ -49,62 +42,42 @@ def stored_changes(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[s
 def derived_at(model: BaseModel, path: str) -> tuple[Any, str] | None:
     """Return the model that derives the parameter at a dotted path, and the parameter's name; None for a stored one."""
     *parents, last = path.split(".")
-    _, owner = _descended(model, parents)
+    owner = _descended(model, parents)
     return (owner, last) if last in getattr(type(owner), "derived", {}) else None
 
 
 def number_at(model: BaseModel, path: str) -> float | None:
     """Return the number that is stored at a dotted path; None for a text, a table, an absent value or no such path."""
     *parents, last = path.split(".")
-    _, owner = _descended(model, parents)
-    found = dict(owner).get(_name(owner, last)) if isinstance(owner, BaseModel) else None
+    owner = _descended(model, parents)
+    found = dict(owner).get(last) if isinstance(owner, BaseModel) else None
     return found if isinstance(found, float) else None
 
 
 def is_stored_as_given(model: BaseModel, path: str, kind: type[BaseModel]) -> bool:
     """Return whether a parameter is stored and, by the default `stored` of `kind`, its change alters no other parameter."""
     *parents, last = path.split(".")
-    _, owner = _descended(model, parents)
+    owner = _descended(model, parents)
     plain = getattr(type(owner), "stored", None) is kind.stored  # type: ignore[attr-defined]
     return plain and last not in getattr(type(owner), "derived", {})
-
-
-def with_current_names(model: BaseModel, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Return changes by the names that parameters have today, and a problem for each that is given by two names."""
-    named: dict[str, Any] = {}
-    given: dict[str, str] = {}
-    problems = []
-    for path, value in changes.items():
-        today = stored_path(model, path)
-        if today in named:
-            former = path if path != today else given[today]
-            problems.append(Problem(f"is the former name of '{today}', which is given as well", path=former))
-        named[today], given[today] = value, path
-    return named, problems
 
 
 def _is_fresh(model: BaseModel, path: str, value: Any) -> bool:
     """Tell whether a change sets a whole table, or another model, in place of what is stored."""
     if path.rpartition(".")[2] != "model":
         return isinstance(value, (Mapping, list, tuple, BaseModel))
-    _, owner = _descended(model, path.split(".")[:-1])
+    owner = _descended(model, path.split(".")[:-1])
     return bool(type(owner).__name__ != value)
 
 
-def _descended(model: Any, keys: list[str]) -> tuple[list[str], Any]:
-    """Return the keys by their names of today, and what is stored there; None where they lead to nothing."""
-    found, owner = [], model
+def _descended(model: Any, keys: list[str]) -> Any:
+    """Return what is stored at the end of keys; None where they lead to nothing."""
+    owner = model
     for key in keys:
-        found.append(_name(owner, key))
         if isinstance(owner, BaseModel):
-            owner = dict(owner).get(found[-1])
+            owner = dict(owner).get(key)
         elif isinstance(owner, tuple) and (place := place_of(owner, key)) is not None:
             owner = owner[place]
         else:
             owner = None
-    return found, owner
-
-
-def _name(owner: Any, key: str) -> str:
-    former: Mapping[str, str] = getattr(type(owner), "former_parameters", {})
-    return former.get(key, key) if isinstance(owner, BaseModel) else key
+    return owner

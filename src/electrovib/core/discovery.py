@@ -34,10 +34,8 @@ def find_members(family: type[M], *, wanted: str | None = None) -> Mapping[str, 
 
 
 def find_member(family: type[M], name: str) -> type[M] | None:
-    """Return the final class of a family with a name, or with a former name; None if there is none."""
-    members = find_members(family, wanted=name)
-    former = (member for member in members.values() if name in member.former_names)
-    return members.get(name) or next(former, None)
+    """Return the final class of a family with a name; None if there is none."""
+    return find_members(family, wanted=name).get(name)
 
 
 def _by_name(family: type[M]) -> dict[str, type[M]]:
@@ -145,20 +143,13 @@ def offers(functions: Collection[str], *, of: str = "") -> dict[str, Any]:
     return found
 
 
-def name_of_today(module: ModuleType, name: str) -> str:
-    """Return the present name of what a paper offers, from its table ``FORMER_NAMES`` of former and present names."""
-    former: Mapping[str, str] = getattr(module, "FORMER_NAMES", {})
-    return former.get(name, name)
-
-
 def find_offer(name: str, functions: Collection[str]) -> Any:
     """Return what a paper offers as ``author_year/name``."""
     author_year = name.partition("/")[0]
     if author_year in {*paper_names(), *(entry.name for entry in _contributed())}:
         found = offers(functions, of=author_year)
-        today = f"{author_year}/{name_of_today(paper(author_year), name.partition('/')[2])}"
-        if today in found:
-            return found[today]
+        if name in found:
+            return found[name]
     offered = offers(functions)
     entries = [Searchable(name=key, kind="offer", meaning=_named(thing)) for key, thing in offered.items()]
     near = as_question(suggestions(name, entries)) or nearest(name, offered)

@@ -35,8 +35,6 @@ def explained(model: type[Model], item: Any) -> InitErrorDetails:
 
 
 def _unknown(model: type[Model], name: str) -> str:
-    if name in model.former_parameters:
-        return f"is the former name of '{model.former_parameters[name]}', which is given as well; remove one of the two"
     known = nearest(name, [*model.model_fields, *model.derived])
     return f"unknown parameter '{shortened(name, LONGEST_QUOTED)}' of {model.__name__}.{known}"
 
@@ -62,7 +60,7 @@ def near_members(family: type[Model], name: str) -> str:
     """Ask for the three members of a family that a wrong name is most like, with what each is; else list all."""
     members = find_members(family)
     entries = [
-        Searchable(name=key, kind=family.__name__, meaning=first_line(member), former=member.former_names)
+        Searchable(name=key, kind=family.__name__, meaning=first_line(member))
         for key, member in members.items()
     ]
     return as_question(suggestions(name, entries)) or nearest(name, members)

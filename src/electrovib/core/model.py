@@ -55,10 +55,6 @@ class Model(Immutable, DeclaresFile, Written):
     checks: ClassVar[tuple[Any, ...]] = ()
     example: ClassVar[Mapping[str, Any]] = {}
     """Parameters without a default, for tests and documents."""
-    former_names: ClassVar[tuple[str, ...]] = ()
-    """What it was called: files that name it so are read too."""
-    former_parameters: ClassVar[Mapping[str, str]] = {}
-    """What its parameters were called, and what they are called now: such files are read too."""
     derived: ClassVar[Mapping[str, Quantity]] = {}
     """Parameters that can be given in place of stored ones, and are read as attributes."""
     derived_note: ClassVar[str] = ""
@@ -89,16 +85,10 @@ class Model(Immutable, DeclaresFile, Written):
         name = content.pop("model", None)
         if cls.is_family:
             return cls._member(name).model_validate(dict(value))  # with its name, for messages
-        if name not in (None, cls.__name__, *cls.former_names):
+        if name not in (None, cls.__name__):
             why = f"expected the model {cls.__name__}, not '{name}'"
             raise PydanticCustomError("model_name", "{why}", {"why": why})
-        return cls._build(cls.with_current_names(content), handler)
-
-    @classmethod
-    def with_current_names(cls, content: dict[str, Any]) -> dict[str, Any]:
-        """Return a table with former names of parameters replaced, unless today's name is given as well."""
-        names = {key: cls.former_parameters.get(key, key) for key in content}
-        return {key if names[key] in content else names[key]: value for key, value in content.items()}
+        return cls._build(content, handler)
 
     @field_validator("*", mode="before")
     @classmethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.changes import derived_at, number_at, stored_changes, stored_path
+from electrovib.core.changes import derived_at, number_at, stored_changes
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.meant import explained, meant
 from electrovib.core.tables import place_of, unknown
@@ -21,7 +21,7 @@ def value_at(model: Model, path: str) -> Any:
     if (number := number_at(model, path)) is not None:
         return number
     table: Any = model.to_dict()
-    for depth, key in enumerate(parts := stored_path(model, path).split(".")):
+    for depth, key in enumerate(parts := path.split(".")):
         if isinstance(table, dict) and key in table:
             table = table[key]
         elif isinstance(table, list) and (place := place_of(table, key)) is not None:
@@ -40,12 +40,11 @@ def quantity_at(model: Model, path: str) -> Quantity:
         quantity: Quantity = owner.derived[name]
         return quantity
     declared = {where: quantity for where, _, quantity in model.parameters()}
-    today = stored_path(model, path)
-    if today not in declared:
+    if path not in declared:
         how = type(model).how_to_add(model.to_dict(), path)
         asked = meant(model, path) or nearest(path, declared)
         raise InputError(how or f"no physical parameter has this path.{asked}", path=path)
-    return declared[today]
+    return declared[path]
 
 
 def followers(model: Model, path: str) -> list[str]:

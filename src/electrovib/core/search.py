@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final
 
-NAME, LAST, ALIAS, FORMER = "name", "last part of the name", "alias", "former name"
+NAME, LAST, ALIAS = "name", "last part of the name", "alias"
 KIND, PREFIX, WORDS, SPELLING = "kind", "prefix", "words", "spelling"
-STAGES: Final = (NAME, LAST, ALIAS, FORMER, KIND, PREFIX, WORDS, SPELLING)
+STAGES: Final = (NAME, LAST, ALIAS, KIND, PREFIX, WORDS, SPELLING)
 """How an entry was found, from best to worst."""
 
 _PART: Final = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
@@ -34,7 +34,6 @@ class Searchable:
     name: str
     kind: str
     meaning: str
-    former: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     texts: Mapping[str, str] = field(default_factory=dict)
 
@@ -49,7 +48,7 @@ class Match:
 
 
 def search(query: str, entries: Iterable[Searchable], *, nearest: int = 3) -> tuple[Match, ...]:
-    """Find entries by a name, a former one, a part of it, or words of a description, in the order of `STAGES`."""
+    """Find entries by a name, a part of it, or words of a description, in the order of `STAGES`."""
     wanted = " ".join(query.split())[:_LONGEST_QUERY]
     if not wanted:
         return ()
@@ -99,7 +98,6 @@ def _judge(query: str, entry: Searchable) -> tuple[tuple[float, ...], Match] | N
         (squeezed == _squeezed(name), (0.0, float(name != query)), NAME, "name"),
         (low == name.rpartition("/")[2].casefold(), (1.0,), LAST, LAST),
         (squeezed in map(_squeezed, entry.aliases), (2.0,), ALIAS, f"'{query}' is another name of {name}"),
-        (low in map(str.casefold, entry.former), (3.0,), FORMER, f"'{query}' is now called {name}"),
         (low.removesuffix("s") == entry.kind.casefold().removesuffix("s"), (3.5,), KIND, "its kind"),
     )
     for is_found, rank, stage, reason in named:
@@ -166,9 +164,7 @@ def _shortened(text: str) -> str:
 
 def _likeness(query: str, entry: Searchable) -> float:
     """Likeness of a name, or of its part after the slash, to what was written, 0 to 1."""
-    names = [entry.name, *entry.former, *entry.aliases] + (
-        [] if "/" in query else [entry.name.rpartition("/")[2]]
-    )
+    names = [entry.name, *entry.aliases] + ([] if "/" in query else [entry.name.rpartition("/")[2]])
     return max(difflib.SequenceMatcher(None, query.casefold(), name.casefold()).ratio() for name in names)
 
 

@@ -266,10 +266,6 @@ _UNVERIFIED = "cited from memory, unverified: the touch screen of this line of p
 _CHOICE = "not read; a choice"
 
 
-FORMER_NAMES = {"coat": "coating"}
-"""What its scenarios were called in files written earlier, and what they are called now."""
-
-
 def scenarios() -> dict[str, Scenario]:
     """Return a rough finger on a coated screen, ``coating``; none of its values was read in the paper."""
     coating = preset(

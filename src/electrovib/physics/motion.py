@@ -216,7 +216,6 @@ class Motion(Model):
     """
 
     equation: ClassVar[Mapping[str, str]] = {"speeds": "speed*time_profile.share(time)"}
-    former_parameters: ClassVar[Mapping[str, str]] = {"programme": "time_profile"}
 
     speed: Annotated[Number | None, Quantity("m/s", 0, 100, "full sliding speed of the finger")] = None
     time_profile: TimeProfile = Steady()

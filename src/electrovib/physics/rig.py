@@ -36,7 +36,6 @@ Noise = Annotated[
 class SensorCreep(Model):
     """Creep of a sensor: the change of its reading under a constant force."""
 
-    former_names: ClassVar[tuple[str, ...]] = ("Creep",)
     equation: ClassVar[Mapping[str, str]] = {"gain": "1 + share/(1 + 2*pi*I*frequency*time)"}
     example: ClassVar[Mapping[str, Any]] = {"share": -0.02, "time": 5.0}
 

@@ -18,7 +18,7 @@ M = TypeVar("M", bound=Model)
 def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> M:
     """Build a scenario, or a part of one, from tables and the files that they name, and list every mistake at once."""
     faults: list[Problem] = []
-    filled = _filled(kind, current_tables(kind, content), folder or Path(), "", faults)
+    filled = _filled(kind, content, folder or Path(), "", faults)
     try:
         built = read_model(kind, filled)
     except InputError as error:
@@ -27,17 +27,6 @@ def read_part(kind: type[M], content: object, *, folder: Path | None = None) -> 
     if faults:
         raise InputError(faults)
     return built
-
-
-def current_tables(kind: type[Model] | None, content: Any) -> Any:
-    """Return nested tables with former names of parameters replaced by those of today."""
-    if isinstance(content, (list, tuple)) and any(isinstance(item, Mapping) for item in content):
-        return [current_tables(kind, item) for item in content]
-    model = kind.chosen(content) if kind is not None and isinstance(content, Mapping) else None
-    if model is None:
-        return content
-    table = model.with_current_names(dict(content))
-    return {name: current_tables(model.part(str(name)), item) for name, item in table.items()}
 
 
 def _filled(kind: type[Model] | None, content: Any, folder: Path, path: str, faults: list[Problem]) -> Any:

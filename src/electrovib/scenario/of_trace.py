@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
-from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError, Problem
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import missing_models, origins
@@ -16,9 +15,6 @@ from electrovib.scenario.toml import SCHEMA
 
 if TYPE_CHECKING:
     import xarray
-
-DROPPED: Final = ("ridge_share",)
-"""Parameters of a contact that older Traces carry; they entered no result except a signal of their own."""
 
 
 def scenario_of(trace: xarray.Dataset) -> Scenario:
@@ -42,18 +38,9 @@ def scenario_of(trace: xarray.Dataset) -> Scenario:
     if "scenario" not in trace.attrs:
         raise InputError("this Trace carries no scenario: it is a measurement, or was made by something else")
     content = without_schema(dict(structured(trace, "scenario", Mapping)))
-    if isinstance(contact := content.get("contact"), dict):
-        for parameter in DROPPED:
-            contact.pop(parameter, None)
     if missing := list(missing_models(Scenario, content)):
         raise InputError(_needs(family.__name__, name, path, trace) for path, family, name in missing)
-    return with_current_sources(read_part(Scenario, content))
-
-
-def with_current_sources(scenario: Scenario) -> Scenario:
-    """Return a scenario whose sources are given by the names that parameters have today."""
-    sources = {stored_path(scenario, path): source for path, source in scenario.sources.items()}
-    return scenario if sources == scenario.sources else scenario.model_copy(update={"sources": sources})
+    return read_part(Scenario, content)
 
 
 def _needs(family: str, name: str, path: str, trace: xarray.Dataset) -> Problem:
@@ -99,9 +86,6 @@ def sweep_of(trace: xarray.Dataset) -> tuple[dict[str, list[Any]], list[str]]:
         raise _damaged_attribute("over", "it lists no values")
     if not all(isinstance(name, str) for name in names):
         raise _damaged_attribute("quantities", "it lists no names")
-    if axes and "scenario" in trace.attrs:
-        scenario = scenario_of(trace)
-        axes = {stored_path(scenario, path): values for path, values in axes.items()}
     return dict(axes), names
 
 

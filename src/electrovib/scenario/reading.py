@@ -7,15 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
-from electrovib.core.discovery import name_of_today, offers, paper, paper_names, papers
+from electrovib.core.discovery import offers, paper_names, papers
 from electrovib.core.errors import LONGEST_QUOTED, InputError, closest_file, shortened
 from electrovib.core.trace import is_trace
 from electrovib.data.toml_file import read_toml_file
 from electrovib.data.traces import is_trace_file, open_if_trace
 from electrovib.scenario.experiment import Scenario
-from electrovib.scenario.files import current_tables, read_part
+from electrovib.scenario.files import read_part
 from electrovib.scenario.notes import near_presets
-from electrovib.scenario.of_trace import DROPPED, scenario_of, sweep_of, with_current_sources, without_schema
+from electrovib.scenario.of_trace import scenario_of, sweep_of, without_schema
 from electrovib.scenario.sourced import wrong_sources
 from electrovib.scenario.toml import SCHEMA
 
@@ -91,19 +91,19 @@ def _of_trace(source: Any, *, before_sweep: bool) -> Scenario:
 
 def _read(content: dict[str, Any], changes: Mapping[str, Any] | None, folder: Path) -> Scenario:
     """Build a scenario; changes may correct mistakes in the tables."""
-    content = current_tables(Scenario, without_schema(content))
+    content = without_schema(content)
     given: Mapping[str, Any] | None = changes
     try:
-        scenario = with_current_sources(read_part(Scenario, content, folder=folder))
+        scenario = read_part(Scenario, content, folder=folder)
     except InputError as error:
         if not changes:
-            wrong = wrong_sources(Scenario, content, former=DROPPED)
+            wrong = wrong_sources(Scenario, content)
             others = [each for each in error.problems if each.path not in {one.path for one in wrong}]
             raise InputError([*others, *wrong]) from None
         Scenario.put_into(content, _beside(changes, folder), strict=False)
         scenario, given = read_part(Scenario, content, folder=folder), None
     if not scenario.sources.keys() <= {path for path, _, _ in scenario.parameters()} and (
-        wrong := wrong_sources(Scenario, scenario.to_dict(), former=DROPPED)
+        wrong := wrong_sources(Scenario, scenario.to_dict())
     ):
         raise InputError(wrong)
     return scenario.replace(given) if given else scenario
@@ -156,7 +156,6 @@ def paper_scenario(name: str) -> Scenario:
         near = _near_file(name) or near_presets(name)
         raise InputError(f"'{name}' is neither a file nor a paper's scenario.{near}")
     found: Mapping[str, Scenario] = offers(("scenarios",), of=author_year)
-    wanted = name_of_today(paper(author_year), wanted)
     if f"{author_year}/{wanted}" in found:
         return found[f"{author_year}/{wanted}"]
     if not found:

@@ -19,9 +19,7 @@ _MOST: Final = 3
 """Most paths that are proposed."""
 
 
-def wrong_sources(
-    kind: type[Model], content: Mapping[str, Any], *, former: tuple[str, ...] = ()
-) -> list[Problem]:
+def wrong_sources(kind: type[Model], content: Mapping[str, Any]) -> list[Problem]:
     """Find the sources of a scenario whose dotted path no parameter can have.
 
     A path may lead to a table, to a parameter that is not given, to an optional part or layer that is not
@@ -38,7 +36,7 @@ def wrong_sources(
             why = f'a path with full stops is one name in quotation marks: "{whole}" = "..."'
             problems.append(Problem(why, path=f"sources.{path}"))
         written_by_us = isinstance(text, str) and text.startswith(BY_THE_USER)
-        if written_by_us or not isinstance(text, str) or path.rpartition(".")[2] in former:
+        if written_by_us or not isinstance(text, str):
             continue
         if why := _fault(kind, content, path):
             problems.append(Problem(f"no parameter has this path; {why}", path=f'sources."{path}"'))
@@ -61,14 +59,11 @@ def _fault(kind: type[Model], content: Mapping[str, Any], path: str) -> str:
             return "" if isinstance(table, Mapping) else f"'{where}' is a single value"
         else:
             names = _names(kinds, table)
-            today = next(
-                (each.former_parameters[key] for each in kinds if key in each.former_parameters), key
-            )
-            if today not in names:
+            if key not in names:
                 owner = f"'{where}'" if where else "a scenario"
                 return f"{owner} has no '{key}'.{_meant(content, keys, depth, names)}"
-            parts = [part for each in kinds if (part := each.part(today)) is not None]
-            table = table.get(today) if isinstance(table, Mapping) else None
+            parts = [part for each in kinds if (part := each.part(key)) is not None]
+            table = table.get(key) if isinstance(table, Mapping) else None
         is_list = isinstance(table, (list, tuple))
         kinds = parts if is_list else [member for part in parts for member in _members(part, table)]
         if parts and not kinds:

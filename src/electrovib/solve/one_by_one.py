@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.changes import is_stored_as_given, stored_changes, stored_path
+from electrovib.core.changes import is_stored_as_given, stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.numbers import with_numbers
@@ -51,12 +51,9 @@ class ParametricScenario:
         if found or problems:
             raise InputError([*found, *problems])
         begin = {path: value_at(scenario, path) for path in self.free}
-        stored = {path: stored_path(scenario, path) for path in self.free}
-        plain = [path for path, name in stored.items() if is_stored_as_given(scenario, name, Model)]
-        self.base = scenario if len(plain) == len(stored) else scenario.replace(begin)
+        self._plain = {path for path in self.free if is_stored_as_given(scenario, path, Model)}
+        self.base = scenario if len(self._plain) == len(self.free) else scenario.replace(begin)
         self.begin = begin
-        named_once = len(set(stored.values())) == len(stored)
-        self._plain = {path: stored[path] for path in plain if named_once}
         self._recent = self.base
         self._run: Expanded | None = None
 
@@ -103,7 +100,7 @@ class ParametricScenario:
         changes, problems = stored_changes(self.base, others)
         if problems:
             raise InputError(problems)
-        return changes | {name: point[path] for path, name in self._plain.items()}
+        return changes | {path: point[path] for path in self.free if path in self._plain}
 
     def _columns(self, values: Mapping[str, Any] | Any) -> dict[str, Any]:
         """Return values by path; a sequence has one for each free parameter, in their order."""

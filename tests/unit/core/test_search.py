@@ -1,4 +1,4 @@
-"""The search of the catalogue: by name, former name, part of a name, words, and spelling, in this order."""
+"""The search of the catalogue: by name, part of a name, words, and spelling, in this order."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import pytest
 
 from electrovib.core.search import (
     ALIAS,
-    FORMER,
     LAST,
     NAME,
     PREFIX,
@@ -22,10 +21,8 @@ from electrovib.core.search import (
 ENTRIES = (
     Searchable(name="Constant", kind="material", meaning="A dielectric without dispersion."),
     Searchable(name="ConstantPhase", kind="material", meaning="A constant-phase element."),
-    Searchable(name="Step", kind="drive", meaning="A voltage that is switched on.", former=("Constant",)),
-    Searchable(
-        name="MaxwellStressInGap", kind="force law", meaning="Stress in the gap.", former=("GapPlane",)
-    ),
+    Searchable(name="Step", kind="drive", meaning="A voltage that is switched on."),
+    Searchable(name="MaxwellStressInGap", kind="force law", meaning="Stress in the gap."),
     Searchable(
         name="vardar_2017/sine",
         kind="scenario",
@@ -44,10 +41,9 @@ def found(query, entries=ENTRIES):
     return [(match.entry.name, match.stage) for match in search(query, entries)]
 
 
-def test_an_exact_name_comes_first_then_former_names_parts_and_words():
+def test_an_exact_name_comes_first_then_parts_and_words():
     assert found("Constant") == [
         ("Constant", NAME),
-        ("Step", FORMER),
         ("ConstantPhase", PREFIX),
         ("Offset", WORDS),
     ]
@@ -63,11 +59,10 @@ def test_the_name_after_the_slash_is_a_name_too_but_comes_after_the_whole_name()
     assert found("sine") == [("Sine", NAME), ("vardar_2017/sine", LAST), ("bau_2010/sine", LAST)]
 
 
-def test_another_name_comes_before_a_former_one_and_hyphens_do_not_count():
+def test_hyphens_of_another_name_do_not_count():
     silica = Searchable(name="silica", kind="material", meaning="glass", aliases=("SiO2", "thermal oxide"))
-    older = Searchable(name="Film", kind="material", meaning="a film", former=("Thermal-Oxide",))
-    matches = search("Thermal-Oxide", [older, silica])
-    assert [(match.entry.name, match.stage) for match in matches] == [("silica", ALIAS), ("Film", FORMER)]
+    matches = search("Thermal-Oxide", [silica])
+    assert [(match.entry.name, match.stage) for match in matches] == [("silica", ALIAS)]
     assert matches[0].reason == "'Thermal-Oxide' is another name of silica"
     assert found("sio2", [silica]) == [("silica", ALIAS)]
     assert found("oxides", [silica]) == [("silica", WORDS)]
@@ -78,12 +73,6 @@ def test_blanks_and_underscores_of_a_name_do_not_count():
     assert (
         found("soda lime glass", entries) == found("Soda-Lime glass", entries) == [("soda_lime_glass", NAME)]
     )
-
-
-def test_a_former_name_says_what_it_is_called_now():
-    (match,) = search("gapplane", ENTRIES)
-    assert (match.entry.name, match.stage) == ("MaxwellStressInGap", FORMER)
-    assert match.reason == "'gapplane' is now called MaxwellStressInGap"
 
 
 @pytest.mark.parametrize("query", ["Maxwell", "Stress", "gap", "stressIn", "Stress in gap"])
@@ -163,16 +152,14 @@ def test_a_name_with_a_slash_is_compared_as_a_whole():
 
 def test_suggestions_are_what_a_search_finds_and_then_similar_names_none_twice():
     names = [match.entry.name for match in suggestions("Constant", ENTRIES)]
-    assert names == ["Constant", "Step", "ConstantPhase"]
-    names = [match.entry.name for match in suggestions("GapPlane", ENTRIES)]
-    assert names[0] == "MaxwellStressInGap"
-    assert len(set(names)) == len(names)
+    assert names[:2] == ["Constant", "ConstantPhase"]
+    assert len(set(names)) == len(names) == 3
 
 
 def test_a_question_names_each_with_what_it_is():
     matches = search("Constant", ENTRIES)[:2]
     assert as_question(matches) == (
-        " Did you mean 'Constant' (A dielectric without dispersion) or 'Step' (A voltage that is switched on)?"
+        " Did you mean 'Constant' (A dielectric without dispersion) or 'ConstantPhase' (A constant-phase element)?"
     )
     assert as_question(matches[:1]) == " Did you mean 'Constant' (A dielectric without dispersion)?"
     assert as_question(()) == ""

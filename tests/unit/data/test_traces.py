@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.trace import FORMAT, make_trace
 from electrovib.data.columns import read_columns
-from electrovib.data.traces import comma_separated, load_csv, load_nc, save_csv, save_nc
+from electrovib.data.traces import comma_separated, load_csv, load_nc, open_trace, save_csv, save_nc
 
 LAYERS = ["insulator", "gap", "stratum_corneum"]
 
@@ -315,6 +315,15 @@ def test_csv_cut_short(tmp_path):
     path.write_text("".join(lines[:1]))
     with pytest.raises(DataFileError, match="holds no rows"):
         load_csv(path)
+
+
+def test_a_trace_with_the_words_of_earlier_versions_says_what_reads_it(tmp_path):
+    path = tmp_path / "old.nc"
+    old = small()
+    old.attrs["lamps"] = "{}"
+    save_nc(old, path)
+    with pytest.raises(DataFileError, match="is read by electrovib up to commit 74849e5d"):
+        open_trace(path)
 
 
 def test_parts_of_a_csv_belong_together(tmp_path):

@@ -42,9 +42,6 @@ RIGHT = [
     "circuit.amplifier.gain",
     "stack.gap.leak.model",
     "finger.mass",
-    "motion.programme",  # a former name
-    "load.programme",
-    "contact.ridge_share",  # a parameter of older versions
 ]
 
 
@@ -177,9 +174,3 @@ def test_a_derived_parameter_has_a_source():
     assert "high" in sine.derived
     assert wrong_sources(sine, {"sources": {"high": "mine", "amplitude": "mine"}}) == []
     assert len(wrong_sources(sine, {"sources": {"hold": "mine"}})) == 1
-
-
-def test_a_former_name_is_no_mistake_beside_another_one():
-    with pytest.raises(InputError) as error:
-        ev.load(tables(**{"load.programme": "mine"}) | {"friction": {"model": "Nothing"}})
-    assert [problem.path for problem in error.value.problems] == ["friction"]

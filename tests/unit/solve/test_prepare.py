@@ -194,12 +194,3 @@ def test_a_faster_drive_has_its_material_reduced_over_its_own_band():
     fast = {"drive.frequency": 2e6}
     expected = one_by_one("vardar_2017/sine", [fast], "peak current")[0]
     assert function(fast)["peak current"] == pytest.approx(expected, rel=1e-12)
-
-
-def test_a_free_parameter_may_have_its_former_name():
-    scenario = ev.load("vezzoli_2014/fig6", changes={"load.time_profile": {"model": "Press", "rise": 1e-3}})
-    old, new = (
-        ev.prepare(scenario, free=[f"load.{name}.rise"], quantities=["mean lateral_force"])
-        for name in ("programme", "time_profile")
-    )
-    assert old([2e-3]) == new([2e-3]) != new([1e-3])

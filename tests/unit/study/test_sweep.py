@@ -315,16 +315,3 @@ def test_a_calibrated_level_follows_the_voltage():
         "detection level"
     ]
     assert float(levels[1]) == perceive(scenario, set={"drive.high": 200.0}).sensation
-
-
-def test_a_parameter_is_swept_by_its_former_name():
-    profile = {"model": "Press", "rise": 1e-3}
-    scenario = SCENARIO.replace({"load.time_profile": profile})
-    rises = [1e-3, 2e-3]
-    old, new = (sweep(scenario, {f"load.{name}.rise": rises}) for name in ("programme", "time_profile"))
-    assert old.identical(new)
-    assert list(parse_over(scenario, ["load.programme.rise=1ms:2ms:2"])) == ["load.time_profile.rise"]
-    with pytest.raises(
-        InputError, match=r"load.programme.rise: is the former name of 'load.time_profile.rise'"
-    ):
-        sweep(scenario, {"load.time_profile.rise": rises, "load.programme.rise": rises})

@@ -20,7 +20,7 @@ def command(
     query: Annotated[
         str,
         typer.Argument(
-            help="A name, a former name, or a word to search for; without one, an overview.",
+            help="A name, or a word to search for; without one, an overview.",
             show_default=False,
             autocompletion=model_names,
         ),

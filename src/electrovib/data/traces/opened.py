@@ -25,8 +25,8 @@ FORMATS: Final[dict[str, Callable[[Path], xarray.Dataset]]] = {
 }
 """Maps a suffix to its reader."""
 
-FORMER_ATTRIBUTES: Final = {"lamps": "validity"}
-"""Former names of attributes, as in files written by earlier versions, and the present ones."""
+_FORMER: Final = "lamps"
+"""Attribute of Traces that commits up to 74849e5d could read; their models and parameters have other names since."""
 
 
 Source = TypeVar("Source")
@@ -72,5 +72,10 @@ def open_trace(path: str | Path) -> xarray.Dataset:
             path=place,
         )
     trace = reader(place)
-    trace.attrs = {FORMER_ATTRIBUTES.get(name, name): value for name, value in trace.attrs.items()}
+    if _FORMER in trace.attrs:
+        raise DataFileError(
+            "was written when models and parameters had other names, and is read by electrovib up to commit 74849e5d; compute"
+            " it again from its scenario, or read its numbers with xarray",
+            path=place,
+        )
     return trace

@@ -45,7 +45,6 @@ def _pieces(points: list[tuple[float, float]], period: float | None = None) -> L
 class Step(Drive):
     """A voltage switched on at time 0 and held."""
 
-    former_names: ClassVar[tuple[str, ...]] = ("Constant",)
     equation: ClassVar[Mapping[str, str]] = {"voltage": "level"}
     example: ClassVar[Mapping[str, Any]] = {"level": 100}
 

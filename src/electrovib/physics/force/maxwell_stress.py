@@ -48,7 +48,6 @@ class MaxwellStressInGap(ForceLaw):
     reference: ClassVar[str] = "virtual work at fixed voltage"
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2"}
-    former_names: ClassVar[tuple[str, ...]] = ("GapPlane",)
     evaluation_surface: ClassVar[str] = "gap"
     of_second_degree: ClassVar[bool] = True
     checks: ClassVar[tuple[Check, ...]] = (
@@ -85,7 +84,6 @@ class MaxwellStressInInsulator(ForceLaw):
 
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
-    former_names: ClassVar[tuple[str, ...]] = ("InsulatorPlane",)
     evaluation_surface: ClassVar[str] = "insulator"
     of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("plate",)
@@ -123,7 +121,6 @@ class MaxwellStressInStratumCorneum(ForceLaw):
 
     status: ClassVar[str] = "derived"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "E*D/2"}
-    former_names: ClassVar[tuple[str, ...]] = ("StratumCorneumPlane",)
     evaluation_surface: ClassVar[str] = "stratum_corneum"
     of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("finger",)
@@ -166,7 +163,6 @@ class EffectiveMedium(ForceLaw):
     )
     status: ClassVar[str] = "full text"
     equation: ClassVar[Mapping[str, str]] = {"pressure": "eps0*E**2/2", "E": "voltage/sqrt(K*L)", **SUMS}
-    former_names: ClassVar[tuple[str, ...]] = ("EffectiveMediumPlane",)
     evaluation_surface: ClassVar[str] = "effective medium"
     of_second_degree: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = _PLATE_AND_FINGER

@@ -29,8 +29,6 @@ class Load(Model):
     equation: ClassVar[Mapping[str, str]] = {"forces": "normal_force*time_profile.share(time)"}
     example: ClassVar[Mapping[str, Any]] = {"normal_force": 0.5}
 
-    former_parameters: ClassVar[Mapping[str, str]] = {"programme": "time_profile"}
-
     normal_force: Annotated[Number, Quantity("N", 0, 1e3, "full force with which the finger is pressed")]
     time_profile: TimeProfile = Steady()
 

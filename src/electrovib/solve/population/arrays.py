@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.changes import derived_at, stored_path
+from electrovib.core.changes import derived_at
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.physics.interface import INTERFACE
@@ -17,7 +17,7 @@ from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_to
 from electrovib.solve.electrics.solution import Solution, linear_quantities
 from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.mechanics.mechanical import FrictionChain
-from electrovib.solve.population.columns import check_values, stored_columns, with_columns
+from electrovib.solve.population.columns import check_values, with_columns
 from electrovib.solve.population.drives import SharedDrive, excitation, shared_drive
 from electrovib.solve.population.reduced import debye_of, shared_reductions
 from electrovib.solve.population.response import joined, respond, some_of
@@ -96,7 +96,7 @@ class Arrays:
         self.time = alone.time
         self.frequency = scenario.frequency.frequencies()
         self._quantities = {path: quantity_at(scenario, path) for path in free}
-        of_drive = tuple(stored_path(scenario, path) for path in free if path.startswith("drive."))
+        of_drive = tuple(path for path in free if path.startswith("drive."))
         times = scenario.time.times(scenario.drive) if self.time is None else self.time
         self._largest: Any = scenario.drive.largest() if self.time is None else 0.0
         self.drive: SharedDrive | None = None
@@ -154,7 +154,7 @@ class Arrays:
 
     def _parts(self, draws: Mapping[str, Real], rows: int) -> Iterator[tuple[dict[str, Any], int]]:
         """Yield the signals of some fingers after the other, and how many these are."""
-        columns = stored_columns(self.scenario, draws)
+        columns = {path: np.ascontiguousarray(each, dtype=float)[:, None] for path, each in draws.items()}
         inner = {path: column for path, column in columns.items() if not path.startswith("drive.")}
         member = with_columns(self.scenario, inner)
         asked = self._asked(member) if self._has_modes else {}
@@ -385,7 +385,7 @@ def _refuse_columns(scenario: Scenario, free: tuple[str, ...]) -> None:
     for path in free:
         if derived_at(scenario, path) is not None and not path.startswith("drive."):
             raise NotInArraysError(f"{path} is derived from other parameters")
-        if not stored_path(scenario, path).startswith(_COLUMNS):
+        if not path.startswith(_COLUMNS):
             raise NotInArraysError(
                 f"{path} is no number of the layers, the circuit, the drive, the law, the area, the load or the friction"
             )

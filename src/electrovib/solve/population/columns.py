@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.numbers import nested
@@ -65,7 +64,7 @@ def _parts(scenario: Scenario, columns: Mapping[str, Real]) -> dict[str, dict[st
     """Return the columns within each member of a family that checks parameters together, by the path of the member."""
     found: dict[str, dict[str, Real]] = {}
     for path, values in columns.items():
-        keys = stored_path(scenario, path).split(".")
+        keys = path.split(".")
         for place in range(1, len(keys)):
             part = ".".join(keys[:place])
             if checks_together(type(value_of(scenario, part))):
@@ -101,11 +100,3 @@ def _refused(scenario: Scenario, part: str, columns: Mapping[str, Real]) -> str:
 def _checked(model: Model) -> None:
     for name in checks_together(type(model)):
         getattr(model, name)()
-
-
-def stored_columns(scenario: Scenario, columns: Mapping[str, Real]) -> dict[str, Real]:
-    """Return the values of fingers as columns, by the paths under which the scenario stores them."""
-    return {
-        stored_path(scenario, path): np.ascontiguousarray(values, dtype=float)[:, None]
-        for path, values in columns.items()
-    }

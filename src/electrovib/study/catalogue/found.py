@@ -8,7 +8,7 @@ from typing import Final
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.search import ALIAS, FORMER, NAME, SPELLING, Match, as_question, search, suggestions
+from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
 from electrovib.study.catalogue.columns import laid_out
 from electrovib.study.catalogue.items import REMARKS, Item, everything, scenario_items
 from electrovib.study.catalogue.listed import Listed, Listing
@@ -18,7 +18,7 @@ from electrovib.study.catalogue.pages import page
 
 MOST: Final = 15
 """Entries shown of a search; the number of the others is stated."""
-WHOLE: Final = {NAME, ALIAS, FORMER}
+WHOLE: Final = {NAME, ALIAS}
 """Stages of a search at which an entry has, or had, the whole name."""
 RUN: Final = (
     "'electrovib run NAME' runs a scenario, 'electrovib init NAME -o my.toml' writes it as a file to change."
@@ -31,7 +31,7 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     Parameters
     ----------
     query : str
-        A name, a former name, a part of a name, or words of a description; everything if empty.
+        A name, a part of a name, or words of a description; everything if empty.
     complete : bool
         Show every entry on a line of its own instead of an overview, or all that a search finds.
 
@@ -142,7 +142,7 @@ def _as_text(query: str, full: list[Item], records: list[Listed], *, complete: b
     others = [record for record in records if (record.name, record.kind) not in shown_in_full]
     if full and not complete:
         others = [record for record in others if not record.reason.startswith(REMARKS)]
-    pages = [_with_former_name(query, item) for item in full]
+    pages = [page(item) for item in full]
     shown = others if complete else others[: MOST if not full else MOST // 2]
     if shown:
         title = f"Also found for '{query}'" if full else f"Found for '{query}'"
@@ -150,9 +150,3 @@ def _as_text(query: str, full: list[Item], records: list[Listed], *, complete: b
     if hidden := len(others) - len(shown):
         pages.append(f"and {hidden} more: 'electrovib models --all \"{query}\"' lists them\n")
     return "\n".join(pages)
-
-
-def _with_former_name(query: str, item: Item) -> str:
-    former = query.strip().casefold() in (name.casefold() for name in item.former)
-    start = f"'{query.strip()}' is now called {item.record.name}.\n\n" if former else ""
-    return f"{start}{page(item)}"

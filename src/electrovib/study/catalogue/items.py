@@ -31,13 +31,11 @@ PAPERS, SCENARIOS, LIBRARY = "papers", "scenarios", "material library"
 class Item:
     """One thing of the catalogue: a model class, the module of a paper, or what a paper offers.
 
-    `former` are names that it had, `aliases` other names of the same thing, and `texts` are searched by their
-    labels.
+    `aliases` are other names of the same thing, and `texts` are searched by their labels.
     """
 
     thing: Any
     record: Listed
-    former: tuple[str, ...]
     texts: Mapping[str, str]
     aliases: tuple[str, ...] = ()
 
@@ -48,7 +46,6 @@ class Item:
             name=self.record.name,
             kind=self.record.kind,
             meaning=self.record.meaning,
-            former=self.former,
             aliases=self.aliases,
             texts=self.texts,
         )
@@ -102,7 +99,7 @@ def _of_model(model: type[Model], kind: str, group: str) -> Item:
     parameters |= {name: quantity.doc for name, quantity in model.derived.items()}
     texts = {"parameters": ", ".join(f"{name} ({meaning})" for name, meaning in parameters.items())}
     texts |= {"group": f"{kind}, {group}", "notes": inspect.getdoc(model) or "", "reference": model.reference}
-    return Item(model, record, model.former_names, texts)
+    return Item(model, record, texts)
 
 
 def _meaning(model: type[Model], parameter: str) -> str:
@@ -127,7 +124,7 @@ def paper_items(*, own: bool = False) -> Iterator[Item]:
             runnable=f"not: {unread}" if _not_runnable(module) else "yes",
         )
         texts = {"citation": module.CITATION, "claims": module.__doc__ or "", "not read": unread}
-        yield Item(module, record, (), texts)
+        yield Item(module, record, texts)
 
 
 def _title(module: ModuleType) -> str:
@@ -163,7 +160,7 @@ def _library() -> Iterator[Item]:
             status=status,
         )
         texts = {"kind": substance.kind, "model": type(material).__name__, "source": substance.strength_words}
-        yield Item(substance, record, (), texts, substance.aliases)
+        yield Item(substance, record, texts, substance.aliases)
 
 
 def _offered() -> Iterator[Item]:
@@ -177,14 +174,7 @@ def _offered() -> Iterator[Item]:
             record = Listed(
                 name=name, kind=kind, meaning=meaning, group=function, paper=author_year, status=status
             )
-            yield Item(thing, record, _former(name), {"source": source, "model": type(thing).__name__})
-
-
-def _former(name: str) -> tuple[str, ...]:
-    """Find the names that something a paper offers had before."""
-    author_year, _, key = name.partition("/")
-    former: Mapping[str, str] = getattr(papers()[author_year], "FORMER_NAMES", {})
-    return tuple(f"{author_year}/{old}" for old, today in former.items() if today == key)
+            yield Item(thing, record, {"source": source, "model": type(thing).__name__})
 
 
 def _content(thing: Any) -> str:
@@ -225,7 +215,7 @@ def scenario_items() -> Iterator[Item]:
             status=getattr(module, "STATUS", ""),
             reproduces=note.reproduces,
         )
-        yield Item(scenario, record, _former(name), _texts_of(scenario, record, note.keywords, module))
+        yield Item(scenario, record, _texts_of(scenario, record, note.keywords, module))
 
 
 def _texts_of(scenario: Scenario, record: Listed, keywords: str, module: ModuleType) -> dict[str, str]:

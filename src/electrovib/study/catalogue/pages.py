@@ -48,7 +48,7 @@ def page(item: Item) -> str:
 
 def _of_model(model: type[Model]) -> list[str]:
     lines = [(inspect.getdoc(model) or "").replace("``", "'"), ""]
-    lines += _written_as(model) + _line("formerly", ", ".join(model.former_names))
+    lines += _written_as(model)
     formulas = [line for name, text in model.equation.items() for line in formula_lines(name, text)]
     lines += [part for formula in formulas for part in _line("equation", formula)]
     table = parameters(model)

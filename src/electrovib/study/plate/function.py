@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.changes import with_current_names
 from electrovib.core.errors import ElectrovibError, InputError, Problem, gathered
 from electrovib.core.paths import quantity_at
 from electrovib.scenario import Source, read_scenario
@@ -58,7 +57,6 @@ def find_plate(
     chosen = ""
     with gathered(problems):
         axes = dict(over) if isinstance(over, Mapping) else dict(parse_over(given, over))
-        axes, _ = with_current_names(given, axes)
     with gathered(problems):
         if materials:
             chosen = layer_of(given, layer)

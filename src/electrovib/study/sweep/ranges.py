@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.changes import stored_path
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import expected, parse_quantity
@@ -43,7 +42,7 @@ def _parse_one(scenario: Scenario, text: str) -> tuple[str, Real]:
     match = _RANGE.fullmatch(text.strip())
     if match is None:
         raise InputError(f"--over {text}: {_FORM}")
-    path, count = stored_path(scenario, match[1].strip()), int(match[4])
+    path, count = match[1].strip(), int(match[4])
     quantity = quantity_at(scenario, path)
     if path.startswith("frequency."):
         raise InputError(f"--over {path}: all cases share the grid of frequencies; use --set")

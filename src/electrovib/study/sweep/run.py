@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
-from electrovib.core.changes import stored_changes, with_current_names
+from electrovib.core.changes import stored_changes
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at
@@ -111,8 +111,7 @@ def sweep_cases(
     """Solve the cases of `sweep`, and return each with its diagnostics."""
     scenario = read_scenario(scenario)
     asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
-    named, _ = with_current_names(scenario, over)
-    axes = _numbers(scenario, named)
+    axes = _numbers(scenario, over)
     report = _metered(scenario, axes, records=records).reporting(progress)
     points = [
         {path: float(value) for path, value in zip(axes, values, strict=True)}
@@ -159,7 +158,6 @@ def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], 
             )
         if records and path.startswith("frequency."):
             problems.append(f"over '{path}': with records, all cases share the grid of frequencies")
-    problems += with_current_names(scenario, over)[1]
     if problems:
         raise InputError(problems)
     return asked

@@ -39,7 +39,6 @@ def own_copy(kind):
     flags = __future__.annotations.compiler_flag
     exec(compile(source, OWN.__name__, "exec", flags, dont_inherit=True), OWN.__dict__)
     copy = getattr(OWN, f"Own{kind.__name__}")
-    copy.former_names = ()
     copy.model_rebuild(force=True, _types_namespace=OWN.__dict__)
     return copy
 

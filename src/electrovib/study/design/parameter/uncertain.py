@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.changes import stored_changes, stored_path
+from electrovib.core.changes import stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.study.design.parameter.evaluation import Evaluation
@@ -81,7 +81,7 @@ def inputs_of(scenario: Scenario, free: str) -> tuple[str, ...]:
     """Return the parameters other than the free one that an elasticity can be computed of: those that are not 0."""
     value = value_at(scenario, free)
     moved, _ = stored_changes(scenario, {free: 0.9 * value or 1.0})
-    own = {*moved, stored_path(scenario, free)}
+    own = {*moved, free}
     return tuple(
         path
         for path, value, _ in scenario.parameters()
