@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import settings
 
-from electrovib.core.allowance import ONE_THREAD
+from electrovib.core.budget import ONE_THREAD
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.update(ONE_THREAD | os.environ)  # for processes of `-n`, and those that tests start

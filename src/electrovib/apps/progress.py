@@ -110,7 +110,7 @@ def _columns(*, counted: bool) -> list[Any]:
 
 def progress_words(done: float, total: float | None, rate: float | None, left: float | None) -> str:
     """Write how far a computation is: ``20480 of 100000, 5.1e+04/s, 2 s left`` (parts, parts a second)."""
-    from electrovib.core.amounts import duration
+    from electrovib.core.budget import duration
 
     if total is None:
         return ""

@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from electrovib.apps.exit_codes import INTERRUPTED
-from electrovib.core.allowance import ONE_THREAD
+from electrovib.core.budget import ONE_THREAD
 
 if TYPE_CHECKING:
     from types import FrameType

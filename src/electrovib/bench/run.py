@@ -2,36 +2,39 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+import hashlib
+import signal
+import tempfile
+import threading
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.bench.clock import SystemClock
 from electrovib.bench.connections import connect
 from electrovib.bench.end import incomplete, rehearse, saved, tell
 from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
-from electrovib.bench.lock import one_process
 from electrovib.bench.plan import BenchPlan, make_plan
 from electrovib.bench.sequence import BurstSequence
 from electrovib.bench.settings import BenchSettings, read_settings
-from electrovib.bench.signals import stopping_signals
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
+from electrovib.data.lock import HeldError, held
 from electrovib.export.save import check_output
 from electrovib.scenario import Source, read_scenario
 from electrovib.scenario.space.counter import checked_seed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
+    from types import FrameType
 
     import xarray
 
     from electrovib.bench.clock import BenchClock
     from electrovib.bench.link import Connection
-    from electrovib.bench.signals import Stops
 
 
 def plan_bench(
@@ -292,3 +295,93 @@ def _stopped(error: BaseException | None, sentences: list[str]) -> BaseException
     if isinstance(error, BenchStopped):
         return BenchStopped("; ".join(sentences))
     return BenchError(sentences)
+
+
+def lock_file(resources: Mapping[str, str]) -> Path:
+    """Return the file of the lock of a bench with these addresses."""
+    key = hashlib.sha256("\n".join(sorted(resources.values())).encode()).hexdigest()[:16]
+    return Path(tempfile.gettempdir()) / f"electrovib-bench-{key}.lock"
+
+
+@contextmanager
+def one_process(resources: Mapping[str, str]) -> Iterator[str]:
+    """Hold the lock of a bench; yield what a run that was killed left, or ""."""
+    path = lock_file(resources)
+    with ExitStack() as stack:
+        try:
+            left = stack.enter_context(held(path))
+        except HeldError as error:
+            who = f"{error}, " if str(error) else ""
+            raise BenchError(
+                f"another process uses this bench ({who}lock {path}); wait until it has ended, there is no option to override"
+                " this"
+            ) from None
+        yield f"running, {left}" if left else ""
+
+
+_STOPPING: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+_REPEATED: Final = "SIGALRM"
+"""The command line repeats an interrupt by it."""
+
+
+class Stops:
+    """What has asked the process to end while a bench is in use: the first signal raises once, later ones only wait.
+
+    An exception in a signal handler can be lost: Python only prints what a callback raises, and a compiled
+    library whose import is interrupted raises an ImportError instead. So the signal is kept too, and `check`
+    raises for it again.
+    """
+
+    def __init__(self) -> None:
+        self.first: signal.Signals | None = None
+        self.is_held = False
+
+    def received(self, number: int, frame: FrameType | None) -> None:
+        """Keep the first signal and raise for it, unless signals are held."""
+        del frame
+        if self.first is None:
+            self.first = signal.Signals(number)
+            self.check()
+
+    def check(self) -> None:
+        """Raise if the process was asked to end."""
+        error = self.error()
+        if error is not None and not self.is_held:
+            raise error
+
+    def error(self) -> KeyboardInterrupt | BenchStopped | None:
+        """Return the exception of the first signal, or None."""
+        if self.first is None:
+            return None
+        return KeyboardInterrupt() if self.first == signal.SIGINT else BenchStopped(self.first.name)
+
+
+@contextmanager
+def stopping_signals() -> Iterator[Stops]:
+    """Raise KeyboardInterrupt or `BenchStopped` at the first signal that asks the process to end, and keep it.
+
+    With `is_held` set nothing is raised any more. A signal that came then, or whose exception was lost, is
+    sent again after the block, unless the block raises. Only the main thread receives signals; in another one
+    nothing is changed.
+    """
+    stops = Stops()
+    if threading.current_thread() is not threading.main_thread():
+        yield stops
+        return
+    known = [getattr(signal, name) for name in (*_STOPPING, _REPEATED) if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in known}
+    repeated = before.get(getattr(signal, _REPEATED, None))
+
+    def again(number: int, frame: FrameType | None) -> None:
+        if not stops.is_held and callable(repeated):
+            repeated(number, frame)
+
+    try:
+        for number in known:
+            signal.signal(number, again if number.name == _REPEATED else stops.received)
+        yield stops
+    finally:
+        for number, former in reversed(before.items()):  # SIGINT last: its handler may raise at once
+            signal.signal(number, former)
+    if stops.first is not None:
+        signal.raise_signal(stops.first)

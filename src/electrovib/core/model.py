@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Self, TypeVar, get_args
+import functools
+import hashlib
+import inspect
+import json
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any, ClassVar, Final, NoReturn, Self, TypeVar, get_args
 
 from pydantic import (
+    BaseModel,
     ConfigDict,
     ModelWrapValidatorHandler,
     ValidationError,
@@ -16,18 +21,125 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.changes import stored_changes
-from electrovib.core.completion import ABOUT, hidden_names
 from electrovib.core.discovery import find_member, find_members, find_offer
 from electrovib.core.errors import LONGEST_QUOTED, InputError, Problem, shortened, suggestion
 from electrovib.core.files import DeclaresFile
-from electrovib.core.immutable import Immutable
 from electrovib.core.meant import explained as explained_path
 from electrovib.core.mistakes import explained, near_members, problems, wants
 from electrovib.core.quantity import Quantity, quantity_of
 from electrovib.core.tables import put
-from electrovib.core.written import Written
 
 M = TypeVar("M", bound="Model")
+
+
+class Written(BaseModel):
+    """A model that is written as nested tables, and compared by them."""
+
+    is_member: ClassVar[bool] = False
+    """Whether it is one of a family, whose tables name it."""
+    later_parameters: ClassVar[frozenset[str]] = frozenset()
+    """Parameters that were added later: at their defaults they do not enter the hash, which older files carry."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the nested tables that build this model again, floats in SI.
+
+        Returns
+        -------
+        dict
+            Member of a family: with its ``model`` name first.
+        """
+        return self._tables(hashed=False)
+
+    def opened(self, names: Collection[str]) -> dict[str, Any]:
+        """Give the tables of some parts, and the other parts as the models that they are.
+
+        Parameters
+        ----------
+        names : collection of str
+            Parameters whose tables are given.
+
+        Returns
+        -------
+        dict
+            Builds this model again; parts that stay models are not validated again.
+        """
+        return {
+            name: value if isinstance(value, Written) and name not in names else _plain(value, hashed=False)
+            for name, value in self
+        }
+
+    def _tables(self, *, hashed: bool) -> dict[str, Any]:
+        content = {"model": type(self).__name__} if self.is_member else {}
+        fields, later = type(self).model_fields, self.later_parameters if hashed else ()
+        kept = ((name, value) for name, value in self if name not in later or value != fields[name].default)
+        return content | {name: _plain(value, hashed=hashed) for name, value in kept}
+
+    def canonical(self) -> str:
+        """Write the canonical JSON: what equality, hash and the scenario's hash are made of.
+
+        Returns
+        -------
+        str
+            Parameters in the order of their declaration, layers in that of the stack, which is physics.
+        """
+        return json.dumps(self._tables(hashed=True), separators=(",", ":"), default=_content)
+
+    def digest(self) -> str:
+        """Give the SHA-256 of the canonical JSON, hexadecimal."""
+        return hashlib.sha256(self.canonical().encode()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Written) and type(self) is type(other) and self.canonical() == other.canonical()
+        )
+
+    def __hash__(self) -> int:
+        return hash((type(self).__name__, self.canonical()))
+
+
+def _plain(value: Any, *, hashed: bool) -> Any:
+    if isinstance(value, Written):
+        return value._tables(hashed=hashed)  # noqa: SLF001  # of its own kind
+    if isinstance(value, (tuple, list)):
+        return [_plain(item, hashed=hashed) for item in value]
+    if isinstance(value, Mapping):
+        return {key: _plain(item, hashed=hashed) for key, item in value.items()}
+    return value
+
+
+def _content(value: Any) -> Any:
+    return value.canonical_content()
+
+
+_COPY = 'replace returns a changed copy, as in scenario.replace({"drive.high": "150 V"})'
+
+
+class Immutable(BaseModel):
+    """A pydantic model that refuses assignments to its instances and names the call that returns a changed copy."""
+
+    def __setattr__(self, name: str, value: Any) -> NoReturn:
+        """Refuse an assignment."""
+        raise InputError(f"{type(self).__name__}.{name}: is not changed in place; {_COPY}")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        """Refuse a deletion."""
+        raise InputError(f"{type(self).__name__}.{name}: is not deleted in place; {_COPY}")
+
+
+ABOUT: Final = frozenset({"equation", "reference", "status"})
+"""Attributes of a class that are listed beside its parameters, if they are not empty."""
+
+
+@functools.cache
+def hidden_names(base: type[BaseModel]) -> frozenset[str]:
+    """Return the names that a base class of models has for its subclasses, and not for the user of a model."""
+    return frozenset(
+        name
+        for name in dir(base)
+        if name in dir(BaseModel)
+        or not callable(getattr(base, name))
+        or isinstance(inspect.getattr_static(base, name), classmethod)
+    )
 
 
 class Model(Immutable, DeclaresFile, Written):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from electrovib.core.allowance import content_allowed, megabytes
+from electrovib.core.budget import content_allowed, megabytes
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

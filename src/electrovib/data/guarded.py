@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 
 import numpy as np
 
-from electrovib.core.allowance import ONE_THREAD, content_allowed, megabytes, memory_allowed
+from electrovib.core.budget import ONE_THREAD, content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, NoColumnError, Problem
 from electrovib.data.columns.faults import check_file, damaged
 

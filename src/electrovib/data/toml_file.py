@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.allowance import megabytes
+from electrovib.core.budget import megabytes
 from electrovib.core.errors import InputError
 from electrovib.core.files import note_input
 from electrovib.core.parsing import read_toml

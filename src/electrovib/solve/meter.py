@@ -10,8 +10,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final
 
-from electrovib.core.amounts import duration
-from electrovib.core.budget import LISTENER, Budget, BudgetError, Work, allowed, refuse_beyond, too_much
+from electrovib.core.budget import (
+    LISTENER,
+    Budget,
+    BudgetError,
+    Work,
+    allowed,
+    duration,
+    refuse_beyond,
+    too_much,
+)
 
 SHORTER: Final = "choose a shorter time.duration, a slower drive or one with fewer corners"
 """Remedy for a run with too many steps."""

@@ -11,7 +11,7 @@ import typer
 
 import electrovib as ev
 from electrovib.apps.cli import app, main
-from electrovib.core.allowance import ONE_THREAD
+from electrovib.core.budget import ONE_THREAD
 
 COMMANDS = sorted(
     [command.name for command in app.registered_commands]

@@ -13,8 +13,7 @@ import electrovib as ev
 from electrovib.bench import run
 from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
-from electrovib.bench.readback import compare, refuse_beyond
-from electrovib.bench.sequence import STEPS, RunRecord
+from electrovib.bench.sequence import STEPS, RunRecord, compare, refuse_beyond
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.physics.limits import Limits
 

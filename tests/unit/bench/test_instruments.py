@@ -15,11 +15,11 @@ from electrovib.bench.drivers.hp_33120a import Hp33120a, mismatches
 from electrovib.bench.drivers.tektronix_tds3014b import TektronixTds3014b, time_scale, volt_scale
 from electrovib.bench.faults import BenchError
 from electrovib.bench.link import Link
-from electrovib.bench.lock import one_process
+from electrovib.bench.run import one_process
 from electrovib.bench.settings import read_settings
 from electrovib.bench.twin.commands import matches
 from electrovib.bench.twin.generator import TwinGenerator
-from electrovib.bench.twin.oscilloscope import TwinOscilloscope
+from electrovib.bench.twin.simulated import TwinOscilloscope
 from electrovib.core.errors import InputError
 
 SCENARIO = "vezzoli_2014/fig6"

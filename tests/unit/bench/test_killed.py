@@ -13,7 +13,7 @@ import electrovib as ev
 from electrovib.bench.connections import connect
 from electrovib.bench.faults import BenchError
 from electrovib.bench.link import Link
-from electrovib.bench.lock import one_process
+from electrovib.bench.run import one_process
 
 SCENARIO = "vezzoli_2014/fig6"
 BURST = 0.272

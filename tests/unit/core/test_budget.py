@@ -6,13 +6,13 @@ import threading
 
 import pytest
 
-from electrovib.core.amounts import duration
 from electrovib.core.budget import (
     Budget,
     BudgetError,
     Work,
     allowed,
     budget,
+    duration,
     listening,
     read_budget,
     refuse_beyond,

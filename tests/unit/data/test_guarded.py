@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 
-from electrovib.core.allowance import content_allowed, megabytes, memory_allowed
+from electrovib.core.budget import content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError
 from electrovib.core.trace import make_trace
 from electrovib.data.columns import read_columns

@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
-from electrovib.physics.loss_column import LossColumn
 from electrovib.physics.material import ColeCole, ConstantPhase, Material
-from electrovib.physics.tabulated import Tabulated
+from electrovib.physics.tabulated import LossColumn, Tabulated
 from electrovib.scenario import load, read_part
 from electrovib.solve.stack.reduce import reduce_material
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.allowance import content_allowed, megabytes
+from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.readers.recorded import DataColumn, Recorded
 from electrovib.data.readers.unit_words import as_unit

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.allowance import content_allowed
+from electrovib.core.budget import content_allowed
 from electrovib.core.errors import DataFileError
 from electrovib.data.columns.faults import check_file
 from electrovib.data.columns.headings import name_and_unit

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.allowance import content_allowed, megabytes, memory_allowed
+from electrovib.core.budget import content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.allowance import content_allowed, megabytes
+from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.guarded import Reader
 from electrovib.data.readers.mat_choice import Known, chosen, structs_on_path

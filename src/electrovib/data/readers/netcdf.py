@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.allowance import content_allowed, megabytes
+from electrovib.core.budget import content_allowed, megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.columns.column import check_row
 from electrovib.data.columns.headings import choose, name_and_unit

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.allowance import megabytes
+from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError
 from electrovib.data.columns.faults import check_file
 from electrovib.data.guarded import Reader, read_guarded

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.allowance import megabytes, memory_allowed
+from electrovib.core.budget import megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.columns.faults import DAMAGE, check_file, damaged
 from electrovib.data.guarded import Reader, ReaderLimits, read_guarded

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.allowance import content_allowed
+from electrovib.core.budget import content_allowed
 from electrovib.core.errors import InputError
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing

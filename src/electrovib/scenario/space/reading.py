@@ -4,25 +4,36 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
 
 from electrovib.core.errors import LONGEST_QUOTED, InputError, gathered, nearest, shortened
+from electrovib.core.files import note_input
 from electrovib.core.paths import quantity_at
+from electrovib.core.units import format_quantity, parse_quantity
+from electrovib.data.columns import read_columns
+from electrovib.data.toml_file import read_toml_file
+from electrovib.scenario.distributions import Distribution, Empirical, Normal, Truncated
 from electrovib.scenario.reading import Source, read_scenario
-from electrovib.scenario.space.acceptance import accepted
-from electrovib.scenario.space.entries import read_distribution
 from electrovib.scenario.space.groups import Group, Grouping
 from electrovib.scenario.space.origin import KEYS, Origin, read_origin
 from electrovib.scenario.space.relations import check_relations
+from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.scenario.space.space import Space
-from electrovib.scenario.space.tables import PARTS, tables_of
-from electrovib.scenario.space.writing import SCHEMA
+from electrovib.scenario.space.writing import SCHEMA, WITHOUT_UNIT
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from electrovib.core.quantity import Quantity
     from electrovib.scenario.distributions import Distribution
     from electrovib.scenario.experiment import Scenario
+    from electrovib.scenario.space.space import Space
 
 SpaceSource: TypeAlias = "str | Path | Mapping[str, Any] | Space"
 """Anything that a space can be read from."""
@@ -231,3 +242,208 @@ def _flattened(table: Any, start: str = "") -> dict[str, Any]:
         else:
             found[f"{start}{key}"] = content
     return found
+
+
+def accepted(space: Space, scenario: Scenario) -> Space:
+    """Try the medians of a space in a scenario, and omit optional entries that the scenario refuses."""
+    middle = {stream: np.array([0.5]) for stream in space.streams}
+    medians = {path: float(value[0]) for path, value in space.values(middle).items()}
+    try:
+        scenario.replace(medians)
+    except InputError as error:
+        refused = {
+            path: why
+            for path in medians
+            if _is_optional(space, path) and (why := _reason(scenario, path, medians[path]))
+        }
+        if not refused:
+            raise InputError(
+                f"with the medians of the space, {problem}" for problem in error.problems
+            ) from None
+        return accepted(_reduced(space, refused), scenario)
+    return space
+
+
+def _reason(scenario: Scenario, path: str, value: float) -> str:
+    """Return why a scenario refuses a value; empty if it takes it."""
+    try:
+        scenario.replace({path: value})
+    except InputError as error:
+        return error.problems[0].reason
+    return ""
+
+
+def _is_optional(space: Space, path: str) -> bool:
+    return any(origin.optional for where, origin in space.origins.items() if _belongs(where, path))
+
+
+def _belongs(where: str, path: str) -> bool:
+    return where == path or (where.startswith("groups.") and where.endswith(f".{path}"))
+
+
+def _reduced(space: Space, refused: Mapping[str, str]) -> Space:
+    """Return a space without some paths; a division into groups that sets nothing else goes with them."""
+    groupings = {
+        name: Grouping(
+            groups={
+                label: Group(share=group.share, distributions=_lacking(group.distributions, refused))
+                for label, group in grouping.groups.items()
+            }
+        )
+        for name, grouping in space.groupings.items()
+        if set(grouping.paths) - set(refused)
+    }
+    gone = [
+        where
+        for where in space.origins
+        if any(_belongs(where, path) for path in refused)
+        or (where.startswith("groups.") and where.split(".")[1] not in groupings)
+    ]
+    return dataclasses.replace(
+        space,
+        distributions=_lacking(space.distributions, refused),
+        groupings=groupings,
+        correlations={pair: r for pair, r in space.correlations.items() if not set(pair) & set(refused)},
+        relations=tuple(pair for pair in space.relations if not set(pair) & set(refused)),
+        origins=_lacking(space.origins, gone),
+        units=_lacking(space.units, refused),
+        omitted={**space.omitted, **refused},
+    )
+
+
+def _lacking(mapping: Mapping[str, Any], names: Collection[str]) -> dict[str, Any]:
+    return {name: each for name, each in mapping.items() if name not in names}
+
+
+LARGEST_OUTSIDE: Final = 1e-12
+"""Probability of values outside the range of a parameter that is allowed; a study has fewer draws."""
+_KINDS: Final[dict[str, type[Distribution]]] = {
+    kind.__name__: kind for kind in Distribution.__subclasses__() if kind is not Truncated
+}
+_ENDS: Final = ("low", "high")
+_FILE: Final = ("file", "column")
+
+
+def read_distribution(path: str, content: Any, quantity: Quantity, *, folder: Path) -> Distribution:
+    """Read the table of one distribution, ``{ model = "Normal", mean = "5 um", deviation = "1 um" }``.
+
+    ``low`` and ``high`` truncate any distribution, and a number alone is that value for every draw. All
+    values, but for a negligible share, have to be within the range of the parameter. Keys of the source are
+    not read here.
+    """
+    if isinstance(content, (int, float, str)) and not isinstance(content, bool):
+        content = {"model": "Empirical", "values": [content]}
+    kind = _kind(path, content)
+    names = [each.name for each in dataclasses.fields(kind)]  # type: ignore[arg-type]
+    known = list(dict.fromkeys([*names, *_ENDS, *(_FILE if kind is Empirical else ())]))
+    given = {name: value for name, value in content.items() if name not in {"model", *KEYS}}
+    foreign = [name for name in given if name not in known]
+    if foreign:
+        raise InputError(
+            f"{path}.{foreign[0]}: unknown parameter of {kind.__name__}.{nearest(foreign[0], known)}"
+        )
+    if "file" in given:
+        given = _with_measured(path, given, quantity, folder)
+    numbers = {
+        name: _number(f"{path}.{name}", value, "1" if name in WITHOUT_UNIT else quantity.unit)
+        for name, value in given.items()
+    }
+    try:
+        found = _built(kind, numbers, names)
+    except TypeError:
+        missing = [name for name in names if name not in numbers]
+        raise InputError(f"{path}.{missing[0]}: missing parameter of {kind.__name__}") from None
+    except InputError as error:
+        raise InputError(f"{path}: {problem}" for problem in error.problems) from None
+    return _within(path, found, quantity)
+
+
+def _kind(path: str, content: Any) -> type[Distribution]:
+    name = content.get("model") if isinstance(content, Mapping) else content
+    if not isinstance(content, Mapping) or name not in _KINDS:
+        raise InputError(
+            f"{path}: expected a table with the model of a distribution.{nearest(str(name), _KINDS)}"
+        )
+    return _KINDS[str(name)]
+
+
+def _built(kind: type[Distribution], numbers: dict[str, Any], names: list[str]) -> Distribution:
+    """Build a distribution, truncated at ends that are not parameters of its own."""
+    found = kind(**{name: value for name, value in numbers.items() if name in names})
+    ends = {name: value for name, value in numbers.items() if name not in names}
+    if not ends:
+        return found
+    return found.truncated(ends.get("low", -math.inf), ends.get("high", math.inf))
+
+
+def _with_measured(path: str, given: dict[str, Any], quantity: Quantity, folder: Path) -> dict[str, Any]:
+    """Replace the name of a file by the values of its column."""
+    if "values" in given:
+        raise InputError(f"{path}.values: given in the table and in a file; omit one of them")
+    column = given.get("column", 0)
+    if isinstance(column, bool) or not isinstance(column, (int, str)):
+        raise InputError(
+            f"{path}.column = {column!r}: expected the heading of a column, or its number from 0"
+        )
+    file = folder / str(given["file"])
+    note_input(file)
+    values = read_columns(file, {"values": (column, quantity.unit)})["values"]
+    return {name: each for name, each in given.items() if name not in _FILE} | {"values": values.tolist()}
+
+
+def _within(path: str, found: Distribution, quantity: Quantity) -> Distribution:
+    """Refuse values outside the range of a parameter, with the ends that keep them inside."""
+    if isinstance(found, Normal) and found.low == 0 < quantity.low:  # positive, as a fit writes it
+        found = found.truncated(quantity.low, math.inf)
+    outside = {
+        "low": (found.share(math.nextafter(quantity.low, -math.inf)), quantity.low),
+        "high": (found.share_above(quantity.high), quantity.high),
+    }
+    wrong = {name: pair for name, pair in outside.items() if pair[0] > LARGEST_OUTSIDE}
+    if not wrong:
+        return found
+    share = sum(pair[0] for pair in wrong.values())
+    ends = " and ".join(
+        f"{name} = '{format_quantity(end, quantity.unit)}'" for name, (_, end) in wrong.items()
+    )
+    raise InputError(
+        f"{path}: a share of {share:.2g} of the values is outside the range of this parameter, allowed is"
+        f" {quantity.range()}; truncate the distribution, with {ends} at most"
+    )
+
+
+def _number(path: str, value: Any, unit: str) -> Any:
+    if isinstance(value, (list, tuple)):
+        return tuple(_number(path, each, unit) for each in value)
+    if isinstance(value, str):
+        try:
+            return parse_quantity(value, unit)
+        except ValueError as error:
+            raise InputError(f"{path} = {value}: {error}") from None
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise InputError(f"{path} = {value!r}: expected a finite number, or a text with a unit")
+    return float(value)
+
+
+PARTS: Final = ("schema", "title", "relations", "space", "correlation", "groups")
+"""Tables and values at the top of the file of a space."""
+
+
+def tables_of(source: object) -> tuple[Mapping[str, Any], Path]:
+    """Return the tables of a TOML file or shipped population, and the folder to which their files are relative."""
+    if isinstance(source, Mapping):
+        whole = any(part in source for part in PARTS)
+        return (source if whole else {"space": source}), Path()
+    if not isinstance(source, (str, os.PathLike)):
+        raise InputError(
+            f"space = {shortened(repr(source), LONGEST_QUOTED)}: expected a .toml file, tables, a Space, or one of"
+            f" {', '.join(shipped_names())}"
+        )
+    if str(source) in shipped_names():
+        return read_shipped(str(source)), Path()
+    path = Path(source)
+    if path.suffix != ".toml" and not path.exists():
+        raise InputError(
+            f"'{source}' is neither a file nor a population of the package.{nearest(str(source), shipped_names())}"
+        )
+    return read_toml_file(path, kind="a space", advice="Give a .toml file of a space"), path.parent

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from electrovib.core.amounts import amount_of_memory
+from electrovib.core.budget import amount_of_memory
 from electrovib.core.errors import InputError, gathered, nearest
 from electrovib.core.own_models import use_models, used_files
 from electrovib.core.samples import Samples

@@ -9,8 +9,7 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.allowance import megabytes
-from electrovib.core.budget import Work, refuse_beyond
+from electrovib.core.budget import Work, megabytes, refuse_beyond
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.data.lock import HeldError, held
 from electrovib.solve.meter import Meter, measured

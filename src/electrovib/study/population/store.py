@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.allowance import megabytes
+from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.study.population.declared import BLOCK, FORMAT
 from electrovib.study.population.files import (

@@ -7,8 +7,7 @@ import itertools
 import pytest
 
 import electrovib as ev
-from electrovib.apps.explorer.carried import carried
-from electrovib.apps.explorer.choices import AS_GIVEN, choices, chosen, inline
+from electrovib.apps.explorer.choices import AS_GIVEN, carried, choices, chosen, inline
 from electrovib.apps.explorer.computed import compute
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import ElectrovibError

@@ -20,7 +20,7 @@ from electrovib.apps.explorer.further import (
     Further,
     slices,
 )
-from electrovib.apps.explorer.page.content import MOST_PLOTS, content
+from electrovib.apps.explorer.page.plots import MOST_PLOTS, content
 from electrovib.apps.explorer.session import Pinned
 from electrovib.apps.explorer.state import PageState, presets, scenario_of
 from electrovib.core.errors import ElectrovibError

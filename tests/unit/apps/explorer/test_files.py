@@ -24,7 +24,7 @@ from electrovib.apps.explorer.limits import (
     MOST_VALUES,
 )
 from electrovib.apps.explorer.page.words import fit_words
-from electrovib.apps.explorer.uploads import named, read_upload, read_uploaded_scenario, shown_name
+from electrovib.apps.explorer.reading import named, read_upload, read_uploaded_scenario, shown_name
 from electrovib.core.errors import ElectrovibError, InputError
 
 FIG6 = "vezzoli_2014/fig6"
@@ -50,8 +50,8 @@ def scratch(tmp_path, monkeypatch):
 @pytest.fixture
 def here(monkeypatch):
     """Read in this process, without the second that another one takes to start."""
-    monkeypatch.setattr("electrovib.apps.explorer.uploads.read_apart", reading.read_here)
-    monkeypatch.setattr("electrovib.apps.explorer.uploads.read_tables_apart", reading.read_tables_here)
+    monkeypatch.setattr("electrovib.apps.explorer.reading.read_apart", reading.read_here)
+    monkeypatch.setattr("electrovib.apps.explorer.reading.read_tables_apart", reading.read_tables_here)
 
 
 def test_the_scenario_reads_back(content, shown, tmp_path):

@@ -329,7 +329,7 @@ def test_stopping_the_server_ends_what_is_open(monkeypatch):
 
 def test_sentences_of_a_tab_are_no_html():
     pytest.importorskip("nicegui")
-    from electrovib.apps.explorer.page.content import content
+    from electrovib.apps.explorer.page.plots import content
 
     evil = "<img src=x onerror=alert(1)>"
     words = content(SAFETY, None, Further(problems=(evil,))).above

@@ -23,12 +23,10 @@ from electrovib.apps.explorer.page.words import (
     verdict_words,
 )
 from electrovib.apps.explorer.pictures.axis import Axis
-from electrovib.apps.explorer.pictures.felt import detection, felt
+from electrovib.apps.explorer.pictures.felt import detection, felt, laws, recorded
 from electrovib.apps.explorer.pictures.figure import PlottedCurve, figure, thinned
-from electrovib.apps.explorer.pictures.laws import laws
 from electrovib.apps.explorer.pictures.over_frequency import over_frequency
 from electrovib.apps.explorer.pictures.over_time import over_time
-from electrovib.apps.explorer.pictures.recorded import recorded
 from electrovib.apps.explorer.state import presets
 from electrovib.physics.perception import NonPacinian, Pacinian, Perception
 

@@ -8,8 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 import electrovib as ev
-from electrovib.apps.explorer.ports import close, listening
-from electrovib.apps.explorer.server import _guard
+from electrovib.apps.explorer.server import _guard, close, listening
 from electrovib.core.errors import InputError
 
 pytest.importorskip("nicegui")
@@ -31,14 +30,14 @@ def test_a_port_in_use_is_refused_with_what_to_do(busy):
 
 
 def test_without_a_port_the_next_free_one_is_taken(busy, monkeypatch):
-    monkeypatch.setattr("electrovib.apps.explorer.ports.FIRST_PORT", busy)
+    monkeypatch.setattr("electrovib.apps.explorer.server.FIRST_PORT", busy)
     port, sockets = listening("127.0.0.1", None)
     close(sockets)
     assert busy < port < busy + 50
 
 
 def test_a_port_that_was_chosen_is_taken_before_the_page_is_served(busy, monkeypatch):
-    monkeypatch.setattr("electrovib.apps.explorer.ports.FIRST_PORT", busy)
+    monkeypatch.setattr("electrovib.apps.explorer.server.FIRST_PORT", busy)
     first, sockets = listening("127.0.0.1", None)
     second, others = listening("127.0.0.1", None)
     try:
@@ -53,7 +52,7 @@ def test_a_port_that_was_chosen_is_taken_before_the_page_is_served(busy, monkeyp
 
 
 def test_every_address_of_a_host_is_taken(busy, monkeypatch):
-    monkeypatch.setattr("electrovib.apps.explorer.ports.FIRST_PORT", busy)
+    monkeypatch.setattr("electrovib.apps.explorer.server.FIRST_PORT", busy)
     wanted = {entry[4][0] for entry in socket.getaddrinfo("localhost", busy, type=socket.SOCK_STREAM)}
     _, sockets = listening("localhost", None)
     found = {each.getsockname()[0] for each in sockets}

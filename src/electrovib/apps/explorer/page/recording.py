@@ -11,8 +11,7 @@ from nicegui import events, ui
 from electrovib.apps.explorer.fitting import RunningFit, fittable
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.words import fit_words
-from electrovib.apps.explorer.state import PageState
-from electrovib.apps.explorer.uploads import (
+from electrovib.apps.explorer.reading import (
     OVER_TIME,
     SCENARIO_SUFFIX,
     Uploaded,
@@ -20,6 +19,7 @@ from electrovib.apps.explorer.uploads import (
     read_upload,
     read_uploaded_scenario,
 )
+from electrovib.apps.explorer.state import PageState
 from electrovib.core.errors import ElectrovibError
 from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -10,14 +11,18 @@ import numpy as np
 from electrovib.apps.explorer.pictures.axis import Axis
 from electrovib.apps.explorer.pictures.figure import PlottedCurve, figure
 from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
+from electrovib.apps.explorer.pictures.over_time import TIME
+from electrovib.core.signals import SIGNALS
 from electrovib.physics.perception import Perception
 from electrovib.study.sensation import just_felt
-from electrovib.view.style import COLOURS
+from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL
 from electrovib.view.units import prefix_for, pretty_unit
 
 if TYPE_CHECKING:
+    import xarray
     from numpy.typing import NDArray
 
+    from electrovib.apps.explorer.computed import Computed
     from electrovib.scenario import Scenario
     from electrovib.study.percept import Percept
 
@@ -92,3 +97,59 @@ def detection(percept: Percept, scenario: Scenario) -> tuple[NDArray[Any], str]:
         10 ** (percept.level / 20), weight, out=np.full(weight.shape, np.nan), where=weight > 0
     )
     return felt_alike, "a single sine felt as strongly (no threshold is known)"
+
+
+_COLOURS: Final = (*COLOURS, *FURTHER_COLOURS)
+
+
+def laws(shown: Computed, others: Mapping[str, Computed]) -> list[dict[str, Any]]:
+    """Plot the force of each law over time and over frequency; the law of the page has a solid line."""
+    cases = {type(shown.scenario.force).__name__: shown, **others}
+    plots = []
+    for title, signal, coordinate, x in (
+        ("Electrostatic force of each law", "electrostatic_force", "time", TIME),
+        ("Mean force of each law under a sine", "mean_force", "frequency", FREQUENCY),
+    ):
+        curves = [
+            PlottedCurve(
+                case.values(coordinate),
+                case.values(signal),
+                name,
+                _COLOURS[index % len(_COLOURS)],
+                "dash" if index else "solid",
+            )
+            for index, (name, case) in enumerate(cases.items())
+            if case.has(signal)
+        ]
+        if curves:
+            plots.append(
+                figure(title, x, Axis("force", "N", is_logarithmic=coordinate == "frequency"), curves)
+            )
+    return plots
+
+
+def recorded(shown: Computed, measured: xarray.Dataset) -> list[dict[str, Any]]:
+    """Plot each signal of a recording with the same signal of the page; the modulus of complex ones."""
+    plots = []
+    for name in map(str, measured.data_vars):
+        dims = measured[name].dims
+        if name not in SIGNALS or dims not in (("time",), ("frequency",)):
+            continue
+        dimension = str(dims[0])
+        cases = [("recorded", measured, NEUTRAL, 4.0), ("computed", shown.trace, COLOURS[0], 1.8)]
+        curves = [
+            PlottedCurve(
+                each[dimension].values,
+                np.abs(values) if np.iscomplexobj(values) else values,
+                words,
+                colour,
+                width=width,
+            )
+            for words, each, colour, width in cases
+            if name in each and each[name].dims == dims
+            for values in [each[name].values]
+        ]
+        declared = SIGNALS[name]
+        axis = Axis(declared.doc.partition(",")[0], declared.unit, is_logarithmic=dimension == "frequency")
+        plots.append(figure(name.replace("_", " "), TIME if dimension == "time" else FREQUENCY, axis, curves))
+    return plots
