@@ -1,4 +1,4 @@
-"""The recursion at uneven time stamps as one compiled loop, called by `uneven` for long records."""
+"""Functions that numba compiles, and the recursion at uneven time stamps as one loop, called by `uneven` for long records."""
 
 from __future__ import annotations
 
@@ -22,19 +22,32 @@ _SMALLEST: Final = 1e-300
 _2, _3, _4, _5, _6, _7, _8 = (1.0 / math.factorial(order) for order in range(2, 9))
 
 
-def _compile(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function, and cache it on disk where numba finds a folder to write to."""
+# contract: a product and a sum may be rounded once; the order of operations is kept
+_OPTIONS: Final[dict[str, Any]] = {
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "fastmath": {"contract"},
+}
+
+
+def inner(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that compiled functions of the same file call."""
     from numba import njit
 
-    # contract: a product and a sum are rounded once, the order of operations is kept
-    options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
+    return njit(function, no_cpython_wrapper=True, **_OPTIONS)  # type: ignore[no-any-return]
+
+
+def outer(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that Python calls, and cache it on disk where numba finds a folder to write to."""
+    from numba import njit
+
     try:
-        return njit(function, cache=True, **options)  # type: ignore[no-any-return]
+        return njit(function, nogil=True, cache=True, **_OPTIONS)  # type: ignore[no-any-return]
     except RuntimeError:
-        return njit(function, **options)  # type: ignore[no-any-return]
+        return njit(function, nogil=True, **_OPTIONS)  # type: ignore[no-any-return]
 
 
-@_compile
+@outer
 def follow(
     rates: Any,
     slow: Any,
