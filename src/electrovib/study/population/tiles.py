@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.solve.population.kernels.threads import thread_count
+from electrovib.solve.population.kernels.percentiles import thread_count
 from electrovib.study.population.declared import BLOCK, DeclaredStudy
 from electrovib.study.population.fingers import Evaluator, Tile
 from electrovib.study.population.result import computing_versions

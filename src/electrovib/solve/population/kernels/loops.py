@@ -1,4 +1,4 @@
-"""Loops over fingers that numba compiles: responses to a drive step by step, order statistics, counts and moments.
+"""Loops over fingers that numba compiles: responses to a drive step by step, counts and moments.
 
 They run without the lock of the interpreter, and are kept on disk where there is a folder for it. In `responses`, fingers are
 taken in tiles of `LANES`; the numbers of a tile lie side by side, so that the compiler uses vectors.
@@ -21,8 +21,6 @@ _SMALLEST: Final = (
     2.0**-664
 )  # replaces the scale 0 of a mode that the drive does not excite; a power of 2 is exact
 _TERMS: Final = 19  # order of the last term of the series of exp(u) for u up to 1
-BUCKETS: Final = 2048
-"""Buckets between the smallest and the largest number of a row."""
 TURNED: Final = 16
 """Numbers of a column of a table that are turned into part of a row together."""
 _MINUS_ZERO: Final = -(2**31)  # bit pattern of a float32
@@ -183,38 +181,6 @@ def responses(fingers: Any, grid: Any, memory: Any, places: Any, out: Any) -> An
 def _ordered(bits: Any) -> Any:
     """Return the bit pattern of a float32 as an integer in the order of the numbers."""
     return bits ^ ((bits >> np.int32(31)) & np.int32(0x7FFFFFFF))
-
-
-@outer
-def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
-    """Keep the patterns of a row, as integers in the order of the numbers, among which those at some places are.
-
-    They are those in the same of `BUCKETS` equal intervals. `ranks` are the places among the kept ones; returns how many
-    are kept, and the largest and the smallest of all.
-    """
-    low, high = _ordered(row[0]), _ordered(row[0])
-    for bits in row:
-        low, high = min(low, _ordered(bits)), max(high, _ordered(bits))
-    shift = np.uint32(0)
-    while np.uint32(high - low) >> shift >= BUCKETS:
-        shift += np.uint32(1)
-    counts[:] = 0
-    for bits in row:
-        counts[np.uint32(_ordered(bits) - low) >> shift] += 1
-    wanted = np.zeros(BUCKETS, np.bool_)
-    bucket, before, others = 0, 0, 0  # others: numbers in buckets below that are not kept
-    for place in range(len(places)):
-        while before + counts[bucket] <= places[place]:
-            before += counts[bucket]
-            others += 0 if wanted[bucket] else counts[bucket]
-            bucket += 1
-        wanted[bucket] = True
-        ranks[place] = places[place] - others
-    size = 0
-    for bits in row:
-        kept[size] = _ordered(bits)
-        size += wanted[np.uint32(_ordered(bits) - low) >> shift]
-    return size, low, high
 
 
 @outer
