@@ -34,7 +34,8 @@ def inner(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function that compiled functions of the same file call."""
     from numba import njit
 
-    return njit(function, no_cpython_wrapper=True, **_OPTIONS)  # type: ignore[no-any-return]
+    options = _OPTIONS | {"no_cpython_wrapper": True}
+    return njit(function, **options)  # type: ignore[no-any-return]
 
 
 def outer(function: Callable[..., Any]) -> Callable[..., Any]:

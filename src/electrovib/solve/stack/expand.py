@@ -7,13 +7,12 @@ sum, and it is independent of the other layers. A layer that does not conduct is
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.arrays import Complex, Real
-from electrovib.core.constants import eps0
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.interface import interface_place, roles_of
 from electrovib.physics.stack import Layer
@@ -28,13 +27,12 @@ from electrovib.solve.stack.modes import (
 )
 from electrovib.solve.stack.reduce import HIGHEST, LOWEST, Reduction, reduce_material, run_band
 from electrovib.solve.stack.section import (
-    ChargedSection,
     ModalSection,
-    PhasorLayer,
     PhasorSection,
     modal_section,
     phasor_section,
     section_of,
+    section_of_voltages,
     slabs_of,
 )
 from electrovib.solve.stack.transfer import INTEGRATING, Column, Transfer, side_by_side
@@ -98,7 +96,7 @@ def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
     return found
 
 
-def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> ChargedSection:
+def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> PhasorSection:
     """Return the response to initial charge as Laplace transforms at j w, exact for the materials as declared.
 
     `frequency` (n,) [Hz], `charges` (layers + 1,) [C/m2].
@@ -117,15 +115,9 @@ def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> Charge
         driving = np.sum([drops[name] * held[name] for name in layers], axis=0)
         driving = driving + body * (charges[-1] + element.charge / around.area)
         current = -driving / (stack + around.area * element.impedance(frequency))
-    states = {}
-    for name, layer in layers.items():
-        field = drops[name] * (held[name] + current) / layer.thickness
-        bound = eps0 * layer.material.bound_permittivity(frequency) * field
-        states[name] = PhasorLayer(layer.thickness, layer.material, field, bound)
-    voltage = np.sum([state.field * state.thickness for state in states.values()], axis=0)
-    roles = roles_of(layers)
-    start = float(charges[interface_place(roles.values())])
-    return ChargedSection(frequency, states, roles, voltage, current, start)
+    voltages = {name: drop * (held[name] + current) for name, drop in drops.items()}
+    start = float(charges[interface_place(roles_of(layers).values())])
+    return section_of_voltages(layers, frequency, voltages, current, start)
 
 
 def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:
@@ -134,13 +126,7 @@ def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSectio
     if amplifier is None:
         return section
     pole = 1.0 if amplifier.bandwidth is None else 1 + 1j * section.frequency / amplifier.bandwidth
-    factor = amplifier.gain / pole
-    layers = {
-        name: replace(layer, field=layer.field * factor, displacement=layer.displacement * factor)
-        for name, layer in section.layers.items()
-    }
-    voltage, density = section.voltage * factor, section.current_density * factor
-    return PhasorSection(section.frequency, layers, section.roles, voltage, density)
+    return section.times(amplifier.gain / pole)
 
 
 def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduction]:
@@ -181,13 +167,7 @@ def modes_of(scenario: Scenario, debye: dict[str, DebyeSum]) -> ModalSection:
 
 def per_ampere(section: PhasorSection, *, area: Column) -> PhasorSection:
     """Return the stack at given frequencies per ampere of the drive."""
-    volts = 1 / (section.current_density * area)
-    states = {
-        name: PhasorLayer(state.thickness, state.material, state.field * volts, state.displacement * volts)
-        for name, state in section.layers.items()
-    }
-    density = np.zeros(np.shape(section.frequency), complex) + 1 / area
-    return PhasorSection(section.frequency, states, section.roles, section.voltage * volts, density)
+    return section.times(1 / (section.current_density * area))
 
 
 def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: Column) -> ModalSection:

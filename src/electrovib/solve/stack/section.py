@@ -1,8 +1,8 @@
-"""The two forms of the stack that a force law reads: phasors of the materials as declared, and modes."""
+"""The stack as a force law reads it: as phasors of the materials as declared, and as modes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -23,77 +23,104 @@ if TYPE_CHECKING:
     from electrovib.physics.material import Material
     from electrovib.physics.stack import Layer, Linear, Section
 
-_APART: Final = (1e-3, 1e9)
+APART: Final = (1e-3, 1e9)
 """Frequencies at which a permittivity is compared to find whether it is dispersive [Hz]."""
 IDLE = 1e-12
 """Gain below which a mode of the stack's voltage is rounding [V per volt of the drive]."""
 
 
 @dataclass(frozen=True)
-class PhasorLayer:
-    """State of a layer as complex amplitudes per volt of the drive, shape (frequencies,) or (cases, frequencies)."""
+class LayerState:
+    """State of a layer per unit of the drive: phasors (..., frequencies), transfer functions, or values over time."""
 
     thickness: Column
     material: Material
-    field: Complex
-    displacement: Complex
+    field: Any
+    displacement: Any
 
 
-@dataclass(frozen=True)
-class PhasorSection:
-    """The stack at given frequencies, exact for the materials as declared."""
+@dataclass(frozen=True, kw_only=True)
+class StackSection:
+    """The states of the layers of a stack, from the plate to the finger."""
 
-    frequency: Real
-    layers: dict[str, PhasorLayer]
+    layers: dict[str, LayerState]
     roles: Mapping[str, Role]
-    voltage: Complex
-    current_density: Complex
-
-    @property
-    def interface_displacement(self) -> Complex:
-        """Displacement at the interface of plate and finger without a gap: the charge delivered by the current."""
-        return self.current_density / (2j * np.pi * self.frequency)
 
     @property
     def names(self) -> Sequence[str]:
         """Layers from the plate to the finger."""
         return tuple(self.layers)
 
-    def __getitem__(self, name: str) -> PhasorLayer:
-        """Return a layer by its name."""
+    def __getitem__(self, name: str) -> LayerState:
+        """Return the state of a layer by its name."""
         return self.layers[name]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhasorSection(StackSection):
+    """The stack at given frequencies, exact for the materials as declared.
+
+    As the response to initial charge it holds Laplace transforms at j w, and `start` is the displacement before the
+    interface [C/m2].
+    """
+
+    frequency: Real
+    voltage: Complex
+    current_density: Complex
+    start: float = 0.0
+
+    @property
+    def interface_displacement(self) -> Complex:
+        """Displacement at the interface without a gap: initial value, and charge delivered by the current."""
+        return (self.start + self.current_density) / (2j * np.pi * self.frequency)
 
     def inverse_root_thickness(self, names: Sequence[str]) -> Complex:
         """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2]."""
         parts = [self[n].thickness / self[n].material.bound_permittivity(self.frequency) for n in names]
         return np.asarray(total_of(parts) ** -0.5)
 
-
-@dataclass(frozen=True)
-class ChargedSection(PhasorSection):
-    """Response to initial charge as Laplace transforms at j w; `start` is the displacement before the interface [C/m2]."""
-
-    start: float = 0.0
-
-    @property
-    def interface_displacement(self) -> Complex:
-        """Displacement at the interface without a gap: initial value and charge delivered by the current."""
-        return (self.start + self.current_density) / (2j * np.pi * self.frequency)
+    def times(self, factor: Any) -> PhasorSection:
+        """Return the section for a drive that is a factor of this one."""
+        layers = {
+            name: replace(each, field=each.field * factor, displacement=each.displacement * factor)
+            for name, each in self.layers.items()
+        }
+        voltage, density = self.voltage * factor, self.current_density * factor
+        return replace(self, layers=layers, voltage=voltage, current_density=density)
 
 
 def phasor_section(
-    layers: dict[str, Layer], *, area: Column, element: SeriesElement, second: Column, frequency: Real
+    layers: Mapping[str, Layer], *, area: Column, element: SeriesElement, second: Column, frequency: Real
 ) -> PhasorSection:
     """Return the stack over frequency, as a voltage divider of impedances."""
     drops = {name: layer.impedance(frequency) for name, layer in layers.items()}
-    stack = total_of(drops.values())
-    current = 1 / (stack * (1 + second) + area * element.impedance(frequency))
+    current = 1 / (total_of(drops.values()) * (1 + second) + area * element.impedance(frequency))
+    return section_of_voltages(
+        layers, frequency, {name: each * current for name, each in drops.items()}, current
+    )
+
+
+def section_of_voltages(
+    layers: Mapping[str, Layer],
+    frequency: Real,
+    voltages: Mapping[str, Complex],
+    current: Complex,
+    start: float = 0.0,
+) -> PhasorSection:
+    """Return the stack over frequency from the voltage across each layer and the current density."""
     states = {}
     for name, layer in layers.items():
-        field = drops[name] * current / layer.thickness
+        field = voltages[name] / layer.thickness
         displacement = eps0 * layer.material.bound_permittivity(frequency) * field
-        states[name] = PhasorLayer(layer.thickness, layer.material, field, displacement)
-    return PhasorSection(frequency, states, roles_of(layers), stack * current, current)
+        states[name] = LayerState(layer.thickness, layer.material, field, displacement)
+    return PhasorSection(
+        layers=states,
+        roles=roles_of(layers),
+        frequency=frequency,
+        voltage=total_of(voltages.values()),
+        current_density=current,
+        start=start,
+    )
 
 
 def total_of(parts: Iterable[Any]) -> Any:
@@ -102,23 +129,11 @@ def total_of(parts: Iterable[Any]) -> Any:
     return sum(rest, start=first)
 
 
-@dataclass(frozen=True)
-class ModalLayer:
-    """State of a layer as transfer functions."""
-
-    thickness: Column
-    material: Material
-    field: Transfer
-    displacement: Transfer
-
-
-@dataclass(frozen=True)
-class ModalSection:
+@dataclass(frozen=True, kw_only=True)
+class ModalSection(StackSection):
     """The stack as relaxation modes, for any drive."""
 
-    layers: dict[str, ModalLayer]
     debye: dict[str, DebyeSum]
-    roles: Mapping[str, Role]
     modes: StackModes
     _roots: dict[tuple[str, ...], Transfer] = field(default_factory=dict, repr=False, compare=False)
 
@@ -126,15 +141,6 @@ class ModalSection:
     def frequency(self) -> Real:
         """Raise a TypeError: a law that reads the frequency has no time-domain form."""
         raise TypeError("modes have no single frequency")
-
-    @property
-    def names(self) -> Sequence[str]:
-        """Layers from the plate to the finger."""
-        return tuple(self.layers)
-
-    def __getitem__(self, name: str) -> ModalLayer:
-        """Return a layer by its name."""
-        return self.layers[name]
 
     @property
     def voltage(self) -> Transfer:
@@ -187,12 +193,12 @@ def slabs_of(layers: dict[str, Layer], debye: dict[str, DebyeSum]) -> list[Slab]
 def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: StackModes) -> ModalSection:
     """Return modes as a section, with the names and roles of its layers."""
     states = {
-        name: ModalLayer(layer.thickness, layer.material, field, displacement)
+        name: LayerState(layer.thickness, layer.material, field, displacement)
         for (name, layer), field, displacement in zip(
             layers.items(), modes.fields, modes.displacements, strict=True
         )
     }
-    return ModalSection(states, debye, roles_of(layers), modes)
+    return ModalSection(layers=states, roles=roles_of(layers), debye=debye, modes=modes)
 
 
 def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.0) -> Linear:
@@ -205,10 +211,6 @@ def field_in_gap(section: Section, *, thickness: float, conductivity: float = 0.
     if isinstance(section, ModalSection):
         return _gap_transfer(section, thickness, conductivity)
     assert isinstance(section, PhasorSection)
-    return _gap_phasor(section, thickness, conductivity)
-
-
-def _gap_phasor(section: PhasorSection, thickness: float, conductivity: float) -> Complex:
     layers = section.layers.values()
     parts = [layer.thickness / layer.material.complex_permittivity(section.frequency) for layer in layers]
     leaking = 1 + conductivity / (2j * np.pi * section.frequency * eps0)
