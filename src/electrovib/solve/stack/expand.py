@@ -20,7 +20,6 @@ from electrovib.scenario import Scenario
 from electrovib.solve.stack.modes import (
     StackModes,
     bound_residues,
-    row_of,
     slab_impedance,
     slots,
     spread,
@@ -35,7 +34,7 @@ from electrovib.solve.stack.section import (
     section_of_voltages,
     slabs_of,
 )
-from electrovib.solve.stack.transfer import INTEGRATING, Column, Transfer, side_by_side
+from electrovib.solve.stack.transfer import INTEGRATING, Column, Transfer, row_of, side_by_side
 
 if TYPE_CHECKING:
     from electrovib.physics.debye_sum import DebyeSum

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.solve.stack.modes import merged_terms
+from electrovib.solve.stack.modes import relaxations
 from electrovib.solve.stack.secular import secular_roots
 from electrovib.solve.stack.transfer import Transfer
 
@@ -63,13 +63,12 @@ def _expand(slabs: Sequence[tuple[float, DebyeSum]]) -> tuple[float, float, Real
     infinite, static = 0.0, 0.0
     poles, weights = [np.zeros(0)], [np.zeros(0)]
     for thickness, debye in slabs:
-        relaxations, strengths = _merged(*merged_terms(debye))
-        infinite += thickness / debye.high
-        static += thickness / (debye.high + float(np.sum(strengths)))
-        if len(relaxations):
-            roots = secular_roots(relaxations, strengths * relaxations, constant=debye.high)
-            poles.append(roots.values)
-            weights.append(thickness / roots.slope)
+        rates, shares = relaxations(
+            debye, 0.0
+        )  # the first rate is 0: a material that does not conduct holds charge
+        infinite, static = infinite + thickness / debye.high, static + thickness / shares[0]
+        poles.append(rates[1:])
+        weights.append(thickness * rates[1:] / shares[1:])
     return infinite, static, *_merged(np.concatenate(poles), np.concatenate(weights))
 
 
