@@ -11,8 +11,7 @@ from electrovib.export.spice.ladder import LayerElements, between
 from electrovib.export.spice.reading import FilterToBuild, MeterReading
 from electrovib.export.spice.text import continued, number, remark
 from electrovib.physics.interface import beside_interface
-from electrovib.solve.stack.inverse_root import inverse_root_thickness
-from electrovib.solve.stack.section import LayerState
+from electrovib.solve.stack.section import LayerState, inverse_root_thickness
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
