@@ -10,8 +10,9 @@ from electrovib.export.spice.drive import drive_sources
 from electrovib.export.spice.ladder import LayerElements
 from electrovib.export.spice.start import Start
 from electrovib.export.spice.text import Names, number, remark
-from electrovib.solve.stack.expand import Reduction, Surroundings, reductions
+from electrovib.solve.stack.expand import Surroundings, reductions
 from electrovib.solve.stack.modes import merged_terms
+from electrovib.solve.stack.prony import Reduction
 
 if TYPE_CHECKING:
     from electrovib.export.spice.timing import Timing

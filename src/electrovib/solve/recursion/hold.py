@@ -63,21 +63,12 @@ class StraightDrive(NamedTuple):
         return np.concatenate(([0.0], before - after))
 
 
-def gather(
-    poles: ArrayLike,
-    gains: ArrayLike,
-    direct: ArrayLike,
-    starts: ArrayLike,
-    ends: ArrayLike,
-    steps: ArrayLike,
-    initial_state: ArrayLike,
-    *,
-    lag: ArrayLike = False,
-) -> tuple[Modes, StraightDrive, Numbers]:
-    """Convert the arguments of a recursion into contiguous arrays and refuse arguments that disagree.
+def gather(*given: ArrayLike, lag: ArrayLike = False) -> tuple[Modes, StraightDrive, Numbers]:
+    """Convert the arguments of `march` into contiguous arrays and refuse arguments that disagree.
 
     Returns `state` (poles,).
     """
+    poles, gains, direct, starts, ends, steps, initial_state = given
     kind = np.complex128 if np.iscomplexobj(poles) else np.float64
     shares = np.ascontiguousarray(direct, np.float64)
     modes = Modes(

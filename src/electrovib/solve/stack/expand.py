@@ -25,7 +25,7 @@ from electrovib.physics.tabulated import FEWEST
 from electrovib.scenario import Scenario
 from electrovib.solve.stack.harmonics import spectrum
 from electrovib.solve.stack.modes import StackModes, bound_residues, slab_impedance, slots, spread
-from electrovib.solve.stack.prony import DENSE, fit_debye, fit_debye_table
+from electrovib.solve.stack.prony import DENSE, Reduction, fit_debye, fit_debye_table
 from electrovib.solve.stack.section import (
     ModalSection,
     PhasorSection,
@@ -136,17 +136,11 @@ def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduc
 
     `times` (n,) [s].
     """
-    layers = scenario.stack.layers
-    exact = {name: layer.material.debye() for name, layer in layers.items()}
+    materials = {name: layer.material for name, layer in scenario.stack.layers.items()}
     low, high = LOWEST, HIGHEST
-    if None in exact.values():  # materials that are declared as Debye sums do not depend on the band
+    if any(each.debye() is None for each in materials.values()):  # a Debye sum does not depend on the band
         low, high = run_band(scenario, scenario.time.times(scenario.drive) if times is None else times)
-    return {
-        name: reduce_material(layer.material, low=low, high=high)
-        if (debye := exact[name]) is None
-        else Reduction(debye, 0.0)
-        for name, layer in layers.items()
-    }
+    return {name: reduce_material(each, low=low, high=high) for name, each in materials.items()}
 
 
 def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, float]:
@@ -222,23 +216,6 @@ ABSENT = 1e-9
 """Share of the largest amplitude below which a frequency is not part of a drive."""
 
 
-@dataclass(frozen=True)
-class Reduction:
-    """Bound permittivity of a material as Debye terms.
-
-    Parameters
-    ----------
-    debye : DebyeSum
-        The terms.
-    largest_error : float
-        Largest |reduced/declared - 1| of the bound permittivity in the band [1]; 0 where no reduction was needed. For a
-        measured table relative to its rows, with their noise.
-    """
-
-    debye: DebyeSum
-    largest_error: float
-
-
 def reduction_band(*, low: float, high: float) -> tuple[float, float]:
     """Return a band widened to at least `LOWEST` to `HIGHEST`, and outwards to half decades."""
     lowest, highest = math.log10(min(low, LOWEST)), math.log10(max(high, HIGHEST))
@@ -265,12 +242,10 @@ def _reduced(material: Material, low: float, high: float, terms: int | None) -> 
     rows, slowest = material.table(), material.slowest_relaxation
     if rows is None:
         count = terms or min(DENSE, math.ceil(TERMS_PER_DECADE * math.log10(high / low)) + 2)
-        fit = fit_debye(material.bound_permittivity, low=low, high=high, terms=count, slowest=slowest)
-    else:
-        near = (rows[0] >= low) & (rows[0] <= high)
-        wanted = near if np.count_nonzero(near) >= FEWEST else np.ones_like(near)
-        fit = fit_debye_table(*(row[wanted] for row in rows), terms=terms or FEWEST_TERMS, slowest=slowest)
-    return Reduction(fit.debye, fit.largest_error)
+        return fit_debye(material.bound_permittivity, low=low, high=high, terms=count, slowest=slowest)
+    near = (rows[0] >= low) & (rows[0] <= high)
+    wanted = near if np.count_nonzero(near) >= FEWEST else np.ones_like(near)
+    return fit_debye_table(*(row[wanted] for row in rows), terms=terms or FEWEST_TERMS, slowest=slowest)
 
 
 def band_of_run(scenario: Scenario, times: Real) -> tuple[float, float]:
