@@ -49,22 +49,14 @@ def outer(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @outer
-def follow(
-    rates: Any,
-    slow: Any,
-    usual: Any,
-    starts: Any,
-    ends: Any,
-    steps: Any,
-    following: Any,
-    table: Any,
-) -> Any:
+def follow(rates: Any, slow: Any, usual: Any, drive: Any, following: Any, table: Any) -> Any:
     """Write states of slow modes and lags of the others after each piece into the next row of a table.
 
     The change of a state is ``risen (start - x) + last rise`` with ``risen = 1 - exp(-fall)``; up to 1/32 both weights are
     short series in the fall, so that no digit of a small one is lost. The change of a lag is ``-risen lag - risen/fall rise``,
     less the discontinuity after the piece; its exponentials are those at the nearest multiple of 1/16 times a short series.
     """
+    starts, ends, steps = drive
     # unsigned: indices that could be negative prevent vectorised loops
     zero, first, count = np.uint64(0), np.uint64(slow), np.uint64(len(rates))
     for piece in range(len(steps)):

@@ -109,7 +109,7 @@ def _followed(
         if plan.compiled:
             table = np.empty((len(some.starts) + 1, len(rates)))
             table[0] = followed
-            plan.compiled(rates, plan.slow, plan.usual, *some, following, table)
+            plan.compiled(rates, plan.slow, plan.usual, tuple(some), following, table)
         else:
             table = _scanned(plan, some, following, followed)
         followed = table[-1]

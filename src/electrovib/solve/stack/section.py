@@ -293,8 +293,9 @@ def _expand(slabs: Sequence[tuple[float, DebyeSum]]) -> tuple[float, float, Real
             debye, 0.0
         )  # the first rate is 0: a material that does not conduct holds charge
         infinite, static = infinite + thickness / debye.high, static + thickness / shares[0]
-        poles.append(rates[1:])
-        weights.append(thickness * rates[1:] / shares[1:])
+        if len(rates) > 1:  # without relaxations the thickness may be a column
+            poles.append(rates[1:])
+            weights.append(thickness * rates[1:] / shares[1:])
     return infinite, static, *_merged(np.concatenate(poles), np.concatenate(weights))
 
 

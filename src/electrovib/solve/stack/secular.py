@@ -5,7 +5,7 @@ from __future__ import annotations
 import decimal
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ from electrovib.core.arrays import Indices, Numbers, Real
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
 
 _CANCELLED = 8.0  # largest cancellation in the closed form of two poles: three of 53 bits
 _LARGEST_NODE = 1e20
@@ -196,8 +196,7 @@ _LONG = decimal.Context(prec=150, Emin=-9999, Emax=9999, traps=[decimal.InvalidO
 _TINY = decimal.Decimal("1e-25")
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Equations:
+class _Equations(NamedTuple):
     """Equations of the roots of one or many problems, one column for each, mirrored where the root lies below its origin.
 
     With t > 0 the distance from the origin, the root is where
@@ -210,18 +209,8 @@ class _Equations:
     level: Numbers  # (roots,)
     neighbour: Numbers  # (roots,), position of the other end of the bracket, 0 where there is none
 
-    def take(self, chosen: NDArray[Any]) -> _Equations:
-        return _Equations(
-            position=self.position[:, chosen],
-            weight=self.weight[chosen],
-            rest=self.rest[:, chosen],
-            level=self.level[chosen],
-            neighbour=self.neighbour[chosen],
-        )
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Sums:
+class _Sums(NamedTuple):
     """The mirrored function times t, and the sums needed for a step towards its zero."""
 
     product: Numbers  # t times the function: finite at the origin, positive below the root
@@ -325,23 +314,11 @@ def _solve(equations: _Equations, reach: Numbers, *, tolerance: Any, noise: Any)
     low = reach * (equations.weight / sums.size) / 2
     turn = 0
     while active.size:
-        found[active], done, distance, low, high = _step(
-            distance,
-            low,
-            high,
-            equations.weight,
-            equations.level,
-            equations.neighbour,
-            sums.others,
-            sums.steepness,
-            sums.size,
-            turn,
-            tolerance,
-            noise,
-        )
+        step = _step(equations, sums, distance, (low, high), turn, tolerance, noise)
+        found[active], done, distance, low, high = step
         if done.any():
             keep = ~done
-            equations, active = equations.take(keep), active[keep]
+            equations, active = _Equations(*(each[..., keep] for each in equations)), active[keep]
             distance, low, high = distance[keep], low[keep], high[keep]
         sums = _sums(equations, distance)
         turn += 1
@@ -349,15 +326,10 @@ def _solve(equations: _Equations, reach: Numbers, *, tolerance: Any, noise: Any)
 
 
 def _step(
+    equations: _Equations,
+    sums: _Sums,
     distance: Numbers,
-    low: Numbers,
-    high: Numbers,
-    weight: Numbers,
-    level: Numbers,
-    neighbour: Numbers,
-    others: Numbers,
-    steepness: Numbers,
-    size: Numbers,
+    bracket: tuple[Numbers, Numbers],
     turn: int,
     tolerance: Any,
     noise: Any,
@@ -368,8 +340,8 @@ def _step(
     level and strength are fitted to value and slope of the poles other than the origin. Without another end, all poles
     are on one side: then the level is kept, and the pole is fitted.
     """
-    rest = others + level
-    product = weight + distance * rest
+    product, size, others, rest, steepness = sums
+    (low, high), neighbour = bracket, equations.neighbour
     flat = steepness == 0
     fitted = np.where(flat, distance, others / np.where(flat, 1 + 0 * distance, steepness))
     apart = np.where(neighbour == 0, fitted, distance - neighbour)

@@ -7,7 +7,7 @@ import importlib.util
 import logging
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import ElectrovibError, InputError
@@ -224,51 +224,34 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     import distributed
 
     make_cluster: Any = distributed.LocalCluster
+    base: Any = distributed.Client
 
-    class Quiet(distributed.Client):
+    class Quiet(base):  # type: ignore[misc]
         """A client that is closed by its ``with`` statement; one that met no scheduler would print a traceback at its end."""
 
         def __del__(self) -> None:
             """Do nothing."""
 
-    make_client: Any = Quiet
     alone = {
         f"distributed.nanny.pre-spawn-environ.{name}_NUM_THREADS": 1 for name in ("NUMBA", "OMP", "OPENBLAS")
     }
     quiet = {"distributed.admin.large-graph-warning-threshold": "1GB"}
-    with dask.config.set(alone | quiet):
-        if workers is None:
-            assert scheduler is not None
-            with _connected(make_client, scheduler) as client:
-                yield client
+    local = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
+    local |= {"memory_limit": 0, "silence_logs": logging.CRITICAL}
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set(alone | quiet))
+        if workers is not None:
+            yield stack.enter_context(Quiet(stack.enter_context(make_cluster(n_workers=workers, **local))))
             return
-        with (
-            make_cluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                dashboard_address=None,
-                memory_limit=0,
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
-            make_client(cluster) as client,
-        ):
-            yield client
-
-
-@contextmanager
-def _connected(client: Any, scheduler: str) -> Iterator[Any]:
-    try:
-        found = client(scheduler, timeout=_CONNECT, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:  # TypeError: encryption that is not set up
-        raise InputError(
-            f"scheduler = {scheduler}: no answer ({error}); expected the address that 'dask scheduler' prints, for instance"
-            " tcp://10.0.0.1:8786"
-        ) from None
-    with found:
-        if not found.scheduler_info(n_workers=-1)["workers"]:
+        try:
+            client = stack.enter_context(Quiet(scheduler, timeout=_CONNECT, set_as_default=False))
+        except (OSError, ValueError, TypeError) as error:  # TypeError: encryption that is not set up
+            raise InputError(
+                f"scheduler = {scheduler}: no answer ({error}); expected the address that 'dask scheduler' prints, for"
+                " instance tcp://10.0.0.1:8786"
+            ) from None
+        if not client.scheduler_info(n_workers=-1)["workers"]:
             raise InputError(
                 f"scheduler = {scheduler}: has no worker; start one with 'dask worker {scheduler}'"
             )
-        yield found
+        yield client

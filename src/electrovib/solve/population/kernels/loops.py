@@ -101,8 +101,8 @@ def _gather(fingers: Any, first: Any, end: Any, tile: Any, states: Any) -> Any:
 @inner
 def _advance(memory: Any, modes: Any, states: Any, grid: Any, start: Any, stop: Any) -> Any:
     """Advance a tile by some steps, equal ones together, and write the responses at the beginning of each."""
-    tile, weights, held, found = memory
-    voltage, given, lags, kinds, durations = grid
+    tile, weights, held, _ = memory
+    voltage, _, lags, kinds, durations = grid
     size, begin = modes * LANES, start
     while begin < stop:
         kind, end = kinds[begin], begin + 1
@@ -115,7 +115,7 @@ def _advance(memory: Any, modes: Any, states: Any, grid: Any, start: Any, stop: 
         for place in range(np.uint64(0), np.uint64(size)):
             later = weights[np.uint64(at + 2 * size) + place] * voltage[begin]
             states[place] = (states[place] - later) / weights[np.uint64(at + size) + place]
-        _follow(states, weights, at, modes, voltage, given, begin, end, found, (begin - start) * LANES)
+        _follow(memory, modes, states, grid, at, begin, end, (begin - start) * LANES)
         level = voltage[min(end, len(voltage) - 1)]
         for place in range(np.uint64(0), np.uint64(size)):
             later = weights[np.uint64(at + 2 * size) + place] * level
@@ -124,19 +124,9 @@ def _advance(memory: Any, modes: Any, states: Any, grid: Any, start: Any, stop: 
 
 
 @inner
-def _follow(
-    states: Any,
-    weights: Any,
-    at: Any,
-    modes: Any,
-    voltage: Any,
-    given: Any,
-    begin: Any,
-    end: Any,
-    found: Any,
-    to: Any,
-) -> Any:
+def _follow(memory: Any, modes: Any, states: Any, grid: Any, at: Any, begin: Any, end: Any, to: Any) -> Any:
     """Advance by equal steps: response = direct v + sum of scale w, w' = w + (given - loss w)."""
+    weights, found, voltage, given = memory[1], memory[3], grid[0], grid[1]
     size = modes * LANES
     level, one = np.uint64(at + 3 * size), np.uint64(LANES)
     for step in range(end - begin):
