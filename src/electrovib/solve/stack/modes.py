@@ -88,16 +88,20 @@ def _first(term: tuple[Column, Column]) -> float:
 
 def slab_impedance(slab: Slab) -> tuple[Real, Real]:
     """Return the impedance times area of a slab as sum residue/(s + rate), each (poles,) or (cases, poles)."""
-    numbers = (slab.debye.high, *slab.debye.strengths, *slab.debye.relaxation_times, slab.conductivity)
-    is_column = any(np.ndim(number) for number in numbers)
-    rates, shares = (_relaxations if is_column else relaxations)(slab.debye, slab.conductivity)
+    rates, shares = relaxations(slab.debye, slab.conductivity)
     return rates, slab.thickness / eps0 / shares
 
 
-def _relaxations(debye: DebyeSum, conductivity: Column) -> tuple[Real, Real]:
+def relaxations(debye: DebyeSum, conductivity: Column) -> tuple[Real, Real]:
     """Return the rates of a material's impedance [1/s], and thickness/eps0 over each residue, for any thickness."""
-    relaxations, strengths = merged_terms(debye)
-    nodes, weights = relaxations, strengths * relaxations
+    numbers = (debye.high, *debye.strengths, *debye.relaxation_times, conductivity)
+    is_column = any(np.ndim(number) for number in numbers)
+    return (_relaxations if is_column else _shared_relaxations)(debye, conductivity)
+
+
+def _relaxations(debye: DebyeSum, conductivity: Column) -> tuple[Real, Real]:
+    nodes, strengths = merged_terms(debye)
+    weights = strengths * nodes
     if is_there(conductivity):
         nodes = side_by_side(np.zeros(1), nodes)
         weights = side_by_side(row_of(conductivity / eps0), weights)
@@ -113,7 +117,7 @@ def _relaxations(debye: DebyeSum, conductivity: Column) -> tuple[Real, Real]:
 
 
 @functools.lru_cache(maxsize=256)
-def relaxations(debye: DebyeSum, conductivity: float) -> tuple[Real, Real]:
+def _shared_relaxations(debye: DebyeSum, conductivity: float) -> tuple[Real, Real]:
     """Return the same for numbers that all cases share, each (poles,), read-only."""
     found = _relaxations(debye, conductivity)
     for array in found:

@@ -292,8 +292,8 @@ def _expand(slabs: Sequence[tuple[float, DebyeSum]]) -> tuple[float, float, Real
         rates, shares = relaxations(
             debye, 0.0
         )  # the first rate is 0: a material that does not conduct holds charge
-        infinite, static = infinite + thickness / debye.high, static + thickness / shares[0]
-        if len(rates) > 1:  # without relaxations the thickness may be a column
+        infinite, static = infinite + thickness / debye.high, static + summed(thickness / shares[..., :1])
+        if rates.shape[-1] > 1:  # without relaxations the numbers may be columns
             poles.append(rates[1:])
             weights.append(thickness * rates[1:] / shares[1:])
     return infinite, static, *_merged(np.concatenate(poles), np.concatenate(weights))
