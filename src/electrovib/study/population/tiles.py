@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve.population.kernels.percentiles import thread_count
 from electrovib.study.population.declared import BLOCK, DeclaredStudy
-from electrovib.study.population.fingers import Evaluator, Tile
+from electrovib.study.population.fingers import Collected, Evaluator, Tile
 from electrovib.study.population.result import computing_versions
 
 if TYPE_CHECKING:
@@ -189,18 +189,14 @@ def tile_on_worker(text: str, start: int, stop: int, expected: Mapping[str, str]
 
 def _without_signals(evaluator: Evaluator, start: int, stop: int) -> Tile:
     """Evaluate fingers in parts whose signals fit the memory, and count these signals in a histogram."""
-    found = Tile(start, stop, evaluator.statistics(binned=evaluator.binned))
-    size = min(largest_tile(evaluator.numbers), stop - start)
-    memory = evaluator.memory(size)
+    found, seconds, size = Collected(evaluator, hold=False), 0.0, largest_tile(evaluator.numbers)
+    found.fingers, memory = start, evaluator.memory(min(size, stop - start))
     for begin in range(start, stop, size):
         end = min(begin + size, stop)
         part = evaluator.tile(begin, end, {name: each[: end - begin] for name, each in memory.items()})
-        found.seconds += part.seconds
-        for name, each in found.statistics.items():
-            each.merge(part.statistics[name])
-            if each.histogram is not None:
-                each.count(part.rows[name], evaluator.threads)
-    return found
+        found.add(part)
+        seconds += part.seconds
+    return Tile(start, stop, found.statistics, seconds=seconds)
 
 
 def _threads() -> int | None:
