@@ -8,6 +8,7 @@ from itertools import pairwise
 import mpmath
 import numpy as np
 import pytest
+from parallel_plates import equilibria
 from scipy.optimize import brentq, minimize_scalar
 
 from electrovib.papers.ciavarella_2020 import BearingArea
@@ -19,8 +20,8 @@ from electrovib.physics.contact import (
     pull_in_voltage,
 )
 from electrovib.physics.roughness import IdleSpots, PullingSpots
-from electrovib.solve.equilibrium import balance, equilibria, follow, hysteresis
-from electrovib.solve.equilibrium.states import NOISE
+from electrovib.solve.equilibrium import hysteresis
+from electrovib.solve.equilibrium.states import NOISE, balance, follow
 
 EPS0 = 8.8541878128e-12
 SETS = 1000

@@ -7,9 +7,8 @@ import pytest
 
 from electrovib.core.model import read_model
 from electrovib.physics.material import Prony
-from electrovib.solve.stack.expand import modes, phasors
+from electrovib.solve.stack.expand import modes, phasors, reduce_material
 from electrovib.solve.stack.modes import stack_modes
-from electrovib.solve.stack.reduce import reduce_material
 
 EPS0 = 8.8541878128e-12
 AREA = 1e-4

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from harmonic_response import periodic
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,7 +14,6 @@ from electrovib.physics.drive.base import Drive
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
-from electrovib.solve.stack.harmonics import periodic
 
 EPS0 = 8.8541878128e-12
 EXACT = 1e-9

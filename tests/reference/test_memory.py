@@ -20,9 +20,8 @@ from electrovib.solve.choice import solve
 from electrovib.solve.diagnostics.known import worst_of
 from electrovib.solve.diagnostics.memory import FORCE, PROBES, TAIL, answer_errors
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import modes, phasors, reductions
+from electrovib.solve.stack.expand import MARGIN, modes, phasors, reductions, run_band, shortest_time
 from electrovib.solve.stack.keys import FieldOf
-from electrovib.solve.stack.reduce import MARGIN, run_band, shortest_time
 
 SKIN, FILM, COATING, AREA = 200e-6, (90e-6, 3.35), (1e-6, 3.9), 1e-4
 DIGITS, NODES = 25, 30

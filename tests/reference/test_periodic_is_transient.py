@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from harmonic_response import periodic
 
 from electrovib.core.model import read_model
 from electrovib.papers.vezzoli_2014 import Vezzoli2014Causal
@@ -12,7 +13,6 @@ from electrovib.physics.force import EffectiveMedium
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes, phasors
-from electrovib.solve.stack.harmonics import periodic
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 
 TONES = {

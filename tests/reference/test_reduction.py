@@ -8,9 +8,8 @@ import pytest
 from electrovib.core.discovery import find_members
 from electrovib.physics.force import ForceLaw
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import modes, phasors, reductions
-from electrovib.solve.stack.inverse_root import inverse_root_thickness
-from electrovib.solve.stack.reduce import reduce_material
+from electrovib.solve.stack.expand import modes, phasors, reduce_material, reductions
+from electrovib.solve.stack.section import inverse_root_thickness
 
 ALLOWED = 1e-3  # stated: below 0.1 % of eps_pol and of the transfer over 1 Hz to 1 MHz
 FREQUENCY = np.geomspace(1, 1e6, 997)  # not the grid of the fit, nor of its own check

@@ -17,8 +17,7 @@ from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.material import Prony
 from electrovib.physics.stack import Layer
 from electrovib.solve.simulate import simulate
-from electrovib.solve.stack.expand import modes, phasors
-from electrovib.solve.stack.reduce import reduce_material
+from electrovib.solve.stack.expand import modes, phasors, reduce_material
 from electrovib.solve.stack.section import modal_section, phasor_section
 
 EPS0 = 8.8541878128e-12

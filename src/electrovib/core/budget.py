@@ -142,16 +142,13 @@ def _advice(remedy: str, time: float, memory: float) -> str:
     advice = remedy[:1].upper() + remedy[1:]
     if time > _NOBODY_WAITS or memory > _NOBODY_HAS:
         return advice
-    limit = allowed()
-    asked = {}
+    limit, asked = allowed(), {}
     if _MORE * time > limit.time:
         asked["time"] = duration(_MORE * time)
     if _MORE * memory > limit.memory:
         asked["memory"] = megabytes(_MORE * memory)
-    option, arguments = (
-        ", ".join(asked.values()),
-        ", ".join(f"{name}='{text}'" for name, text in asked.items()),
-    )
+    option = ", ".join(asked.values())
+    arguments = ", ".join(f"{name}='{text}'" for name, text in asked.items())
     return f"{advice}, or allow more: electrovib --budget '{option}' ..., or electrovib.budget({arguments}) in Python"
 
 

@@ -22,8 +22,7 @@ from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.over_frequency import capacitance
 from electrovib.solve.electrics.solution import ACROSS
 from electrovib.solve.mechanics.mechanical import Mechanics, mechanical, refuse_unsolved_mechanics
-from electrovib.solve.stack.expand import modes, phasors
-from electrovib.solve.stack.reduce import band_of_run
+from electrovib.solve.stack.expand import band_of_run, modes, phasors
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping

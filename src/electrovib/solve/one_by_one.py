@@ -20,7 +20,7 @@ from electrovib.solve.stack.expand import phasors
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
@@ -142,9 +142,7 @@ class OneByOne:
         self.names, self.time, self.band = tuple(names), time, band
         self.prepared = ParametricScenario(scenario, free)
 
-    def signals(
-        self, draws: Mapping[str, Real], *, out: Mapping[str, NDArray[Any]] | None = None
-    ) -> dict[str, Any]:
+    def signals(self, draws: Mapping[str, Real]) -> dict[str, Any]:
         """Return the signals of fingers."""
         columns = {path: values.tolist() for path, values in draws.items()}
         rows: list[dict[str, Any]] = []
@@ -154,10 +152,7 @@ class OneByOne:
                 rows.append(self._of(point))
             except InputError as error:
                 raise of_finger(error, finger, point) from error
-        return {
-            name: np.stack([row[name] for row in rows], out=(out or {}).get(name), casting="same_kind")
-            for name in self.names
-        }
+        return {name: np.stack([row[name] for row in rows]) for name in self.names}
 
     def _of(self, point: Mapping[str, float]) -> dict[str, Any]:
         """Return the signals of one finger."""

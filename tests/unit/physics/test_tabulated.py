@@ -17,7 +17,7 @@ from electrovib.core.model import read_model
 from electrovib.physics.material import ColeCole, ConstantPhase, Material
 from electrovib.physics.tabulated import LossColumn, Tabulated
 from electrovib.scenario import load, read_part
-from electrovib.solve.stack.reduce import reduce_material
+from electrovib.solve.stack.expand import reduce_material
 
 GABRIEL = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance" / "gabriel_measured_skin_dry.txt"
 

@@ -12,9 +12,8 @@ from electrovib.physics.drive.base import Drive
 from electrovib.scenario import load
 from electrovib.solve.electrics.linear import drive_voltage
 from electrovib.solve.electrics.transient import transient
-from electrovib.solve.stack.expand import current_section, per_ampere
+from electrovib.solve.stack.expand import current_section, per_ampere, reduce_material
 from electrovib.solve.stack.harmonics import settled_integral
-from electrovib.solve.stack.reduce import reduce_material
 from electrovib.solve.stack.section import phasor_section
 from electrovib.solve.stack.transfer import INTEGRATING, Transfer
 

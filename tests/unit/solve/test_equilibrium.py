@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from parallel_plates import equilibria
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.contact import LinearSpring, PerssonSurface, PlateAttraction, RoughAttraction
 from electrovib.physics.roughness import IdleSpots, PullingSpots
 from electrovib.scenario import Scenario
-from electrovib.solve.equilibrium import balance, equilibria, equilibrium, hysteresis
-from electrovib.solve.equilibrium.states import crossings
+from electrovib.solve.equilibrium import equilibrium, hysteresis
+from electrovib.solve.equilibrium.states import balance, crossings
 from electrovib.solve.simulate import simulate
 
 EPS0 = 8.8541878128e-12

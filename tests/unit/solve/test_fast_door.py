@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_recursion import march_loop
 
 import electrovib as ev
 from electrovib.core.errors import InputError
@@ -17,7 +18,7 @@ from electrovib.solve.diagnostics.peaks import MOST_CORNERS
 from electrovib.solve.electrics import straight
 from electrovib.solve.electrics.straight import FEW_TIMES, fading
 from electrovib.solve.electrics.transient import transient
-from electrovib.solve.recursion import blocks, march, march_loop, states_at, uneven
+from electrovib.solve.recursion import blocks, march, states_at, uneven
 from electrovib.solve.stack.transfer import Transfer
 
 SAME = 1e-12

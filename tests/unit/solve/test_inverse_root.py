@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from electrovib.core.discovery import papers
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.solve.stack.inverse_root import CLEARANCE, TOLERANCE, inverse_root_thickness
-from electrovib.solve.stack.reduce import reduce_material
+from electrovib.solve.stack.expand import reduce_material
+from electrovib.solve.stack.section import CLEARANCE, TOLERANCE, inverse_root_thickness
 
 FREQUENCY = np.geomspace(1e-2, 1e9, 441)
 SKINS = {

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from harmonic_response import periodic
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
-from electrovib.solve.stack.harmonics import count_harmonics, periodic, spectrum
+from electrovib.solve.stack.harmonics import count_harmonics, spectrum
 
 
 def drive(model, **content):

@@ -61,11 +61,15 @@ SPECTRA = {
 TWO = DebyeSum(5.0, (80.0, 300.0), (2e-5, 3e-3))
 
 
+def rms_error(fit, frequency, measured):
+    """Root mean square of the modulus of fit/measured - 1."""
+    return np.sqrt(np.mean(np.abs(fit.debye.permittivity(frequency) / measured - 1) ** 2))
+
+
 @pytest.mark.parametrize("name", SPECTRA)
 def test_follows_shipped_spectra_over_six_decades(name):
     fit = fit_debye(SPECTRA[name], low=1.0, high=1e6)
     assert fit.largest_error < SHIPPED
-    assert fit.rms_error <= fit.largest_error
     assert 1 <= len(fit.debye.strengths) <= 14
     assert all(one < next_one for one, next_one in pairwise(fit.debye.relaxation_times))
 
@@ -88,8 +92,6 @@ def test_reported_error_equals_that_on_another_grid(name):
     error = np.abs(response / SPECTRA[name](frequency) - 1)
     # Both grids miss the peaks of the error by a little; 60 points a decade against 8 peaks in a decade.
     assert fit.largest_error == pytest.approx(error.max(), rel=0.02)
-    assert fit.rms_error == pytest.approx(np.sqrt(np.mean(error**2)), rel=0.02)
-    assert fit.band == pytest.approx((1.0, 1e6))
 
 
 def test_recovers_two_debye_terms():
@@ -157,7 +159,7 @@ def test_table_fit_stays_within_the_noise(name, noise):
         error = np.abs(fit.debye.permittivity(fine) / SPECTRA[name](fine) - 1)
         errors.append((np.sqrt(np.mean(error**2)), error.max()))
         # The noise of 51 complex values, of modulus sqrt(2) times one part, stays in the reported error.
-        assert 0.9 * noise < fit.rms_error < 1.8 * noise
+        assert 0.9 * noise < rms_error(fit, frequency, measured) < 1.8 * noise
     # Of 20 seeds, in units of the noise: worst root mean square 0.7, worst largest 2.8, median largest 1.2.
     assert max(mean for mean, _ in errors) < noise
     assert np.median([largest for _, largest in errors]) < 2 * noise
@@ -175,7 +177,6 @@ def test_table_takes_any_order_and_few_points():
     frequency = np.array([1e5, 1e2, 1e4, 1e3])
     fit = fit_debye_table(frequency, SPECTRA["constant phase 0.85"](frequency))
     assert len(fit.debye.strengths) <= 3
-    assert fit.band == (1e2, 1e5)
     assert fit.largest_error < 0.1
 
 
@@ -203,7 +204,8 @@ def test_refuses_a_gain_that_shows_only_in_the_mean_of_neighbours():
         noise = np.random.default_rng(seed).normal(0, 0.01, (2, 51))
         with pytest.raises(InputError, match="eps'' < 0"):
             fit_debye_table(frequency, 1000 * (1 + 0.04j) * (1 + noise[0] + 1j * noise[1]))
-        assert fit_debye_table(frequency, 1000 * (1 + noise[0] + 1j * noise[1])).rms_error < 0.02
+        measured = 1000 * (1 + noise[0] + 1j * noise[1])
+        assert rms_error(fit_debye_table(frequency, measured), frequency, measured) < 0.02
 
 
 def test_refuses_one_point_of_gain_in_a_clean_table():
@@ -219,7 +221,7 @@ def test_noise_that_dips_below_zero_loss_is_not_active():
     parts = np.random.default_rng(4).normal(0, 0.03, (2, 51))
     measured = SPECTRA["Gabriel dry"](frequency) * (1 + parts[0] + 1j * parts[1])
     assert (measured.imag > 0).sum() > 10
-    assert fit_debye_table(frequency, measured).rms_error < 0.06
+    assert rms_error(fit_debye_table(frequency, measured), frequency, measured) < 0.06
 
 
 @pytest.mark.parametrize(

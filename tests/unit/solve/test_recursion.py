@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from plain_recursion import march_loop
 
 from electrovib.core.errors import InputError
-from electrovib.solve.recursion import hold_weights, march, march_loop
+from electrovib.solve.recursion import hold_weights, march
 
 SAME = 1e-12  # of the largest possible output; some hundred roundings of 1.1e-16 stay far below
 WEIGHT = 1e-15  # relative; a weight is about five roundings of 1.1e-16

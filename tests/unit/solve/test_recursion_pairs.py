@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_recursion import march_loop
 
 from electrovib.core.errors import InputError
-from electrovib.solve.recursion import hold_weights, march, march_loop
+from electrovib.solve.recursion import hold_weights, march
 
 SAME = 1e-12  # of the largest possible output, as for real poles
 WEIGHT = 4e-15  # of the larger term of a weight: exp and expm1 of complex numbers are good to a few roundings

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_recursion import march_loop
 
-from electrovib.solve.recursion import hold_weights, march, march_loop, states_at, uneven
+from electrovib.solve.recursion import hold_weights, march, states_at, uneven
 from electrovib.solve.recursion.hold import SLOW, StraightDrive
 
 SAME = 1e-12  # of the largest possible output; some thousand roundings of 1.1e-16 at most
@@ -112,14 +113,6 @@ def test_what_goes_through_it(monkeypatch):
     assert uneven._compiled(poles.astype(complex), drive) is None
     monkeypatch.setattr(uneven, "_WORTH", 1_000_001)
     assert uneven._compiled(poles, drive) is None
-
-
-def test_without_numba_the_answer_is_the_same(monkeypatch):
-    monkeypatch.setattr(uneven, "_WORTH", 0)
-    monkeypatch.setitem(sys.modules, "electrovib.solve.recursion.compiled", None)
-    given_ = record(1, "jitter", [0.01, 1.0, 100.0], 200)
-    assert uneven._compiled(given_["poles"], StraightDrive(*[given_["starts"]] * 3)) is None
-    assert np.max(np.abs(march(**given_)[0] - march_loop(**given_)[0])) <= SAME * size_of(given_)
 
 
 def test_the_compiler_stays_away_from_short_records():

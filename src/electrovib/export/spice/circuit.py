@@ -19,7 +19,7 @@ from electrovib.physics.drive.parts import Smooth, Tones
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.stack.expand import Surroundings, reductions
 from electrovib.solve.stack.modes import merged_terms
-from electrovib.solve.stack.reduce import Reduction
+from electrovib.solve.stack.prony import Reduction
 
 if TYPE_CHECKING:
     from electrovib.export.spice.timing import Timing

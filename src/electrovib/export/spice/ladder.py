@@ -14,7 +14,7 @@ from electrovib.solve.stack.modes import merged_terms
 
 if TYPE_CHECKING:
     from electrovib.physics.stack import Layer
-    from electrovib.solve.stack.reduce import Reduction
+    from electrovib.solve.stack.prony import Reduction
 
 
 @dataclass(frozen=True, kw_only=True)

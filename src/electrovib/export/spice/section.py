@@ -11,14 +11,13 @@ from electrovib.export.spice.ladder import LayerElements, between
 from electrovib.export.spice.reading import FilterToBuild, MeterReading
 from electrovib.export.spice.text import continued, number, remark
 from electrovib.physics.interface import beside_interface
-from electrovib.solve.stack.inverse_root import inverse_root_thickness
+from electrovib.solve.stack.section import LayerState, inverse_root_thickness
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from electrovib.export.spice.start import Start
     from electrovib.physics.interface import Role
-    from electrovib.physics.material import Material
     from electrovib.solve.stack.transfer import Transfer
 
 PRECISION = 1e-9
@@ -29,16 +28,6 @@ CAPACITANCE = 1e-9
 
 ENDLESS = 1e18
 """Resistance in parallel with an integrating capacitor [ohm], because ngspice needs a path for direct current."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReadLayer:
-    """The state of a layer as readings of the circuit."""
-
-    thickness: float
-    material: Material
-    field: MeterReading
-    displacement: MeterReading
 
 
 @dataclass(kw_only=True)
@@ -63,7 +52,7 @@ class ReadSection:
         """Layers from the plate to the finger."""
         return tuple(self.slabs)
 
-    def __getitem__(self, name: str) -> ReadLayer:
+    def __getitem__(self, name: str) -> LayerState:
         """Return the state of a layer; its displacement is the charge on its capacitors over the area."""
         slab = self.slabs[name]
         thickness, area = slab.layer.thickness, slab.area
@@ -71,7 +60,7 @@ class ReadSection:
         charge |= {
             between(branch.node, slab.finger_side): branch.capacitance / area for branch in slab.branches
         }
-        return ReadLayer(
+        return LayerState(
             thickness=thickness,
             material=slab.layer.material,
             field=MeterReading({slab.voltage: 1 / thickness}, self.start.field(name)),
@@ -100,7 +89,8 @@ class ReadSection:
         last = beside_interface(self.roles, "plate")
         charged = any(slab.layer.initial_charge for slab in self.slabs.values())
         if last is not None and not charged and self._blocks(last):
-            return self[last].displacement
+            on_last: MeterReading = self[last].displacement
+            return on_last
         if self._interface is None:
             charge = self.start.interface_charge()
             held = f" IC={number(charge * self.area / CAPACITANCE)}" if charge else ""

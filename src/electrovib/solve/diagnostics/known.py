@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
 from electrovib.solve.diagnostics.memory import CURRENT, FORCE, LARGEST
-from electrovib.solve.stack.reduce import SAME, lowest_frequency, shortest_time
+from electrovib.solve.stack.expand import SAME, lowest_frequency, shortest_time
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -18,10 +18,9 @@ from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.linear import amplified
 from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.transient import transient
-from electrovib.solve.stack.expand import left_by_charge, phasors
+from electrovib.solve.stack.expand import SAME, band_of_run, left_by_charge, lowest_frequency, phasors
 from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf
-from electrovib.solve.stack.reduce import SAME, band_of_run, lowest_frequency
 from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:

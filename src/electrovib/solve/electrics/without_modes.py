@@ -9,18 +9,17 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.force import MaxwellStressInGap
-from electrovib.physics.interface import INTERFACE, Role
+from electrovib.physics.interface import INTERFACE
 from electrovib.solve.electrics.attraction import pressed
 from electrovib.solve.electrics.leaks import leaking_slabs
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf
-from electrovib.solve.stack.section import _APART
+from electrovib.solve.stack.section import APART, LayerState, StackSection
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.physics.material import Material
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Question, Solution
     from electrovib.solve.nonlinear.finger import Yielding
@@ -119,7 +118,7 @@ def _over_time(scenario: Scenario, found: dict[Key, Real]) -> TimeSection:
     """Return the stack over time in the form that a force law takes."""
     gap = scenario.stack.gap_name
     layers = {
-        name: TimeLayer(
+        name: LayerState(
             thickness=found["gap"] if name == gap and "gap" in found else layer.thickness,
             material=layer.material,
             field=found[FieldOf(name)],
@@ -227,21 +226,9 @@ def _yielding(scenario: Scenario) -> Yielding:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TimeLayer:
-    """State of a layer as values over time, shape (n,)."""
-
-    thickness: Any
-    material: Material
-    field: Real
-    displacement: Real
-
-
-@dataclass(frozen=True, kw_only=True)
-class TimeSection:
+class TimeSection(StackSection):
     """The stack as values over time, for solvers without modes: moving gap, several leaks."""
 
-    layers: dict[str, TimeLayer]
-    roles: Mapping[str, Role]
     voltage: Real
     current_density: Real
     interface_displacement: Real
@@ -251,20 +238,11 @@ class TimeSection:
         """Raise a TypeError: a law that reads the frequency has no time-domain form."""
         raise TypeError("a record has no single frequency")
 
-    @property
-    def names(self) -> Sequence[str]:
-        """Layers from the plate to the finger."""
-        return tuple(self.layers)
-
-    def __getitem__(self, name: str) -> TimeLayer:
-        """Return a layer by its name."""
-        return self.layers[name]
-
     def inverse_root_thickness(self, names: Sequence[str]) -> Any:
         """Return (sum T/eps_pol)^(-1/2) over these layers [m^-1/2], which must not be dispersive."""
         total: Any = 0.0
         for name in names:
-            low, high = (self[name].material.bound_permittivity(np.array(f)) for f in _APART)
+            low, high = (self[name].material.bound_permittivity(np.array(f)) for f in APART)
             if abs(low - high) > 1e-12 * abs(high):
                 raise InputError(
                     f"stack.{name}.material: the force law filters by permittivities, and this one depends on frequency; with"

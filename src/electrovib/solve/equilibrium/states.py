@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,8 +57,6 @@ class Equilibrium:
         Pressure that the plate itself supports [Pa]; 0 where the gap is open.
     residual : float
         repulsion + stop - load - attraction [Pa].
-    iterations : int
-        Number of halvings and steps of the solution.
     """
 
     gap: float
@@ -69,7 +67,6 @@ class Equilibrium:
     attraction: float
     stop: float = 0.0
     residual: float = 0.0
-    iterations: int = 0
 
 
 def attraction_at(
@@ -81,23 +78,6 @@ def attraction_at(
     return RoughAttraction(
         voltage=voltage, electrical_thickness=electrical_thickness, surface=surface, spots=spots
     )
-
-
-def equilibria(
-    *,
-    surface: Surface,
-    pressure: float,
-    voltage: float,
-    electrical_thickness: float,
-    gaps: tuple[float, float] | None = None,
-) -> tuple[Equilibrium, ...]:
-    """Return all equilibria of surface topography, load and the attraction of parallel plates.
-
-    repulsion(g) = pressure + eps0 V^2/(2 (K + g)^2). The plate is a stop at gap 0; the closed state is an
-    additional one where the surface topography supports less there than load and attraction. A stiffening
-    surface topography has one state, or two stable states with an unstable one between.
-    """
-    return balance(surface, PlateAttraction(voltage, electrical_thickness), pressure=pressure, gaps=gaps)
 
 
 def balance(
@@ -155,7 +135,6 @@ def _state(
         repulsion=repulsion,
         attraction=drawn - pressure,
         residual=repulsion - drawn,
-        iterations=found.iterations,
     )
 
 
@@ -181,13 +160,10 @@ class Crossing:
         Abscissa of the crossing.
     fold : bool
         Whether the curves touch within rounding, or cross twice within rounding.
-    iterations : int
-        Number of halvings of the range and of steps of the bracketing.
     """
 
     place: float
     fold: bool
-    iterations: int
 
 
 @dataclass(frozen=True)
@@ -207,12 +183,6 @@ class _Point:
         return NOISE * (abs(self.upper[0]) + abs(self.lower[0]))
 
 
-class _Interval(NamedTuple):
-    left: _Point
-    right: _Point
-    depth: int
-
-
 def crossings(
     first: Curve, second: Curve, *, low: float, high: float, parts: int = 1
 ) -> tuple[Crossing, ...]:
@@ -225,53 +195,47 @@ def crossings(
     curves touch, which is reported once. Convex curves need one part, and no crossing is missed. For other
     curves a pair of crossings may be missed in a part that contains a point of inflection.
     """
-    points = [_point(first, second, low + (high - low) * k / parts) for k in range(parts)]
-    points.append(_point(first, second, high))
-    found: list[_Part] = []
-    for left, right in pairwise(points):
-        found += _search(first, second, _Interval(left, right, 0))
-    found.sort(key=lambda part: part[0])
-    return tuple(_merged(found, (points[0], points[-1])))
+    points = [
+        _Point(x, first(x), second(x))
+        for x in [*(low + (high - low) * k / parts for k in range(parts)), high]
+    ]
+    found = [part for ends in pairwise(points) for part in _search(first, second, ends)]
+    return tuple(_merged(sorted(found, key=lambda part: part[0]), scale=max(abs(low), abs(high))))
 
 
-def _point(first: Curve, second: Curve, x: float) -> _Point:
-    return _Point(x, first(x), second(x))
-
-
-_Part = tuple[float, float, Crossing]
+_Ends: TypeAlias = tuple[_Point, _Point]
+_Part: TypeAlias = tuple[float, float, Crossing]
 """Both ends of an interval, and the crossing in it."""
 
 
-def _search(first: Curve, second: Curve, whole: _Interval) -> Iterator[_Part]:
+def _search(first: Curve, second: Curve, whole: _Ends) -> Iterator[_Part]:
     waiting, opened = [whole], 0
     while waiting:
-        part, opened = waiting.pop(), opened + 1
+        (left, right), opened = waiting.pop(), opened + 1
         if opened > MOST_INTERVALS:
             raise ElectrovibError(
                 "equilibrium: the search for states does not end; repulsion and attraction have to be smooth over the whole"
                 " range of gaps"
             )
-        left, right, noise = part.left, part.right, max(part.left.noise, part.right.noise)
-        below, above = _bounds(part)
+        noise = max(left.noise, right.noise)
+        below, above = _bounds(left, right)
         if below > noise or above < -noise:
             continue
-        if _turns_nowhere(part):
+        if _turns_nowhere(left, right):
             if left.difference * right.difference <= 0:
-                place, steps = _bracketed(first, second, part)
-                yield left.x, right.x, Crossing(place, False, part.depth + steps)
+                yield left.x, right.x, Crossing(_bracketed(first, second, left, right), fold=False)
             continue
         middle = (left.x + right.x) / 2
         if (below >= -noise and above <= noise) or not left.x < middle < right.x:
             nearest = min(left, right, key=lambda point: abs(point.difference))
-            yield left.x, right.x, Crossing(nearest.x, True, part.depth)
+            yield left.x, right.x, Crossing(nearest.x, fold=True)
             continue
-        centre = _point(first, second, middle)
-        waiting += [_Interval(left, centre, part.depth + 1), _Interval(centre, right, part.depth + 1)]
+        centre = _Point(middle, first(middle), second(middle))
+        waiting += [(left, centre), (centre, right)]
 
 
-def _bounds(part: _Interval) -> tuple[float, float]:
+def _bounds(a: _Point, b: _Point) -> tuple[float, float]:
     """Return lower and upper bounds of the difference; both are straight between kinks."""
-    a, b = part.left, part.right
     below, above = sorted((a.difference, b.difference))
     curves = [(a.x, b.x, a.upper, b.upper), (a.x, b.x, a.lower, b.lower)]
     for x in [_kink(*each) for each in curves] if b.x > a.x else []:
@@ -299,48 +263,38 @@ def _around(
     return chord, max(chord, min(tangents))
 
 
-def _turns_nowhere(part: _Interval) -> bool:
+def _turns_nowhere(a: _Point, b: _Point) -> bool:
     """Return whether the slope of the difference cannot be 0."""
-    upper, lower = (part.left.upper[1], part.right.upper[1]), (part.left.lower[1], part.right.lower[1])
+    upper, lower = (a.upper[1], b.upper[1]), (a.lower[1], b.lower[1])
     noise = NOISE * (max(map(abs, upper)) + max(map(abs, lower)))
     return min(upper) - max(lower) > noise or max(upper) - min(lower) < -noise
 
 
-def _bracketed(first: Curve, second: Curve, part: _Interval) -> tuple[float, int]:
+def _bracketed(first: Curve, second: Curve, a: _Point, b: _Point) -> float:
     from scipy.optimize import brentq
 
-    for end in (part.left, part.right):
+    for end in (a, b):
         if end.difference == 0:
-            return end.x, 0
-    place, result = brentq(
-        lambda x: first(x)[0] - second(x)[0],
-        part.left.x,
-        part.right.x,
-        xtol=1e-300,
-        rtol=4 * 2.0**-52,
-        maxiter=500,
-        full_output=True,
-    )
-    return float(place), int(result.iterations)
+            return end.x
+    accuracy = {"xtol": 1e-300, "rtol": 4 * 2.0**-52, "maxiter": 500}
+    return float(brentq(lambda x: first(x)[0] - second(x)[0], a.x, b.x, **accuracy))
 
 
-def _merged(found: list[_Part], ends: tuple[_Point, _Point]) -> Iterator[Crossing]:
+def _merged(found: list[_Part], *, scale: float) -> Iterator[Crossing]:
     """Yield each crossing once: neighbouring intervals may share a crossing at their common end, or parts of a fold."""
-    scale = max(abs(end.x) for end in ends)
     groups: list[list[_Part]] = []
     for part in found:
-        last = groups[-1][-1] if groups else None
-        touching = last is not None and part[0] <= last[1]
-        same = last is not None and abs(part[2].place - last[2].place) <= 4 * 2.0**-52 * scale
-        folded = last is not None and (part[2].fold or last[2].fold)
-        if touching and (same or folded):
+        begin, _, here = part
+        _, end, before = groups[-1][-1] if groups else (0.0, -math.inf, here)
+        same = abs(here.place - before.place) <= 4 * 2.0**-52 * scale
+        if begin <= end and (same or here.fold or before.fold):
             groups[-1].append(part)
         else:
             groups.append([part])
     for group in groups:
-        folds = [part[2] for part in group if part[2].fold]
-        one = (folds or [part[2] for part in group])[len(folds) // 2 if folds else 0]
-        yield Crossing(one.place, bool(folds), max(part[2].iterations for part in group))
+        each = [part[2] for part in group]
+        folds = [one for one in each if one.fold]
+        yield folds[len(folds) // 2] if folds else each[0]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -37,16 +37,16 @@ if TYPE_CHECKING:
     from electrovib.solve.stack.transfer import Transfer
 
 LAYERED: Final[dict[str, type[FieldOf | DisplacementOf]]] = {"field": FieldOf, "displacement": DisplacementOf}
-OVER_TIME: Final = frozenset(
-    {
-        "drive_voltage",
-        "electrostatic_force",
-        "stack_voltage",
-        "current",
-        "interface_field",
-        "effective_voltage",
-    }
-) | {*LAYERED, "normal_force", "sliding_speed", "lateral_force"}
+OF_FIELDS: Final = frozenset({*LAYERED, "interface_field", "stack_voltage", "current"})
+"""Signals of the stack that are linear in the drive."""
+OVER_TIME: Final = OF_FIELDS | {
+    "drive_voltage",
+    "electrostatic_force",
+    "effective_voltage",
+    "normal_force",
+    "sliding_speed",
+    "lateral_force",
+}
 """Signals over time that are computed in arrays."""
 STACKS: Final = 1024
 """Fingers whose modes are in memory together."""
@@ -104,9 +104,8 @@ class Arrays:
             self.drive = self._shared(of_drive, times)
         if self.time is None and of_drive:
             self._largest = self._largest_per_parameter()
-        of_fields = {*LAYERED, "interface_field", "stack_voltage", "current"}
         of_law = {"electrostatic_force", "lateral_force", "effective_voltage"}
-        self._has_modes = bool((of_fields | of_law if scenario.force.causal else of_fields) & {*names})
+        self._has_modes = bool((OF_FIELDS | of_law if scenario.force.causal else OF_FIELDS) & {*names})
         band = (self.time if alone.band is None else alone.band) if self._has_modes else None
         self._reduced = {} if band is None else shared_reductions(scenario, free, band)
         if self._reduced and self.drive is None:
@@ -184,16 +183,12 @@ class Arrays:
         """Return the linear quantities that the signals need."""
         debye = debye_of(member, self._reduced, self.free)
         known = linear_quantities(member, modes_of(member, debye))
-        wanted, causal = set[Any](), member.force.causal
+        wanted = set[Any]()
+        if {"electrostatic_force", "lateral_force"} & {*self.names}:
+            wanted |= {key for key in known if isinstance(key, AmplitudeOf)}
         for name in self.names:
-            if name in {"electrostatic_force", "lateral_force"}:
-                wanted |= {key for key in known if isinstance(key, AmplitudeOf)}
-            elif name in LAYERED:
-                wanted |= {LAYERED[name](layer) for layer in member.stack.layers}
-            elif name == "interface_field":
-                wanted.add(FieldOf(member.stack.gap_name or INTERFACE))
-            elif name in {"stack_voltage", "current"} or (name == "effective_voltage" and causal):
-                wanted.add(name)
+            if name in OF_FIELDS or (name == "effective_voltage" and member.force.causal):
+                wanted |= {*_keys(member, name)}
         missing = [str(key) for key in wanted if key not in known]
         if missing:
             raise NotInArraysError(f"the scenario has no {missing[0]}")
@@ -245,12 +240,12 @@ class Arrays:
                 found[name] = member.load.forces(time)
             elif name == "sliding_speed":
                 found[name] = member.motion.speeds(time)
-            elif name in LAYERED:
-                layers = [rows[LAYERED[name](layer)] for layer in member.stack.layers]
-                found[name] = np.stack(np.broadcast_arrays(*layers), axis=-2)
             else:
-                of_gap = name == "interface_field"
-                found[name] = rows[FieldOf(member.stack.gap_name or INTERFACE) if of_gap else name]
+                of_layers = [rows[key] for key in _keys(member, name)]
+                is_layered = name in LAYERED
+                found[name] = (
+                    np.stack(np.broadcast_arrays(*of_layers), axis=-2) if is_layered else of_layers[0]
+                )
         return found
 
     def _of_one_sine(self, member: Scenario, terms: list[Any]) -> dict[Key, Any]:
@@ -332,6 +327,13 @@ class Arrays:
             begin = value or step  # a number of 0 may give fewer modes than others
             found[path] = np.array([begin, begin - step if begin + step > quantity.high else begin + step])
         return found
+
+
+def _keys(member: Scenario, name: str) -> list[Key]:
+    """Return the keys of the linear quantities of a signal."""
+    if name in LAYERED:
+        return [LAYERED[name](layer) for layer in member.stack.layers]
+    return [FieldOf(member.stack.gap_name or INTERFACE) if name == "interface_field" else name]
 
 
 def _of_one_form(draws: Mapping[str, Real]) -> list[Any]:

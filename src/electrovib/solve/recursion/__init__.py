@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.solve.recursion.blocks import even_states, march_even
-from electrovib.solve.recursion.hold import gather, hold_weights, march_loop
+from electrovib.solve.recursion.hold import gather, hold_weights
 from electrovib.solve.recursion.uneven import march_uneven, uneven_states
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Indices, Numbers, Real
 
-__all__ = ["hold_weights", "march", "march_loop", "states_at"]
+__all__ = ["hold_weights", "march", "states_at"]
 
 
 def march(
@@ -36,7 +36,7 @@ def march(
 
     ``x_k' = p_k (x_k - v)``, ``y = direct v + sum_k gain_k x_k``, that is ``H(s) = direct + sum_k gain_k (-p_k)/(s - p_k)``;
     where `lag` (outputs,) is true, ``x_k - v`` takes the place of ``x_k``. With complex poles the sum is ``Re sum_k w_k gain_k
-    x_k``, ``w_k`` 1 for a real pole and 2 for a pair. The result equals that of ``march_loop`` up to rounding. A value of the
+    x_k``, ``w_k`` 1 for a real pole and 2 for a pair. A value of the
     drive that is not finite also invalidates outputs before it, within its block. An even grid is computed by matrix products
     over blocks of samples, an uneven one by a scan over rows of pieces.
     """

@@ -1,4 +1,4 @@
-"""The recursion at uneven time stamps as one compiled loop, called by `uneven` for long records."""
+"""Functions that numba compiles, and the recursion at uneven time stamps as one loop, called by `uneven` for long records."""
 
 from __future__ import annotations
 
@@ -22,35 +22,41 @@ _SMALLEST: Final = 1e-300
 _2, _3, _4, _5, _6, _7, _8 = (1.0 / math.factorial(order) for order in range(2, 9))
 
 
-def _compile(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function, and cache it on disk where numba finds a folder to write to."""
+# contract: a product and a sum may be rounded once; the order of operations is kept
+_OPTIONS: Final[dict[str, Any]] = {
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "fastmath": {"contract"},
+}
+
+
+def inner(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that compiled functions of the same file call."""
     from numba import njit
 
-    # contract: a product and a sum are rounded once, the order of operations is kept
-    options: dict[str, Any] = {"error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
+    options = _OPTIONS | {"no_cpython_wrapper": True}
+    return njit(function, **options)  # type: ignore[no-any-return]
+
+
+def outer(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that Python calls, and cache it on disk where numba finds a folder to write to."""
+    from numba import njit
+
     try:
-        return njit(function, cache=True, **options)  # type: ignore[no-any-return]
+        return njit(function, nogil=True, cache=True, **_OPTIONS)  # type: ignore[no-any-return]
     except RuntimeError:
-        return njit(function, **options)  # type: ignore[no-any-return]
+        return njit(function, nogil=True, **_OPTIONS)  # type: ignore[no-any-return]
 
 
-@_compile
-def follow(
-    rates: Any,
-    slow: Any,
-    usual: Any,
-    starts: Any,
-    ends: Any,
-    steps: Any,
-    following: Any,
-    table: Any,
-) -> Any:
+@outer
+def follow(rates: Any, slow: Any, usual: Any, drive: Any, following: Any, table: Any) -> Any:
     """Write states of slow modes and lags of the others after each piece into the next row of a table.
 
     The change of a state is ``risen (start - x) + last rise`` with ``risen = 1 - exp(-fall)``; up to 1/32 both weights are
     short series in the fall, so that no digit of a small one is lost. The change of a lag is ``-risen lag - risen/fall rise``,
     less the discontinuity after the piece; its exponentials are those at the nearest multiple of 1/16 times a short series.
     """
+    starts, ends, steps = drive
     # unsigned: indices that could be negative prevent vectorised loops
     zero, first, count = np.uint64(0), np.uint64(slow), np.uint64(len(rates))
     for piece in range(len(steps)):

@@ -1,7 +1,4 @@
-"""Modes under straight pieces of drive: checked once, the exact weights of one piece, and the recursion step by step.
-
-The plain recursion is the reference of the fast methods.
-"""
+"""Modes under straight pieces of drive, checked once, and the exact weights of one piece."""
 
 from __future__ import annotations
 
@@ -66,21 +63,12 @@ class StraightDrive(NamedTuple):
         return np.concatenate(([0.0], before - after))
 
 
-def gather(
-    poles: ArrayLike,
-    gains: ArrayLike,
-    direct: ArrayLike,
-    starts: ArrayLike,
-    ends: ArrayLike,
-    steps: ArrayLike,
-    initial_state: ArrayLike,
-    *,
-    lag: ArrayLike = False,
-) -> tuple[Modes, StraightDrive, Numbers]:
-    """Convert the arguments of a recursion into contiguous arrays and refuse arguments that disagree.
+def gather(*given: ArrayLike, lag: ArrayLike = False) -> tuple[Modes, StraightDrive, Numbers]:
+    """Convert the arguments of `march` into contiguous arrays and refuse arguments that disagree.
 
     Returns `state` (poles,).
     """
+    poles, gains, direct, starts, ends, steps, initial_state = given
     kind = np.complex128 if np.iscomplexobj(poles) else np.float64
     shares = np.ascontiguousarray(direct, np.float64)
     modes = Modes(
@@ -92,8 +80,7 @@ def gather(
     sides = [np.ascontiguousarray(each, np.float64) for each in (starts, ends)]
     drive = StraightDrive(sides[0], sides[1], np.asarray(steps, np.float64))
     state: Numbers = np.array(initial_state, kind)
-    problems = [*_shape_problems(modes, drive, state), *_value_problems(modes, drive)]
-    if problems:
+    if problems := _problems(modes, drive, state):
         raise InputError(problems)
     if kind is np.complex128:
         modes = modes._replace(gains=modes.gains * np.where(modes.poles.imag == 0.0, 1.0, 2.0))
@@ -102,14 +89,11 @@ def gather(
     return modes, drive, state
 
 
-def _shape_problems(modes: Modes, drive: StraightDrive, state: Numbers) -> list[str]:
-    """Return a message for every array whose shape disagrees with the poles, the outputs or the pieces of the drive."""
+def _problems(modes: Modes, drive: StraightDrive, state: Numbers) -> list[str]:
+    """Return messages for arrays whose shapes disagree, poles that do not decay and durations that no time stamps have."""
     count, outputs, pieces = modes.poles.size, modes.direct.size, drive.starts.size
     wanted = {
-        "poles": (modes.poles, (count,)),
         "gains": (modes.gains, (outputs, count)),
-        "direct": (modes.direct, (outputs,)),
-        "starts": (drive.starts, (pieces,)),
         "ends": (drive.ends, (pieces,)),
         "steps": (drive.steps, (pieces,) if drive.steps.ndim else ()),
         "initial_state": (state, (count,)),
@@ -120,18 +104,12 @@ def _shape_problems(modes: Modes, drive: StraightDrive, state: Numbers) -> list[
         for name, (array, shape) in wanted.items()
         if array.shape != shape
     ]
-    return found if pieces else [*found, "march.starts is empty: give at least one piece of drive."]
-
-
-def _value_problems(modes: Modes, drive: StraightDrive) -> list[str]:
-    """Return messages for poles that do not decay and for durations that are negative or not finite."""
-    found = []
+    if not pieces:
+        found.append("march.starts is empty: give at least one piece of drive.")
     if not np.all((modes.poles.real < 0.0) & (modes.poles.imag >= 0.0)):
         found.append(
-            f"march.poles = {modes.poles}: every pole must be negative; "
-            "a conserved quantity (pole 0) has to be integrated separately."
-            + " Of a conjugate pair give the one with the positive imaginary part."
-            * np.iscomplexobj(modes.poles)
+            f"march.poles = {modes.poles}: every pole must be negative, and of a conjugate pair the one with the positive"
+            " imaginary part; a conserved quantity (pole 0) has to be integrated separately."
         )
     if not np.all((drive.steps >= 0.0) & np.isfinite(drive.steps)):
         found.append("march.steps has a negative or non-finite duration; sort the time stamps.")
@@ -162,45 +140,3 @@ def hold_weights(z: ArrayLike) -> tuple[Numbers, Numbers, Numbers]:
     first = np.where(is_small, decay * series, mean - decay)
     last = np.where(is_small, rise - first, 1.0 - mean)
     return decay, first, last
-
-
-def march_loop(
-    poles: ArrayLike,
-    gains: ArrayLike,
-    direct: ArrayLike,
-    starts: ArrayLike,
-    ends: ArrayLike,
-    steps: ArrayLike,
-    initial_state: ArrayLike,
-    *,
-    lag: ArrayLike = False,
-) -> tuple[Real, Numbers]:
-    """Compute the response of relaxing or oscillating modes to a piecewise linear drive, one piece after the other.
-
-    Returns `output` (outputs, pieces + 1), `final_state` (poles,).
-
-    Since ``decay = 1 - first - last``, a step is ``x + first (v_start - x) + last (v_end - x)``: a mode much slower than
-    the step keeps the digits that are lost when a decay near 1 is rounded. The lag of a mode is advanced separately,
-    ``decay (x - v) - (1 - last) (v_end - v_start)``, less the discontinuity of the drive.
-    """
-    modes, drive, state = gather(poles, gains, direct, starts, ends, steps, initial_state, lag=lag)
-    pieces = drive.starts.size
-    durations = np.broadcast_to(drive.steps, (pieces,))
-    output = np.empty((modes.direct.size, pieces + 1))
-    behind = state - drive.starts[0]
-    for piece, (start, end, duration) in enumerate(zip(drive.starts, drive.ends, durations, strict=True)):
-        if piece == 0 or duration != durations[piece - 1]:
-            decay, first, last = hold_weights(modes.poles * duration)
-        output[:, piece] = _put_out(modes, start, state, behind)
-        state = state + first * (start - state) + last * (end - state)
-        behind = decay * behind - (1.0 - last) * (end - start)
-        if piece + 1 < pieces:
-            behind = behind - (drive.starts[piece + 1] - end)
-    output[:, pieces] = _put_out(modes, drive.ends[-1], state, behind)
-    return output, state
-
-
-def _put_out(modes: Modes, level: float, state: Numbers, lag: Numbers) -> Real:
-    """Return the outputs at one point."""
-    modal = np.where(modes.lag, (modes.gains @ lag).real, (modes.gains @ state).real)
-    return np.asarray(modes.direct * level + modal)

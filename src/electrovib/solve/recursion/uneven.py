@@ -85,13 +85,11 @@ def _plan(modes: Modes, drive: StraightDrive) -> _Plan:
 
 
 def _compiled(poles: Numbers, drive: StraightDrive) -> Any:
-    """Return the compiled recursion where it is faster; None without numba. The choice depends on the record alone."""
+    """Return the compiled recursion where it is faster. The choice depends on the record alone."""
     if poles.size * drive.starts.size < _WORTH or np.iscomplexobj(poles):
         return None
-    try:
-        from electrovib.solve.recursion.compiled import follow
-    except ImportError:
-        return None
+    from electrovib.solve.recursion.compiled import follow
+
     return follow
 
 
@@ -111,7 +109,7 @@ def _followed(
         if plan.compiled:
             table = np.empty((len(some.starts) + 1, len(rates)))
             table[0] = followed
-            plan.compiled(rates, plan.slow, plan.usual, *some, following, table)
+            plan.compiled(rates, plan.slow, plan.usual, tuple(some), following, table)
         else:
             table = _scanned(plan, some, following, followed)
         followed = table[-1]

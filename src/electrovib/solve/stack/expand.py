@@ -2,45 +2,45 @@
 
 With a given current, the field of a layer is E_k = z_k J/T_k: the poles are those of each layer and not the zeros of their
 sum, and it is independent of the other layers. A layer that does not conduct is an integrator.
+
+Materials are reduced to Debye terms over the band that follows from the duration of a run and from its shortest event.
 """
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.arrays import Complex, Real
-from electrovib.core.constants import eps0
 from electrovib.physics.circuit import SeriesElement
+from electrovib.physics.drive.parts import Tones
 from electrovib.physics.interface import interface_place, roles_of
 from electrovib.physics.stack import Layer
+from electrovib.physics.tabulated import FEWEST
 from electrovib.scenario import Scenario
-from electrovib.solve.stack.modes import (
-    StackModes,
-    bound_residues,
-    row_of,
-    slab_impedance,
-    slots,
-    spread,
-)
-from electrovib.solve.stack.reduce import HIGHEST, LOWEST, Reduction, reduce_material, run_band
+from electrovib.solve.stack.harmonics import spectrum
+from electrovib.solve.stack.modes import StackModes, bound_residues, slab_impedance, slots, spread
+from electrovib.solve.stack.prony import DENSE, Reduction, fit_debye, fit_debye_table
 from electrovib.solve.stack.section import (
-    ChargedSection,
     ModalSection,
-    PhasorLayer,
     PhasorSection,
     modal_section,
     phasor_section,
     section_of,
+    section_of_voltages,
     slabs_of,
 )
-from electrovib.solve.stack.transfer import INTEGRATING, Column, Transfer, side_by_side
+from electrovib.solve.stack.transfer import INTEGRATING, Column, Transfer, row_of, side_by_side
 
 if TYPE_CHECKING:
     from electrovib.physics.debye_sum import DebyeSum
+    from electrovib.physics.drive.parts import Part
+    from electrovib.physics.material import Material
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def linearised(layers: Mapping[str, Layer]) -> dict[str, Layer]:
     return found
 
 
-def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> ChargedSection:
+def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> PhasorSection:
     """Return the response to initial charge as Laplace transforms at j w, exact for the materials as declared.
 
     `frequency` (n,) [Hz], `charges` (layers + 1,) [C/m2].
@@ -117,15 +117,9 @@ def left_by_charge(scenario: Scenario, frequency: Real, charges: Real) -> Charge
         driving = np.sum([drops[name] * held[name] for name in layers], axis=0)
         driving = driving + body * (charges[-1] + element.charge / around.area)
         current = -driving / (stack + around.area * element.impedance(frequency))
-    states = {}
-    for name, layer in layers.items():
-        field = drops[name] * (held[name] + current) / layer.thickness
-        bound = eps0 * layer.material.bound_permittivity(frequency) * field
-        states[name] = PhasorLayer(layer.thickness, layer.material, field, bound)
-    voltage = np.sum([state.field * state.thickness for state in states.values()], axis=0)
-    roles = roles_of(layers)
-    start = float(charges[interface_place(roles.values())])
-    return ChargedSection(frequency, states, roles, voltage, current, start)
+    voltages = {name: drop * (held[name] + current) for name, drop in drops.items()}
+    start = float(charges[interface_place(roles_of(layers).values())])
+    return section_of_voltages(layers, frequency, voltages, current, start)
 
 
 def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSection:
@@ -134,13 +128,7 @@ def behind_amplifier(scenario: Scenario, section: PhasorSection) -> PhasorSectio
     if amplifier is None:
         return section
     pole = 1.0 if amplifier.bandwidth is None else 1 + 1j * section.frequency / amplifier.bandwidth
-    factor = amplifier.gain / pole
-    layers = {
-        name: replace(layer, field=layer.field * factor, displacement=layer.displacement * factor)
-        for name, layer in section.layers.items()
-    }
-    voltage, density = section.voltage * factor, section.current_density * factor
-    return PhasorSection(section.frequency, layers, section.roles, voltage, density)
+    return section.times(amplifier.gain / pole)
 
 
 def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduction]:
@@ -148,17 +136,11 @@ def reductions(scenario: Scenario, times: Real | None = None) -> dict[str, Reduc
 
     `times` (n,) [s].
     """
-    layers = scenario.stack.layers
-    exact = {name: layer.material.debye() for name, layer in layers.items()}
+    materials = {name: layer.material for name, layer in scenario.stack.layers.items()}
     low, high = LOWEST, HIGHEST
-    if None in exact.values():  # materials that are declared as Debye sums do not depend on the band
+    if any(each.debye() is None for each in materials.values()):  # a Debye sum does not depend on the band
         low, high = run_band(scenario, scenario.time.times(scenario.drive) if times is None else times)
-    return {
-        name: reduce_material(layer.material, low=low, high=high)
-        if (debye := exact[name]) is None
-        else Reduction(debye, 0.0)
-        for name, layer in layers.items()
-    }
+    return {name: reduce_material(each, low=low, high=high) for name, each in materials.items()}
 
 
 def modes(scenario: Scenario, times: Real | None = None) -> tuple[ModalSection, float]:
@@ -181,13 +163,7 @@ def modes_of(scenario: Scenario, debye: dict[str, DebyeSum]) -> ModalSection:
 
 def per_ampere(section: PhasorSection, *, area: Column) -> PhasorSection:
     """Return the stack at given frequencies per ampere of the drive."""
-    volts = 1 / (section.current_density * area)
-    states = {
-        name: PhasorLayer(state.thickness, state.material, state.field * volts, state.displacement * volts)
-        for name, state in section.layers.items()
-    }
-    density = np.zeros(np.shape(section.frequency), complex) + 1 / area
-    return PhasorSection(section.frequency, states, section.roles, section.voltage * volts, density)
+    return section.times(1 / (section.current_density * area))
 
 
 def current_section(layers: dict[str, Layer], debye: dict[str, DebyeSum], *, area: Column) -> ModalSection:
@@ -223,3 +199,112 @@ def _answer(rates: Real, residues: Real, free: Real) -> Transfer:
     constant = np.where(integrates, free, 0.0).sum(axis=-1, keepdims=True)
     fading = side_by_side(np.where(integrates, 0.0, free), constant)
     return Transfer(rates=rates, gains=gains, free=fading)
+
+
+LOWEST, HIGHEST = 1.0, 1e6
+"""Smallest band of a reduction [Hz]."""
+TERMS_PER_DECADE = 3
+"""Relaxations for each decade of the band: an error of some 1e-5 for laws that are not sums of Debye terms."""
+FEWEST_TERMS = 14
+STEPS_PER_DECADE = 2
+"""Ends of a band lie at whole 1/STEPS_PER_DECADE decades, so that runs that differ little share their reductions."""
+MARGIN = 10.0
+"""Factor by which the band extends beyond 1/(2 pi time): a relaxation of a time t acts on all times around t."""
+SAME = 1e-12
+"""Relative difference of two times or frequencies that counts as rounding: such a time is at a corner, not after it."""
+ABSENT = 1e-9
+"""Share of the largest amplitude below which a frequency is not part of a drive."""
+
+
+def reduction_band(*, low: float, high: float) -> tuple[float, float]:
+    """Return a band widened to at least `LOWEST` to `HIGHEST`, and outwards to half decades."""
+    lowest, highest = math.log10(min(low, LOWEST)), math.log10(max(high, HIGHEST))
+    slack = 1e-9  # the logarithm of a whole decade may miss it by rounding
+    first, last = (
+        math.floor(STEPS_PER_DECADE * lowest + slack) / STEPS_PER_DECADE,
+        math.ceil(STEPS_PER_DECADE * highest - slack) / STEPS_PER_DECADE,
+    )
+    return float(10.0**first), float(10.0**last)
+
+
+def reduce_material(
+    material: Material, *, low: float = LOWEST, high: float = HIGHEST, terms: int | None = None
+) -> Reduction:
+    """Return the Debye terms of a material."""
+    exact = material.debye()
+    if exact is not None:
+        return Reduction(exact, 0.0)
+    return _reduced(material, *reduction_band(low=low, high=high), terms)
+
+
+@functools.lru_cache(maxsize=256)
+def _reduced(material: Material, low: float, high: float, terms: int | None) -> Reduction:
+    rows, slowest = material.table(), material.slowest_relaxation
+    if rows is None:
+        count = terms or min(DENSE, math.ceil(TERMS_PER_DECADE * math.log10(high / low)) + 2)
+        return fit_debye(material.bound_permittivity, low=low, high=high, terms=count, slowest=slowest)
+    near = (rows[0] >= low) & (rows[0] <= high)
+    wanted = near if np.count_nonzero(near) >= FEWEST else np.ones_like(near)
+    return fit_debye_table(*(row[wanted] for row in rows), terms=terms or FEWEST_TERMS, slowest=slowest)
+
+
+def band_of_run(scenario: Scenario, times: Real) -> tuple[float, float]:
+    """Return the band over which the materials of a run are reduced [Hz]; runs that differ little share it."""
+    low, high = run_band(scenario, times)
+    return reduction_band(low=low, high=high)
+
+
+def run_band(scenario: Scenario, times: Real) -> tuple[float, float]:
+    """Return the band of frequencies that the response of a run depends on.
+
+    `times` (n,) [s].
+
+    From rest the lowest is a tenth of 1/(2 pi t) of the last output time t; in the periodic state a tenth of the
+    lowest frequency of the drive. The highest is ten times 1/(2 pi t) of the shortest straight piece and of the
+    shortest time between a corner and the next output, and ten times the highest frequency of a sine.
+    """
+    parts, grid = scenario.drive.parts(), scenario.frequency
+    fastest = [scenario.drive.highest_frequency]
+    shortest = shortest_time(scenario, times)
+    if math.isfinite(shortest):
+        fastest.append(1 / (2 * np.pi * shortest))
+    if scenario.time.settled:
+        slowest = [found for part in parts for found in _slowest(part)]
+    else:
+        slowest = [1 / (2 * np.pi * float(times[-1]))] if times[-1] > 0 else []
+    return (
+        min([grid.low, *(frequency / MARGIN for frequency in slowest)]),
+        max([grid.high, *(frequency * MARGIN for frequency in fastest)]),
+    )
+
+
+def shortest_time(scenario: Scenario, times: Real) -> float:
+    """Return the duration of the shortest straight piece of the drive, or of a corner to the next output if shorter.
+
+    `times` (n,) [s].
+    """
+    end, drive = float(times[-1]), scenario.drive
+    if any(part.begins_with(times) for part in drive.parts()):
+        return drive.shortest_piece(end)  # every output is at a corner
+    begins = [] if scenario.time.settled else [0.0]
+    corners = np.concatenate([[-math.inf], begins, drive.corners(end)[0]])
+    since = times - corners[np.searchsorted(corners, times * (1 + SAME), side="right") - 1]
+    after = since[since > SAME * times]
+    return min(drive.shortest_piece(end), float(np.min(after, initial=math.inf)))
+
+
+def lowest_frequency(scenario: Scenario) -> float:
+    """Return the lowest frequency of a periodic drive [Hz]; its mean, 0, counts only if a measured layer does not conduct."""
+    materials = [layer.material for layer in scenario.stack.layers.values()]
+    blocked = any(math.isfinite(each.band[1]) and each.conductivity == 0 for each in materials)
+    frequencies, amplitudes = spectrum(scenario.drive, harmonics=1)
+    sizes = np.abs(amplitudes)
+    there = (sizes > ABSENT * np.max(sizes, initial=0.0)) & (blocked | (frequencies > 0))
+    return float(np.min(frequencies[there], initial=math.inf))
+
+
+def _slowest(part: Part) -> list[float]:
+    if isinstance(part, Tones):
+        moving = part.frequencies[(part.frequencies > 0) & (part.amplitudes != 0)]
+        return [float(np.min(moving))] if len(moving) else []
+    return [1 / part.period] if part.period else []

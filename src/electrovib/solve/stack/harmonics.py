@@ -1,4 +1,4 @@
-"""Periodic drives: their harmonics, their means and integrals, and the steady response from harmonics."""
+"""Periodic drives: their harmonics, their means and their integrals."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from electrovib.physics.drive.parts import Part, Tones
 from electrovib.physics.drive.pieces import Linear
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
 
@@ -66,25 +64,6 @@ def _straight_spectrum(part: Linear, period: float, harmonics: int) -> tuple[Rea
     turns = np.exp(-1j * angular[:, None] * part.times[:-1])
     series = 2 / period * (turns @ jumps / (1j * angular) + turns @ bends / (1j * angular) ** 2)
     return np.append(0.0, angular / (2 * np.pi)), np.append(mean + 0j, series)
-
-
-def periodic(
-    transfer: Callable[[Real], Complex], drive: Drive, time: Real, *, static: float, harmonics: int = 4096
-) -> Real:
-    """Compute the steady response of one linear quantity.
-
-    `time` (n,) [s]; returns `response` (n,).
-    """
-    if drive.period is None:
-        raise InputError(f"drive: {type(drive).__name__} has no period and therefore no harmonics")
-    frequencies, amplitudes = spectrum(drive, harmonics=harmonics)
-    gain = np.full(len(frequencies), static, complex)
-    moving = frequencies > 0
-    gain[moving] = transfer(frequencies[moving])
-    total = np.zeros(len(time))
-    for frequency, amplitude in zip(frequencies, gain * amplitudes, strict=True):
-        total += (amplitude * np.exp(2j * np.pi * frequency * time)).real
-    return total
 
 
 def settled_integral(drive: Drive, time: Real) -> Real:

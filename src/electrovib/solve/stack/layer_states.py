@@ -8,7 +8,7 @@ is the voltage, which gives D_1. Modes require fixed thicknesses and ohmic condu
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -127,10 +127,10 @@ class StackStates:
         """Return the thickness of each element [m], with that of the moving one; shape (elements,) or (elements, n)."""
         if gap is None or self.moving is None:
             return self.thicknesses
-        rows = np.shape(gap)
-        found = np.broadcast_to(_column(self.thicknesses, rows), (len(self.thicknesses), *rows)).copy()
-        found[self.moving] = gap
-        return found
+        found = np.empty((*np.shape(gap), len(self.thicknesses)))
+        found[:] = self.thicknesses
+        found[..., self.moving] = gap
+        return found.T
 
     def moment(
         self,
@@ -146,59 +146,45 @@ class StackStates:
         `state` (size,) or (size, n): charges and polarisations [C/m2], and the voltage of a series resistance [V]; `voltage` [V],
         `gap` [m] and its rate of change `closing` [m/s] at one time or at n times; `signs` fixes the side of a leak with a kink.
         """
-        if gap is None and self.moving is None:
-            return self._fixed_moment(state, voltage, signs)
-        rows = np.shape(state)[1:]
-        interfaces, terms = len(self.charges), len(self.rates)
-        thickness = self.with_gap(gap)
-        permittivity = _column(self.permittivities, rows)
-        weights = _column(self.repeats, rows) * _column(thickness, rows) / permittivity
-        held = np.concatenate([np.zeros((1, *rows)), np.cumsum(state[:interfaces], axis=0)])
-        polarised = state[interfaces : interfaces + terms]
-        slow = np.zeros((len(self.thicknesses), *rows))
-        np.add.at(slow, self.owners, polarised)
-        apart = held - slow
-        across = voltage - state[-1] if self.resistance > 0 else voltage
-        elastance = np.sum(weights, axis=0)
-        plate = (across - np.sum(weights * apart, axis=0)) / elastance
-        field = (plate + apart) / permittivity
-        flow = _column(self.conductivities, rows) * field
-        for index, leak in self.leaks:
-            flow[index] += _leak(leak, field[index], None if signs is None else signs.get(index))
-        creep = _column(self.rates, rows) * (_column(self.strengths, rows) * field[self.owners] - polarised)
-        lost = flow.copy()
-        np.add.at(lost, self.owners, creep)
-        loss = np.sum(weights * lost, axis=0)
-        if self.moving is not None:
-            loss = loss - self.repeats[self.moving] * closing * field[self.moving]
-        return Moment(field=field, flow=flow, creep=creep, elastance=elastance, loss=loss)
-
-    @functools.cached_property
-    def _matrix(self) -> tuple[Real, Real, Real]:
-        """Linear map from state and voltage to the fields of a fixed stack, owners of the terms, and the weights.
-
-        The rates of change are differences of large numbers and are formed from the fields, never from sums of states.
-        """
-        every = np.eye(self.size + 1)
-        fields = (
-            replace(self, leaks=()).moment(every[:-1], voltage=every[-1], gap=0.0).field
-        )  # any gap: none moves
-        owners = np.equal.outer(np.arange(len(self.thicknesses)), self.owners).astype(float)
-        return fields, owners, self.repeats * self.thicknesses / self.permittivities
-
-    def _fixed_moment(self, state: Real, voltage: float | Real, signs: Mapping[int, int] | None) -> Moment:
-        """Return the same as `moment` for a gap that does not move: products with small matrices, a time in a row."""
-        fields, owners, weights = self._matrix
-        rows, first = state.T, len(self.charges)
-        field = rows @ fields[:, :-1].T + np.multiply.outer(voltage, fields[:, -1])
+        rows, (apart, owners, weights, fields) = state.T, self._matrices
+        if self.moving is None:
+            field = rows @ fields[:-1] + np.multiply.outer(voltage, fields[-1])
+        else:
+            weights = self.repeats * self.with_gap(gap).T / self.permittivities
+            across = voltage - rows[..., -1] if self.resistance > 0 else voltage
+            field = self._fields(rows @ apart, np.asarray(across), weights)
         flow = self.conductivities * field
         for index, leak in self.leaks:
             flow[..., index] += _leak(leak, field[..., index], None if signs is None else signs.get(index))
+        first = len(self.charges)
         polarised = rows[..., first : first + len(self.rates)]
         creep = self.rates * (self.strengths * field[..., self.owners] - polarised)
-        loss = (flow + creep @ owners.T) @ weights
-        elastance = np.asarray(np.sum(weights))
+        loss = ((flow + creep @ owners) * weights).sum(axis=-1)
+        if self.moving is not None:
+            loss = loss - self.repeats[self.moving] * closing * field[..., self.moving]
+        elastance = weights.sum(axis=-1)
         return Moment(field=field.T, flow=flow.T, creep=creep.T, elastance=elastance, loss=loss)
+
+    def _fields(self, apart: Real, across: Real, weights: Real) -> Real:
+        """Return the field of each element, (..., elements), from the charge before it less its slow polarisation."""
+        plate = (across - (weights * apart).sum(axis=-1)) / weights.sum(axis=-1)
+        return np.asarray((plate[..., None] + apart) / self.permittivities)
+
+    @functools.cached_property
+    def _matrices(self) -> tuple[Real, Real, Real, Real]:
+        """Charge less slow polarisation per state, elements of the terms, weights, and fields per state and voltage.
+
+        The last is that of a fixed stack. The rates of change are differences of large numbers and are formed from the fields,
+        never from sums of states.
+        """
+        apart = self.mixing().T
+        owners = np.equal.outer(self.owners, np.arange(len(self.thicknesses))).astype(float)
+        weights = self.repeats * self.thicknesses / self.permittivities
+        across = np.append(np.zeros(self.size), 1.0)
+        if self.resistance > 0:
+            across[self.size - 1] = -1.0
+        every = np.vstack([apart, np.zeros(len(weights))])
+        return apart, owners, weights, self._fields(every, across, weights)
 
     def density(self, state: Real, moment: Moment, *, slope: float | Real) -> Real:
         """Return the total current density [A/m2] under a rate of change of the voltage [V/s]."""
@@ -238,11 +224,6 @@ def _leak(leak: Conduction, field: Real, sign: int | None) -> Real:
     if sign is None or not isinstance(leak, PolarityConduction):
         return leak.current_density(field)
     return (leak.conductivity_positive if sign > 0 else leak.conductivity_negative) * field
-
-
-def _column(values: Real, rows: tuple[int, ...]) -> Real:
-    """Return values of elements as a column that broadcasts over n times."""
-    return values[:, None] if rows and values.ndim == 1 else values
 
 
 def stack_states(

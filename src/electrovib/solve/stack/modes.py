@@ -22,7 +22,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.constants import eps0
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.stack.secular import Roots, secular_roots
-from electrovib.solve.stack.transfer import Column, NotInArraysError, Transfer, side_by_side, summed
+from electrovib.solve.stack.transfer import Column, NotInArraysError, Transfer, row_of, side_by_side, summed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -86,23 +86,22 @@ def _first(term: tuple[Column, Column]) -> float:
     return float(row_of(term[0]).flat[0])
 
 
-def row_of(number: Column) -> Real:
-    """Return a number as an array with one entry, a column as it is."""
-    return np.atleast_1d(np.asarray(number, dtype=float))
-
-
 def slab_impedance(slab: Slab) -> tuple[Real, Real]:
     """Return the impedance times area of a slab as sum residue/(s + rate), each (poles,) or (cases, poles)."""
-    numbers = (slab.debye.high, *slab.debye.strengths, *slab.debye.relaxation_times, slab.conductivity)
-    is_column = any(np.ndim(number) for number in numbers)
-    rates, shares = (_relaxations if is_column else _shared_relaxations)(slab.debye, slab.conductivity)
+    rates, shares = relaxations(slab.debye, slab.conductivity)
     return rates, slab.thickness / eps0 / shares
 
 
-def _relaxations(debye: DebyeSum, conductivity: Column) -> tuple[Real, Real]:
+def relaxations(debye: DebyeSum, conductivity: Column) -> tuple[Real, Real]:
     """Return the rates of a material's impedance [1/s], and thickness/eps0 over each residue, for any thickness."""
-    relaxations, strengths = merged_terms(debye)
-    nodes, weights = relaxations, strengths * relaxations
+    numbers = (debye.high, *debye.strengths, *debye.relaxation_times, conductivity)
+    is_column = any(np.ndim(number) for number in numbers)
+    return (_relaxations if is_column else _shared_relaxations)(debye, conductivity)
+
+
+def _relaxations(debye: DebyeSum, conductivity: Column) -> tuple[Real, Real]:
+    nodes, strengths = merged_terms(debye)
+    weights = strengths * nodes
     if is_there(conductivity):
         nodes = side_by_side(np.zeros(1), nodes)
         weights = side_by_side(row_of(conductivity / eps0), weights)

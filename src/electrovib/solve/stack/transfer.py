@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from electrovib.core.arrays import Complex, Real
-
-if TYPE_CHECKING:
-    pass
 
 INTEGRATING: Final = 1e-30
 """Rate that represents an integrator [1/s]: its decay in 1e5 s is far below the rounding of 53 bits."""
@@ -136,6 +133,11 @@ def summed(rows: Real) -> Column:
     return float(rows.sum()) if rows.ndim == 1 else rows.sum(axis=-1, keepdims=True)
 
 
+def row_of(number: Column) -> Real:
+    """Return a number as an array with one entry, a column as it is."""
+    return np.atleast_1d(np.asarray(number, dtype=float))
+
+
 def side_by_side(*rows: Real) -> Real:
     """Return arrays side by side along their last axis; what cases share is repeated for each."""
     lead = np.broadcast_shapes(*(each.shape[:-1] for each in rows))
@@ -176,17 +178,15 @@ def integrated(rate: Transfer, *, start: Column = 0.0) -> Transfer:
     gains, free = -rate.gains / safe, -rate.free / safe
     constant = start - summed(free)
     if np.any(static):
-        rates, gains = side_by_side(rates, _one(INTEGRATING)), side_by_side(gains, _one(static / INTEGRATING))
-        free = side_by_side(free, _one(0.0))
+        rates, gains = (
+            side_by_side(rates, row_of(INTEGRATING)),
+            side_by_side(gains, row_of(static / INTEGRATING)),
+        )
+        free = side_by_side(free, row_of(0.0))
     if np.any(constant):
-        rates, gains = side_by_side(rates, _one(0.0)), side_by_side(gains, _one(0.0))
-        free = side_by_side(free, _one(constant))
+        rates, gains = side_by_side(rates, row_of(0.0)), side_by_side(gains, row_of(0.0))
+        free = side_by_side(free, row_of(constant))
     return Transfer(rates=rates, gains=gains, direct=rate.slope, free=free)
-
-
-def _one(number: Column) -> Real:
-    """Return a number as an array of one mode, shape (1,) or (cases, 1)."""
-    return np.atleast_1d(np.asarray(number, dtype=float))
 
 
 def resting(transfer: Transfer) -> Column:

@@ -6,7 +6,7 @@ import json
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Final
 
 from electrovib.core.budget import amount_of_memory
@@ -87,39 +87,21 @@ class DeclaredStudy:
 
     def to_text(self) -> str:
         """Write the study as one text that `from_text` reads: scenario and space as TOML, never as objects."""
-        return json.dumps(
-            {
-                "scenario": scenario_text(self.scenario),
-                "space": self.space.to_toml(),
-                "fingers": self.fingers,
-                "seed": self.seed,
-                "signals": self.signals,
-                "percentiles": self.percentiles,
-                "thresholds": self.thresholds,
-                "draws": self.draws,
-                "memory": self.memory,
-                "own_models": used_files(),
-            }
-        )
+        numbers = {field.name: getattr(self, field.name) for field in fields(self)}
+        texts = {"scenario": scenario_text(self.scenario), "space": self.space.to_toml()}
+        return json.dumps(numbers | texts | {"own_models": used_files()})
 
     @classmethod
     def from_text(cls, text: str) -> DeclaredStudy:
         """Read a study from the text of `to_text`."""
         content = json.loads(text)
-        for file in content["own_models"]:
+        for file in content.pop("own_models"):
             use_models(file)
         scenario = read_scenario(tomllib.loads(content["scenario"]))
-        return cls(
-            scenario=scenario,
-            space=read_space(scenario, tomllib.loads(content["space"])),
-            fingers=content["fingers"],
-            seed=content["seed"],
-            signals=tuple(content["signals"]),
-            percentiles=tuple(content["percentiles"]),
-            thresholds={name: tuple(values) for name, values in content["thresholds"].items()},
-            draws=content["draws"],
-            memory=content["memory"],
-        )
+        space = read_space(scenario, tomllib.loads(content["space"]))
+        tuples = {name: tuple(content[name]) for name in ("signals", "percentiles")}
+        thresholds = {name: tuple(values) for name, values in content["thresholds"].items()}
+        return cls(**content | tuples | {"scenario": scenario, "space": space, "thresholds": thresholds})
 
 
 def read_study(

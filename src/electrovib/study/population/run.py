@@ -159,22 +159,21 @@ def _evaluator(declared: DeclaredStudy, where: dict[str, Any] | None) -> Evaluat
             f"budget_memory = {megabytes(declared.memory)}: the signals of a block of {min(BLOCK, declared.fingers)} fingers"
             f" with {found.samples} samples take {megabytes(block)}; ask for fewer time.samples, or allow more"
         )
-    _refuse_large(found, (where or {}).get("workers") or 0)
-    return found
-
-
-def _refuse_large(evaluator: Evaluator, workers: int) -> None:
-    """Refuse a study that by its count would exceed the budget, before anything is written or started."""
-    fingers, each = evaluator.declared.fingers, evaluator.numbers
-    held = 2.0 * min(BLOCK, fingers) * each
-    of_workers = {"time": workers * _WORKER, "memory": workers * _WORKER_MEMORY}
+    workers = (where or {}).get("workers") or 0
+    fingers, held = declared.fingers, block / 8.0
     refuse_beyond(
         [
-            Work.counted(f"{fingers:.3g} fingers", fingers * each, held=held, remedy=_FEWER),
-            Work(what=f"{workers} workers", **of_workers, remedy="start fewer workers"),
+            Work.counted(f"{fingers:.3g} fingers", fingers * found.numbers, held=held, remedy=_FEWER),
+            Work(
+                what=f"{workers} workers",
+                time=workers * _WORKER,
+                memory=workers * _WORKER_MEMORY,
+                remedy="start fewer workers",
+            ),
         ],
         what="this study",
     )
+    return found
 
 
 def _in_memory(

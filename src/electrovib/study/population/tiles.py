@@ -7,13 +7,13 @@ import importlib.util
 import logging
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.solve.population.kernels.threads import thread_count
+from electrovib.solve.population.kernels.percentiles import thread_count
 from electrovib.study.population.declared import BLOCK, DeclaredStudy
-from electrovib.study.population.fingers import Evaluator, Tile
+from electrovib.study.population.fingers import Collected, Evaluator, Tile
 from electrovib.study.population.result import computing_versions
 
 if TYPE_CHECKING:
@@ -189,18 +189,14 @@ def tile_on_worker(text: str, start: int, stop: int, expected: Mapping[str, str]
 
 def _without_signals(evaluator: Evaluator, start: int, stop: int) -> Tile:
     """Evaluate fingers in parts whose signals fit the memory, and count these signals in a histogram."""
-    found = Tile(start, stop, evaluator.statistics(binned=evaluator.binned))
-    size = min(largest_tile(evaluator.numbers), stop - start)
-    memory = evaluator.memory(size)
+    found, seconds, size = Collected(evaluator, hold=False), 0.0, largest_tile(evaluator.numbers)
+    found.fingers, memory = start, evaluator.memory(min(size, stop - start))
     for begin in range(start, stop, size):
         end = min(begin + size, stop)
         part = evaluator.tile(begin, end, {name: each[: end - begin] for name, each in memory.items()})
-        found.seconds += part.seconds
-        for name, each in found.statistics.items():
-            each.merge(part.statistics[name])
-            if each.histogram is not None:
-                each.count(part.rows[name], evaluator.threads)
-    return found
+        found.add(part)
+        seconds += part.seconds
+    return Tile(start, stop, found.statistics, seconds=seconds)
 
 
 def _threads() -> int | None:
@@ -224,51 +220,34 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Any]:
     import distributed
 
     make_cluster: Any = distributed.LocalCluster
+    base: Any = distributed.Client
 
-    class Quiet(distributed.Client):
+    class Quiet(base):  # type: ignore[misc]
         """A client that is closed by its ``with`` statement; one that met no scheduler would print a traceback at its end."""
 
         def __del__(self) -> None:
             """Do nothing."""
 
-    make_client: Any = Quiet
     alone = {
         f"distributed.nanny.pre-spawn-environ.{name}_NUM_THREADS": 1 for name in ("NUMBA", "OMP", "OPENBLAS")
     }
     quiet = {"distributed.admin.large-graph-warning-threshold": "1GB"}
-    with dask.config.set(alone | quiet):
-        if workers is None:
-            assert scheduler is not None
-            with _connected(make_client, scheduler) as client:
-                yield client
+    local = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "dashboard_address": None}
+    local |= {"memory_limit": 0, "silence_logs": logging.CRITICAL}
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set(alone | quiet))
+        if workers is not None:
+            yield stack.enter_context(Quiet(stack.enter_context(make_cluster(n_workers=workers, **local))))
             return
-        with (
-            make_cluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                dashboard_address=None,
-                memory_limit=0,
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
-            make_client(cluster) as client,
-        ):
-            yield client
-
-
-@contextmanager
-def _connected(client: Any, scheduler: str) -> Iterator[Any]:
-    try:
-        found = client(scheduler, timeout=_CONNECT, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:  # TypeError: encryption that is not set up
-        raise InputError(
-            f"scheduler = {scheduler}: no answer ({error}); expected the address that 'dask scheduler' prints, for instance"
-            " tcp://10.0.0.1:8786"
-        ) from None
-    with found:
-        if not found.scheduler_info(n_workers=-1)["workers"]:
+        try:
+            client = stack.enter_context(Quiet(scheduler, timeout=_CONNECT, set_as_default=False))
+        except (OSError, ValueError, TypeError) as error:  # TypeError: encryption that is not set up
+            raise InputError(
+                f"scheduler = {scheduler}: no answer ({error}); expected the address that 'dask scheduler' prints, for"
+                " instance tcp://10.0.0.1:8786"
+            ) from None
+        if not client.scheduler_info(n_workers=-1)["workers"]:
             raise InputError(
                 f"scheduler = {scheduler}: has no worker; start one with 'dask worker {scheduler}'"
             )
-        yield found
+        yield client

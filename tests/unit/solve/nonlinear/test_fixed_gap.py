@@ -24,9 +24,9 @@ from electrovib.solve.electrics.transient import transient
 from electrovib.solve.nonlinear.electrics import Electrics
 from electrovib.solve.nonlinear.finger import FingerOverPlate, follow_finger
 from electrovib.solve.nonlinear.integrate import System, integrate
+from electrovib.solve.stack.expand import reduce_material
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.layer_states import stack_states
-from electrovib.solve.stack.reduce import reduce_material
 from electrovib.solve.stack.section import modal_section
 
 AREA = 1e-4

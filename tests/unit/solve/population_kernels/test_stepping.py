@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from plain_recursion import march_loop
 
 from electrovib.core.errors import InputError
 from electrovib.solve.population.kernels import first_order_hold_many, loops, time_steps
-from electrovib.solve.recursion import hold_weights, march_loop
+from electrovib.solve.recursion import hold_weights
 
 SAME = 1e-12
 

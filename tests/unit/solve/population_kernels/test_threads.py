@@ -4,7 +4,7 @@ import numba
 import pytest
 
 from electrovib.solve.population.kernels import kernel_name, loops
-from electrovib.solve.population.kernels.threads import in_threads, ranges, thread_count
+from electrovib.solve.population.kernels.percentiles import in_threads, ranges, thread_count
 
 
 def test_the_name_has_what_the_last_bits_depend_on():

@@ -1,4 +1,4 @@
-"""Loops over fingers that numba compiles: responses to a drive step by step, order statistics, counts and moments.
+"""Loops over fingers that numba compiles: responses to a drive step by step, counts and moments.
 
 They run without the lock of the interpreter, and are kept on disk where there is a folder for it. In `responses`, fingers are
 taken in tiles of `LANES`; the numbers of a tile lie side by side, so that the compiler uses vectors.
@@ -7,52 +7,23 @@ taken in tiles of `LANES`; the numbers of a tile lie side by side, so that the c
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from electrovib.solve.recursion.compiled import inner, outer
 
 LANES: Final = 64
 """Fingers of a tile."""
 TIMES: Final = 512
 """Times whose responses are in memory together."""
-COMPENSATED: Final = 512
-"""Steps of equal duration after which the rounding of the decay per step is compensated."""
 _SMALLEST: Final = (
     2.0**-664
 )  # replaces the scale 0 of a mode that the drive does not excite; a power of 2 is exact
 _TERMS: Final = 19  # order of the last term of the series of exp(u) for u up to 1
-BUCKETS: Final = 2048
-"""Buckets between the smallest and the largest number of a row."""
 TURNED: Final = 16
 """Numbers of a column of a table that are turned into part of a row together."""
 _MINUS_ZERO: Final = -(2**31)  # bit pattern of a float32
-# contract: a product and a sum may be rounded once; the order of operations is kept
-_OPTIONS: Final[dict[str, Any]] = {
-    "error_model": "numpy",
-    "no_cfunc_wrapper": True,
-    "fastmath": {"contract"},
-}
-
-
-def inner(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that compiled functions of the same file call."""
-    from numba import njit
-
-    options = _OPTIONS | {"no_cpython_wrapper": True}
-    return njit(function, **options)  # type: ignore[no-any-return]
-
-
-def outer(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that Python calls, and cache it on disk where numba finds a folder to write to."""
-    from numba import njit
-
-    try:
-        return njit(function, nogil=True, cache=True, **_OPTIONS)  # type: ignore[no-any-return]
-    except RuntimeError:
-        return njit(function, nogil=True, **_OPTIONS)  # type: ignore[no-any-return]
 
 
 @inner
@@ -79,35 +50,33 @@ def step_weights(rate: Any, duration: Any, far: Any) -> Any:
     return decay, duration * earlier, duration * (mean - earlier), mean
 
 
-# Arrays of a tile are flat, row after row of `LANES` numbers: rates, residues, and one row for the direct share;
-# the weights of a step: decay, scale, later and correction of all modes, and one row for the direct share with that of
-# the states; states; and responses. Indices are unsigned where a loop is to use vectors.
+# Arrays of a tile are flat, row after row of `LANES` numbers: rates, residues, and one row for the direct share; the weights
+# of a step: loss, scale and later of all modes, and one row for the direct share with that of the states; states; and
+# responses. Indices are unsigned where a loop is to use vectors.
 
 
 @inner
 def _write_weights(tile: Any, modes: Any, duration: Any, lags: Any, weights: Any, at: Any) -> Any:
     """Write the weights of a tile for steps of one duration.
 
-    With the weights a of the state, and A and C of the drive at both ends, w = (s - C v)/scale with scale = a C + A
-    needs one multiplication and addition for each step of equal duration, w' = a w + v. The correction is the exact
-    decay over `COMPENSATED` steps over that of as many rounded factors; 1 for fast modes, which forget it.
+    With the weights a of the state, and A and C of the drive at both ends, w = (s - C v)/scale with scale = a C + A needs
+    few operations for each step of equal duration: w' = a w + v. It is advanced by v - (1 - a) w, because a slow mode loses
+    digits where a decay near 1 is rounded.
     """
     size = np.uint64(modes * LANES)
-    decays, scales = np.uint64(at), np.uint64(at) + size
-    laters, corrections, levels = scales + size, scales + size + size, scales + size + size + size
+    losses, scales = np.uint64(at), np.uint64(at) + size
+    laters, levels = scales + size, scales + size + size
     for place in range(np.uint64(0), size):  # by itself: the exponential is no vector
         u = tile[place] * duration
-        weights[decays + place] = math.exp(-u) if u >= 1.0 else 1.0
+        weights[losses + place] = math.exp(-u) if u >= 1.0 else 1.0
     for place in range(np.uint64(0), size):
         rate, residue = tile[place], tile[size + place]
-        decay, earlier, later, mean = step_weights(rate, duration, weights[decays + place])
+        decay, earlier, later, mean = step_weights(rate, duration, weights[losses + place])
         later = 0.0 if lags else later
         scale = -residue * mean if lags else residue * (decay * later + earlier)
-        error = (1.0 - decay) - rate * duration * mean
-        weights[decays + place] = decay
+        weights[losses + place] = rate * duration * mean
         weights[scales + place] = scale if abs(scale) >= _SMALLEST else _SMALLEST
         weights[laters + place] = residue * later
-        weights[corrections + place] = 1.0 + (COMPENSATED * error / decay if rate * duration < 0.1 else 0.0)
     for lane in range(np.uint64(0), np.uint64(LANES)):
         weights[levels + lane] = tile[size + size + lane]
     for mode in range(modes):
@@ -130,123 +99,78 @@ def _gather(fingers: Any, first: Any, end: Any, tile: Any, states: Any) -> Any:
 
 
 @inner
-def _advance(memory: Any, modes: Any, states: Any, grid: Any, chunk: Any) -> Any:
-    """Advance a tile by the pieces of a chunk of times, and write the responses at these times."""
-    tile, weights, found = memory
-    voltage, given, lags, chunks, pieces, durations = grid
-    size, start = modes * LANES, chunk * TIMES
-    for piece in range(chunks[chunk], chunks[chunk + 1]):
-        begin, end, slot, is_new, is_compensated = pieces[piece]
-        at = slot * (4 * size + LANES)
-        if is_new:
-            _write_weights(tile, modes, durations[piece], lags, weights, at)
+def _advance(memory: Any, modes: Any, states: Any, grid: Any, start: Any, stop: Any) -> Any:
+    """Advance a tile by some steps, equal ones together, and write the responses at the beginning of each."""
+    tile, weights, held, _ = memory
+    voltage, _, lags, kinds, durations = grid
+    size, begin = modes * LANES, start
+    while begin < stop:
+        kind, end = kinds[begin], begin + 1
+        while end < stop and kinds[end] == kind:
+            end += 1
+        at = kind % len(held) * (3 * size + LANES)
+        if held[kind % len(held)] != kind:
+            _write_weights(tile, modes, durations[kind], lags, weights, at)
+            held[kind % len(held)] = kind
         for place in range(np.uint64(0), np.uint64(size)):
             later = weights[np.uint64(at + 2 * size) + place] * voltage[begin]
-            scale = weights[np.uint64(at + size) + place]
-            states[place] = (states[place] - later) / scale
-        _follow(states, weights, at, modes, voltage, given, begin, end, found, (begin - start) * LANES)
+            states[place] = (states[place] - later) / weights[np.uint64(at + size) + place]
+        _follow(memory, modes, states, grid, at, begin, end, (begin - start) * LANES)
         level = voltage[min(end, len(voltage) - 1)]
         for place in range(np.uint64(0), np.uint64(size)):
-            scaled = states[place] * weights[np.uint64(at + size) + place]
-            if is_compensated:
-                scaled *= weights[np.uint64(at + 3 * size) + place]
             later = weights[np.uint64(at + 2 * size) + place] * level
-            states[place] = scaled + later
+            states[place] = states[place] * weights[np.uint64(at + size) + place] + later
+        begin = end
 
 
 @inner
-def _follow(
-    states: Any,
-    weights: Any,
-    at: Any,
-    modes: Any,
-    voltage: Any,
-    given: Any,
-    begin: Any,
-    end: Any,
-    found: Any,
-    to: Any,
-) -> Any:
-    """Advance by equal steps: response = direct v + sum of scale w, w' = decay w + given."""
+def _follow(memory: Any, modes: Any, states: Any, grid: Any, at: Any, begin: Any, end: Any, to: Any) -> Any:
+    """Advance by equal steps: response = direct v + sum of scale w, w' = w + (given - loss w)."""
+    weights, found, voltage, given = memory[1], memory[3], grid[0], grid[1]
     size = modes * LANES
-    level, one = np.uint64(at + 4 * size), np.uint64(LANES)
+    level, one = np.uint64(at + 3 * size), np.uint64(LANES)
     for step in range(end - begin):
         v, y = voltage[begin + step], np.uint64(to + step * LANES)
         for lane in range(np.uint64(0), one):
             found[y + lane] = weights[level + lane] * v
     for mode in range(modes):
-        state, decays = np.uint64(mode * LANES), np.uint64(at + mode * LANES)
+        state, losses = np.uint64(mode * LANES), np.uint64(at + mode * LANES)
         scales, y = np.uint64(at + size + mode * LANES), np.uint64(to)
         for step in range(begin, end):
             v = given[step]
             for lane in range(np.uint64(0), one):
                 w = states[state + lane]
                 found[y + lane] += weights[scales + lane] * w
-                states[state + lane] = weights[decays + lane] * w + v
+                states[state + lane] = w + (v - weights[losses + lane] * w)
             y += one
 
 
-@inner
-def _turn(found: Any, start: Any, places: Any, first: Any, last: Any, rows: Any) -> Any:
-    """Write the responses of a tile from a time on into some columns of its rows."""
-    for lane in range(len(rows)):
-        row = rows[lane]
-        for output in range(first, last):
-            row[output] = found[(places[output] - start) * LANES + lane]
-
-
 @outer
-def responses(fingers: Any, grid: Any, memory: Any, places: Any, firsts: Any, out: Any) -> Any:
-    """Write the responses of fingers at some times, `places`, into the table (fingers, outputs).
-
-    `firsts` is the first output of each chunk of times, and the number of all outputs.
-    """
-    found, modes, end = memory[2], fingers[0].shape[1], len(out)
+def responses(fingers: Any, grid: Any, memory: Any, places: Any, out: Any) -> Any:
+    """Write the responses of fingers at some times, `places`, into the table (fingers, outputs)."""
+    tile, _, held, found = memory
+    modes, end, times = fingers[0].shape[1], len(out), len(grid[0])
     states = np.empty(LANES * modes)
     for first in range(0, end, LANES):
-        _gather(fingers, first, end, memory[0], states)
-        rows = out[first : min(first + LANES, end)]
-        for chunk in range(len(firsts) - 1):
-            _advance(memory, modes, states, grid, chunk)
-            _turn(found, chunk * TIMES, places, firsts[chunk], firsts[chunk + 1], rows)
+        _gather(fingers, first, end, tile, states)
+        held[:] = -1
+        rows, output = out[first : min(first + LANES, end)], 0
+        for start in range(0, times, TIMES):
+            stop = min(start + TIMES, times)
+            _advance(memory, modes, states, grid, start, stop)
+            begin = output
+            while output < len(places) and places[output] < stop:
+                output += 1
+            for lane in range(len(rows)):
+                row = rows[lane]
+                for place in range(begin, output):
+                    row[place] = found[(places[place] - start) * LANES + lane]
 
 
 @inner
 def _ordered(bits: Any) -> Any:
     """Return the bit pattern of a float32 as an integer in the order of the numbers."""
     return bits ^ ((bits >> np.int32(31)) & np.int32(0x7FFFFFFF))
-
-
-@outer
-def keep_near(row: Any, places: Any, counts: Any, kept: Any, ranks: Any) -> Any:
-    """Keep the patterns of a row, as integers in the order of the numbers, among which those at some places are.
-
-    They are those in the same of `BUCKETS` equal intervals. `ranks` are the places among the kept ones; returns how many
-    are kept, and the largest and the smallest of all.
-    """
-    low, high = _ordered(row[0]), _ordered(row[0])
-    for bits in row:
-        low, high = min(low, _ordered(bits)), max(high, _ordered(bits))
-    shift = np.uint32(0)
-    while np.uint32(high - low) >> shift >= BUCKETS:
-        shift += np.uint32(1)
-    counts[:] = 0
-    for bits in row:
-        counts[np.uint32(_ordered(bits) - low) >> shift] += 1
-    wanted = np.zeros(BUCKETS, np.bool_)
-    bucket, before, others = 0, 0, 0  # others: numbers in buckets below that are not kept
-    for place in range(len(places)):
-        while before + counts[bucket] <= places[place]:
-            before += counts[bucket]
-            others += 0 if wanted[bucket] else counts[bucket]
-            bucket += 1
-        wanted[bucket] = True
-        ranks[place] = places[place] - others
-    size = 0
-    for bits in row:
-        kept[size] = _ordered(bits)
-        size += wanted[np.uint32(_ordered(bits) - low) >> shift]
-    return size, low, high
 
 
 @outer

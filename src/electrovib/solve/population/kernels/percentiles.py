@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.population.kernels.threads import in_threads, ranges
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Indices, Real
 
     Rows = NDArray[np.float32]
 
-_LARGEST: Final = 0x7F800000  # bit pattern of infinity as a float32: those beyond it are nan
+_LARGEST: Final = 0x7F800000  # bit pattern of infinity as a float32
 _COLUMNS: Final = 16  # columns of a table that are turned into rows together: a line of the cache
 _MANTISSA: Final = 8  # bits of the mantissa that a bin keeps: its width is 1/256 of the power of two below it
 _BINS: Final = 1 << _MANTISSA
@@ -44,36 +47,20 @@ def quantiles(values: ArrayLike, probabilities: ArrayLike, *, threads: int | Non
         raise InputError(f"probabilities = {wanted.tolist()}: expected numbers from 0 to 1.")
     place = wanted * (len(given) - 1)
     below: Indices = np.floor(place).astype(np.intp)
-    share = (place - below)[:, np.newaxis]
-    above = below + (share[:, 0] > 0)
-    places: Indices = np.unique([below, above])
-    found = np.empty((places.size, given.shape[1]))
+    share = place - below
+    above, found = below + (share > 0), np.empty((wanted.size, given.shape[1]))
 
     def work(part: tuple[int, int]) -> None:
         rows = np.empty((part[1] - part[0], len(given)), np.float32)
         loops.turn(given, part[0], rows)
-        _write_ordered(rows, places, found[:, slice(*part)])
+        rows.sort(axis=1)  # in vectors of the processor: numbers that are not known come last
+        low, high = (rows[:, each].astype(float) for each in (below, above))
+        with np.errstate(invalid="ignore"):  # infinities of both signs
+            between = np.where(low == high, low, low * (1 - share) + high * share)
+        found[:, slice(*part)] = np.where(np.isnan(rows[:, -1:]), np.nan, between + 0.0).T  # -0 becomes 0
 
     in_threads(work, ranges(given.shape[1], _COLUMNS), threads)
-    low, high = found[np.searchsorted(places, below)], found[np.searchsorted(places, above)]
-    with np.errstate(invalid="ignore"):  # infinities of both signs
-        return np.asarray(np.where(low == high, low, low * (1 - share) + high * share))
-
-
-def _write_ordered(rows: Rows, places: Indices, found: Real) -> None:
-    """Write the numbers at some places in the order of each row into the columns of `found`, (places, rows)."""
-    from electrovib.solve.population.kernels import loops
-
-    kept = np.empty(rows.shape[1] + 1, np.int32)
-    counts, ranks = np.empty(loops.BUCKETS, np.int64), np.empty(places.size, np.int64)
-    for column, row in enumerate(rows.view(np.int32)):
-        size, low, high = loops.keep_near(row, places, counts, kept, ranks)
-        if high > _LARGEST or low < -_LARGEST - 1:
-            found[:, column] = np.nan
-            continue
-        order = np.partition(kept[:size], ranks)[ranks]
-        bits = order ^ ((order >> 31) & np.int32(0x7FFFFFFF))
-        found[:, column] = bits.view(np.float32).astype(np.float64) + 0.0  # -0 becomes 0
+    return found
 
 
 class Histogram:
@@ -179,3 +166,26 @@ def _middles(keys: NDArray[np.int64]) -> Real:
     found = bits.view(np.float32).astype(np.float64)
     tiny = np.abs(found) < np.finfo(np.float32).tiny
     return np.asarray(np.where(tiny, 0.0, found))
+
+
+def thread_count(threads: int | None) -> int:
+    """Return the number of threads of a kernel."""
+    if threads is not None:
+        return max(1, int(threads))
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_threads(work: Callable[[Any], object], parts: Sequence[Any], threads: int | None) -> None:
+    """Do some work for each part, on several threads."""
+    count = min(thread_count(threads), len(parts))
+    if count <= 1:
+        for part in parts:
+            work(part)
+        return
+    with ThreadPoolExecutor(count) as pool:
+        list(pool.map(work, parts))
+
+
+def ranges(count: int, size: int) -> list[tuple[int, int]]:
+    """Return consecutive ranges of at most a size."""
+    return [(begin, min(begin + size, count)) for begin in range(0, count, size)]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
@@ -18,8 +16,7 @@ if TYPE_CHECKING:
 _ROUNDING: Final = 4 * float(np.finfo(float).eps)
 
 
-@dataclass(frozen=True, eq=False)
-class TimeSteps:
+class TimeSteps(NamedTuple):
     """Steps of a time grid, equal ones counted once.
 
     Parameters
@@ -32,51 +29,6 @@ class TimeSteps:
 
     kind: Indices
     duration: Real
-
-    @cached_property
-    def pieces(self) -> _EqualSteps:
-        """The pieces of equal steps that the loops follow; the last time is a piece of one step without duration."""
-        from electrovib.solve.population.kernels.loops import COMPENSATED, TIMES
-
-        kind = np.append(self.kind, self.duration.size)
-        duration = np.append(self.duration, 0.0)
-        order = np.argsort(kind, kind="stable")
-        among = np.empty(kind.size, np.intp)  # index of each step among those of its duration
-        among[order] = np.arange(kind.size) - np.searchsorted(kind[order], kind[order])
-        compensated = (among + 1) % COMPENSATED == 0
-        begins = (np.arange(kind.size) % TIMES == 0) | (np.diff(kind, prepend=-1) != 0)
-        begins[1:] |= compensated[:-1]
-        begin = np.flatnonzero(begins)
-        end = np.append(begin[1:], kind.size)
-        chunks = np.searchsorted(begin, np.arange(0, kind.size + TIMES, TIMES))
-        # a place for the weights of each duration of a chunk; they are new where it occurs first
-        earlier = begin // TIMES * duration.size
-        pairs, first, inverse = np.unique(earlier + kind[begin], return_index=True, return_inverse=True)
-        slot, is_new = inverse.reshape(-1) - np.searchsorted(pairs, earlier), np.zeros(begin.size, bool)
-        is_new[first] = True
-        rows = np.stack([begin, end, slot, is_new, compensated[end - 1]], axis=1).astype(np.intp)
-        return _EqualSteps(chunks, rows, duration[kind[begin]], int(slot.max()) + 1)
-
-
-class _EqualSteps(NamedTuple):
-    """Pieces of equal steps: each ends with its chunk of times, or where the rounding of the decay is compensated.
-
-    Parameters
-    ----------
-    chunks : ndarray of int, shape (chunks + 1,)
-        Index of the first piece of each chunk.
-    rows : ndarray of int, shape (pieces, 5)
-        First and last step, place of the weights, whether these are new, and whether the piece ends with a compensation.
-    duration : ndarray, shape (pieces,)
-        Duration of each step [s].
-    slots : int
-        Number of places of weights.
-    """
-
-    chunks: Indices
-    rows: Indices
-    duration: Real
-    slots: int
 
 
 def time_steps(time: ArrayLike) -> TimeSteps:
@@ -147,15 +99,16 @@ def first_order_hold_many(
         )
     if not (np.isfinite(rate).all() and (rate >= 0.0).all()):
         raise InputError("rates has a value that is negative or not finite: expected minus the poles [1/s].")
-    chunks, pieces, duration, slots = steps.pieces
     outputs = np.arange(len(drive)) if places is None else places
-    firsts = np.searchsorted(outputs, np.arange(len(chunks)) * loops.TIMES)  # outputs of each chunk
     lanes, modes, result = loops.LANES, rate.shape[1], np.empty((len(rate), len(outputs)))
-    memory = (  # for the parameters of a tile, the weights of its steps, and its responses
+    kinds, durations = np.append(steps.kind, steps.duration.size), np.append(steps.duration, 0.0)
+    slots = min(len(durations), loops.TIMES)  # for the weights of as many kinds of steps
+    memory = (  # for the parameters of a tile, the weights of its steps and their kinds, and its responses
         np.empty((2 * modes + 1) * lanes),
-        np.empty(slots * (4 * modes + 1) * lanes),
+        np.empty(slots * (3 * modes + 1) * lanes),
+        np.empty(slots, np.intp),
         np.empty(loops.TIMES * lanes),
     )
-    grid = drive, given, rises is not None, chunks, pieces, duration
-    loops.responses((rate, residue, level, begin), grid, memory, outputs, firsts, result)
+    grid = drive, given, rises is not None, kinds, durations
+    loops.responses((rate, residue, level, begin), grid, memory, outputs, result)
     return result
