@@ -32,8 +32,7 @@ from electrovib.solve.mechanics.compiled_step import (
 from electrovib.solve.mechanics.skin import lifted, skin_of
 from electrovib.solve.mechanics.sliding import DEAD_BAND, KINDS, SMALLEST, TOLERANCE, Slide, not_negative
 from electrovib.solve.meter import Meter
-from electrovib.solve.nonlinear.integrate import MOST_EVENTS
-from electrovib.solve.nonlinear.radau import COEFFICIENTS, NODES, WEIGHTS
+from electrovib.solve.nonlinear.integrate import COEFFICIENTS, MOST_EVENTS, NODES, WEIGHTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
