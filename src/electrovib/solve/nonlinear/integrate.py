@@ -301,7 +301,10 @@ def _jacobian(rate: Rates, state: Real, *, time: float, scale: Real) -> Real:
     steps = np.sqrt(np.finfo(float).eps) * np.maximum(scale, np.abs(state))
     moved = state[:, None] + np.diag(steps)
     found = rate(np.full(len(state) + 1, time), np.column_stack([moved, state]))
-    return np.asarray((found[:, :-1] - found[:, -1:]) / (np.diag(moved) - state))
+    slopes = np.asarray((found[:, :-1] - found[:, -1:]) / (np.diag(moved) - state))
+    if not np.all(np.isfinite(slopes)):
+        raise ElectrovibError(f"the equations could not be solved beyond {time:.6g} s")
+    return slopes
 
 
 def land(
