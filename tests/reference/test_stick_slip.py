@@ -11,7 +11,8 @@ from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
-from electrovib.solve.mechanics.sliding import OVER_PLATE, Sliding, SlidingSkin, sliding
+from electrovib.solve.mechanics.skin import OVER_PLATE, SlidingSkin
+from electrovib.solve.mechanics.sliding import Sliding, sliding
 from electrovib.solve.nonlinear.integrate import ORDER
 
 COULOMB = Coulomb(coefficient=0.5)

@@ -64,7 +64,7 @@ class Cubics(NamedTuple):
 
     def at(self, place: Any, time: Any) -> Any:
         """Return the force in the interval after a knot, at a time [s]; for one of both or many [N]."""
-        return cubic(*self, place, time)
+        return cubic(self.knots, self.values, self.slopes, place, time)
 
 
 class Between:
@@ -144,8 +144,9 @@ class Between:
         if np.ndim(time) == 0:
             if self._listed is None:  # one time in plain numbers is many times faster than with an array
                 self._listed = tuple(each.tolist() for each in pieces)
-            knots, last = self._listed[0], len(self._listed[0]) - 2
-            return cubic(*self._listed, min(max(bisect_right(knots, time) - 1, 0), last), float(time))
+            knots, values, slopes = self._listed
+            place = min(max(bisect_right(knots, time) - 1, 0), len(knots) - 2)
+            return cubic(knots, values, slopes, place, float(time))
         return pieces.at(self._place(np.asarray(time)), np.asarray(time))
 
     def error(self) -> float:

@@ -10,25 +10,13 @@ import zlib
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from electrovib.core.errors import ElectrovibError
 from electrovib.physics.friction import bristle
 from electrovib.physics.friction.bristle import strength_at_speed, yielding_rate
-from electrovib.solve.mechanics import between, sliding
+from electrovib.solve.mechanics import between, skin
 from electrovib.solve.mechanics.between import cubic
-from electrovib.solve.mechanics.sliding import (
-    DEAD_BAND,
-    KINDS,
-    SMALLEST,
-    TOLERANCE,
-    Slide,
-    let_go,
-    not_negative,
-    rates_of_skin,
-    skin_of,
-    slide_of,
-)
+from electrovib.solve.mechanics.skin import KINDS, let_go, rates_of_skin
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear import integrate
 from electrovib.solve.nonlinear.integrate import COEFFICIENTS, MOST_EVENTS, NODES, WEIGHTS
@@ -37,10 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from electrovib.core.arrays import Real
-    from electrovib.physics.friction import BristleFriction
     from electrovib.physics.friction.bristle import Bristles
-    from electrovib.physics.motion import Motion
-    from electrovib.solve.mechanics.between import Between
 
 DONE, UNSOLVED, CHATTERS, GOES_ON = range(4)
 """Status at the end of a call."""
@@ -49,8 +34,6 @@ NOW, STRETCH, KNOT, FILLED, WANTED, DIRECTION, SIDE, STEPS, ASKED, EVENTS, STATU
 ASKED_IN_STEP = 20  # evaluations of the rate in a usual step; more where steps are rejected
 AT_ONCE = 100_000
 """Steps in one call, some tenths of a second: between calls the run can be interrupted and reports its progress."""
-STILL = 1e-12
-"""Speed against the direction of the mode, over the largest, above which it is a reversal rather than rounding."""
 _SMALLEST_STEP = 1e-15
 _STAGES = 3
 _MOST_ITERATIONS = 80
@@ -66,73 +49,38 @@ _LOOKS = np.array([0.2, 0.4, 0.6, 0.8, 1.0])
 
 
 class Given(NamedTuple):
-    """Speed, contact and strength over time, in stretches between the stops; friction, skin, tolerances and limits.
+    """What is constant in a march: courses over time in stretches between the stops, friction, skin, tolerances, limits."""
 
-    Parameters
-    ----------
-    stops : ndarray, shape (n + 1,)
-        Times at which speed, strength or contact are not smooth, with both ends [s].
-    speeds, touches : ndarray, shape (n + 1,), (n,)
-        Speed of the bone at the stops, linear between them [m/s]; contact in each stretch, 1 or 0.
-    first, last : ndarray of int, shape (n,)
-        Indices of the knots of the strength at the ends of each stretch.
-    knots, values, slopes : ndarray
-        Cubics of the strength: times [s], values [N], rates of change [N/s].
-    floor : float
-        Strength without load or contact [N].
-    law : Bristles
-        Parameters of the friction, with `nearest` as a force [N].
-    body : tuple of float
-        Mass, stiffness and damping of the skin, as in `SlidingSkin`.
-    kinds : ndarray of int
-        Indices of the events in `KINDS` that occur.
-    implicit : int
-        Number of states that are solved implicitly, the first ones; the others follow from them.
-    scale : ndarray, shape (6,)
-        Scales of the states.
-    tolerance : float
-        Local error of a step over the scale of each state [1].
-    turned, passed : float
-        Speed beyond 0 [m/s], and bristle force beyond the strength [N], above which an event counts.
-    most_events, at_once : int
-        Number of events above which the run ends, and of steps in one call.
-    """
-
-    stops: Real
-    speeds: Real
-    touches: Real
-    first: Any
+    stops: Real  # (n + 1,): times at which speed, strength or contact are not smooth, with both ends [s]
+    speeds: Real  # (n + 1,): of the bone at the stops, linear between them [m/s]
+    touches: Real  # (n,): contact in each stretch, 1 or 0
+    first: Any  # (n,): indices of the knots of the strength at the ends of each stretch
     last: Any
-    knots: Real
+    knots: Real  # of the cubics of the strength: times [s], values [N], rates of change [N/s]
     values: Real
     slopes: Real
-    floor: float
-    law: Bristles
-    body: tuple[float, float, float]
-    kinds: Any
-    implicit: int
-    scale: Real
-    tolerance: float
-    turned: float
-    passed: float
-    most_events: int
-    at_once: int
+    floor: float  # strength without load or contact [N]
+    law: Bristles  # with `nearest` as a force [N]
+    body: tuple[float, float, float]  # as in `SlidingSkin`
+    kinds: Any  # indices in `KINDS` of the events that may occur
+    implicit: int  # number of states that are solved implicitly, the first ones; the others follow from them
+    scale: Real  # (6,): of the states
+    tolerance: float  # local error of a step over the scale of each state [1]
+    turned: float  # speed beyond 0 [m/s] above which a reversal counts
+    passed: float  # bristle force beyond the strength [N] above which it counts
+    most_events: int  # above which the run ends
+    at_once: int  # steps in one call
 
 
-def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that only compiled functions call; a division by 0 is infinite, as in arrays."""
-    # without wrappers for Python, which take most of the compilation time
+def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
+    """Compile a function; a division by 0 is infinite, as in arrays.
+
+    By default without wrappers for a call from Python, which take most of the compilation time.
+    """
+    from numba import njit
+
     alone: dict[str, Any] = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return njit(function, **alone)  # type: ignore[no-any-return]
-
-
-def compiled_for_python(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that Python calls, and cache it on disk where numba finds a writable folder."""
-    options: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
-    try:
-        return njit(function, cache=True, **options)  # type: ignore[no-any-return]
-    except RuntimeError:
-        return njit(function, **options)  # type: ignore[no-any-return]
+    return njit(function, **alone | options)  # type: ignore[no-any-return]
 
 
 _level_at = compiled(strength_at_speed)
@@ -472,7 +420,6 @@ def _step(times: Any, state: Any, given: Any, memory: Any, events: Any, out: Any
 def _marching(stamp: int) -> Callable[..., Any]:
     """Compile the time stepping; the stamp makes numba's cache, which sees only this file, depend on all functions called."""
 
-    @compiled_for_python
     def march(times: Any, state: Any, given: Any, memory: Any, events: Any, out: Any) -> Any:
         until = memory[STEPS] + given.at_once + 0 * stamp
         asked = memory[ASKED] + given.at_once * ASKED_IN_STEP
@@ -489,71 +436,20 @@ def _marching(stamp: int) -> Callable[..., Any]:
             if memory[EVENTS] >= given.most_events:
                 memory[STATUS] = CHATTERS
 
-    return march
+    try:
+        return compiled(march, no_cpython_wrapper=False, cache=True)
+    except RuntimeError:  # there is no folder for the cache that numba can write to
+        return compiled(march, no_cpython_wrapper=False)
 
 
-march = _marching(
-    zlib.crc32("".join(map(inspect.getsource, (bristle, between, sliding, integrate))).encode())
-)
+march = _marching(zlib.crc32("".join(map(inspect.getsource, (bristle, between, skin, integrate))).encode()))
 """Take some steps from the state in `memory`; events are times [s] and kinds."""
 
 
-def slide_quickly(
-    law: BristleFriction,
-    *,
-    motion: Motion,
-    strength: Between,
-    times: Real,
-    mass: float | None = None,
-    stiffness: float | None = None,
-    damping: float | None = None,
-    tolerance: float = TOLERANCE,
-) -> Slide:
-    """Compute the stick-slip motion of a skin with bristle friction, as `sliding` does, in compiled steps.
-
-    `times` (n,) [s].
-    """
-    pieces, stops, bone = strength.pieces, strength.ends, motion.speeds(times)
-    not_negative(pieces.knots, pieces.values)
-    skin = skin_of(law, mass=mass, stiffness=stiffness, damping=damping)
-    speeds = motion.speeds(stops)
-    fastest = float(np.max(np.abs(bone), initial=float(np.max(np.abs(speeds)))))
-    largest, largest_speed = skin.scales(float(np.max(pieces.values)), fastest)
-    floor = SMALLEST * largest
-    first = np.searchsorted(pieces.knots, stops[:-1], side="right") - 1
-    last = np.maximum(np.searchsorted(pieces.knots, stops[1:], side="left"), first + 1)
-    touches = np.asarray(motion.touches((stops[1:] + stops[:-1]) / 2), dtype=float)
-    assert law.bristles is not None
-    given = Given(
-        *(stops, speeds, touches, first, last, *pieces, floor),
-        law=law.bristles._replace(nearest=law.bristles.nearest * largest),
-        body=skin.body,
-        kinds=np.array([0] * (not skin.is_rigid) + [1] * (not law.yields_smoothly), np.int64),
-        implicit=1 if skin.is_rigid else 3,
-        scale=skin.scale(strength=largest, speed=largest_speed),
-        tolerance=tolerance,
-        turned=STILL * largest_speed,
-        passed=DEAD_BAND * largest,
-        most_events=MOST_EVENTS,
-        at_once=AT_ONCE,
-    )
-    at_first = float(np.hypot(strength(0.0), floor))
-    state = skin.settled(speed=float(speeds[0]), strength=at_first, touches=bool(touches[0]))
-    states, directions, events, memory = _marched(times, state, given)
-    return slide_of(
-        skin,
-        states,
-        directions,
-        speed=bone,
-        strength=np.hypot(strength(times), floor),
-        touches=motion.touches(times),
-        events=events,
-        counts=(int(memory[STEPS]), int(memory[ASKED])),
-    )
-
-
-def _marched(times: Real, state: Real, given: Given) -> tuple[Real, Real, list[tuple[float, str]], Real]:
-    """Return states and directions at the output times, times [s] and kinds of events, and the numbers of `memory`."""
+def follow(
+    times: Real, state: Real, given: Given
+) -> tuple[Real, Real, list[tuple[float, str]], tuple[int, int]]:
+    """Return states and directions at the output times, times [s] and kinds of events, numbers of steps and evaluations."""
     states, directions = np.empty((len(state), len(times))), np.empty(len(times))
     memory, most = np.zeros(STATUS + 1), MOST_EVENTS + 2  # two events may come with a stretch
     moments, kinds = np.empty(most), np.empty(most, np.int64)
@@ -573,4 +469,4 @@ def _marched(times: Real, state: Real, given: Given) -> tuple[Real, Real, list[t
     filled, count = int(memory[FILLED]), int(memory[EVENTS])
     states[:, filled:], directions[filled:] = state[:, None], memory[DIRECTION]
     found = zip(moments[:count].tolist(), (KINDS[index] for index in kinds[:count]), strict=True)
-    return states, directions, list(found), memory
+    return states, directions, list(found), (int(memory[STEPS]), int(memory[ASKED]))

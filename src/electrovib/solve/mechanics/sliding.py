@@ -8,190 +8,35 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.nonlinear.integrate import System, integrate
+from electrovib.solve.mechanics.skin import KINDS, Slide, SlidingSkin, let_go, skin_of, slide_of
+from electrovib.solve.nonlinear.integrate import MOST_EVENTS, System, integrate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
+    from electrovib.physics.motion import Motion
+    from electrovib.solve.mechanics.between import Between
     from electrovib.solve.nonlinear.integrate import Mode
 
 
 OverTime: TypeAlias = "Callable[[float | Real], float | Real]"
 """A quantity at times [s], one or many; at a discontinuity the value after it."""
-DEFLECTION, DISPLACEMENT, OVER_PLATE, WORK, DAMPER, HEAT = range(6)
-"""States: deflection of the bristles and displacement of the skin against the bone [m], its speed over the plate [m/s],
-work of the hand, heat of the damper and of the friction [J]."""
 TOLERANCE = 1e-8
 """Local error of a step, relative; the energy balance then closes to some 1e-8 of the work."""
 SMALLEST = 1e-9
 """Smallest strength of the friction over the largest, which avoids a division by zero without load or contact."""
 DEAD_BAND = 1e-10
 """Relative excess of the bristle force over the strength below which the excess is rounding."""
-KINDS = ("turns", "passes the strength")
-"""Events of a slide: the skin reverses over the plate, the bristle force passes the strength of the friction."""
+STILL = 1e-12
+"""Speed against the direction of the mode, over the largest, above which it is a reversal rather than rounding."""
 _LOOKS = 4096
 """Number of output times at which speed and strength are checked beforehand."""
 
 
 def _always(time: float | Real) -> Any:
     return np.ones(np.shape(time), dtype=bool)
-
-
-def rates_of_skin(state: Any, rate: Any, friction: Any, speed: Any, bristles: Any, body: Any) -> Any:
-    """Return the rates of the six states; the compiled time stepping uses this function too.
-
-    `rate` of the deflection [m/s], `friction` [N], `speed` of the bone [m/s], `bristles` their stiffness [N/m]; `body` is
-    mass, stiffness and damping of the skin, of which a mass of 0 stands for a skin that moves with the bone.
-    """
-    mass, stiffness, damping = body
-    held = bristles * state[0]
-    if mass == 0:
-        return rate, 0.0, 0.0, friction * speed, 0.0, friction * speed - held * rate
-    over_plate = state[2]
-    lag = speed - over_plate
-    hand = stiffness * state[1] + damping * lag
-    push = (hand - friction) / mass
-    return rate, lag, push, hand * speed, damping * lag * lag, friction * over_plate - held * rate
-
-
-@dataclass(frozen=True, kw_only=True)
-class Energies:
-    """Energy balance of a sliding skin since time 0.
-
-    Parameters
-    ----------
-    work : ndarray, shape (n,)
-        Work done by the hand [J].
-    kinetic, elastic, bristle : ndarray, shape (n,)
-        Energy stored in the motion of the skin over the plate, in the fingertip and in the contact [J].
-    damper, friction : ndarray, shape (n,)
-        Heat dissipated in the fingertip and in the contact [J].
-    stored_before : float
-        Energy stored at time 0 [J].
-    """
-
-    work: Real
-    kinetic: Real
-    elastic: Real
-    bristle: Real
-    damper: Real
-    friction: Real
-    stored_before: float
-
-    @property
-    def residual(self) -> float:
-        """Largest error of the energy balance, over the largest work or the initial energy [1]; 0 without motion."""
-        stored = self.kinetic + self.elastic + self.bristle
-        missing = self.work - (stored - self.stored_before) - self.damper - self.friction
-        size = float(max(np.max(np.abs(self.work)), self.stored_before))
-        return float(np.max(np.abs(missing))) / size if size > 0 else 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class SlidingSkin:
-    """A sliding skin with mass on a spring and a damper, or one that moves with the bone: its states and their rates.
-
-    Parameters
-    ----------
-    law : BristleFriction
-        Friction of the contact.
-    body : tuple of float
-        Mass [kg], stiffness [N/m] and damping [N s/m]; all 0 if the skin moves with the bone.
-    """
-
-    law: Any
-    body: tuple[float, float, float]
-
-    @property
-    def is_rigid(self) -> bool:
-        """Whether the skin moves with the bone."""
-        return self.body[0] == 0
-
-    def rate(self, now: Real, *, speed: float, strength: float, direction: int, touches: bool) -> Real:
-        """Return the rate of change of the states, at a speed of the bone [m/s] and a strength [N].
-
-        `now` (6,); returns `rate` (6,).
-        """
-        rate, friction = 0.0, 0.0
-        if touches:
-            deflection, over_plate = now[DEFLECTION], self.over_plate(now, speed=speed)
-            rate = self.law.deflection_rate(deflection, over_plate, strength, direction)
-            friction = self.law.force(deflection, rate, over_plate)
-        return np.array(rates_of_skin(now, rate, friction, speed, self.law.stiffness, self.body))
-
-    def over_plate(self, now: Real, *, speed: Any) -> Any:
-        """Return the speed of the skin over the plate at a speed of the bone [m/s]."""
-        return speed if self.is_rigid else now[OVER_PLATE]
-
-    def left(self, now: Real, *, strength: float, direction: int) -> float:
-        """Return the share of the strength [N] that the bristles have not reached yet, from the states (6,) [1]."""
-        return 1 - direction * self.law.stiffness * float(now[DEFLECTION]) / strength
-
-    def scales(self, strength: float, speed: float) -> tuple[float, float]:
-        """Return scales of strength [N] and speed [m/s] above 0 from their largest values.
-
-        At rest the speed is that of a skin released from its stretch; without friction the strength is the force of its
-        spring when it is stopped.
-        """
-        impedance = float(np.sqrt(self.body[0] * self.body[1]))
-        largest = strength or speed * impedance or 1.0
-        return largest, speed or (1.0 if self.is_rigid else largest / impedance)
-
-    def scale(self, *, strength: float, speed: float) -> Real:
-        """Return the scale of each state, shape (6,), for a strength [N] and a speed [m/s]."""
-        deflection = strength / self.law.stiffness
-        if self.is_rigid:
-            return np.array([deflection, 1.0, 1.0, *[strength * deflection] * 3])
-        stretch = strength / self.body[1]
-        return np.array([deflection, stretch, speed, *[strength * stretch] * 3])
-
-    def settled(self, *, speed: float, strength: float, touches: bool) -> Real:
-        """Return the states of steady sliding, shape (6,), at a speed [m/s] and a strength [N]."""
-        state: Any = np.zeros(6)
-        state[OVER_PLATE] = speed
-        if touches:
-            state[DEFLECTION] = np.sign(speed) * self.law.strength_at(speed, strength) / self.law.stiffness
-            force = self.law.force(state[DEFLECTION], 0.0, speed)
-            state[DISPLACEMENT] = 0.0 if self.is_rigid else force / self.body[1]
-        return np.asarray(state)
-
-    def energies(self, now: Real) -> Energies:
-        """Return the energies of the states over time [J]."""
-        mass, stiffness, _ = self.body
-        kinetic = mass * now[OVER_PLATE] ** 2 / 2
-        elastic = stiffness * now[DISPLACEMENT] ** 2 / 2
-        bristle = self.law.stiffness * now[DEFLECTION] ** 2 / 2
-        return Energies(
-            work=now[WORK],
-            kinetic=kinetic,
-            elastic=elastic,
-            bristle=bristle,
-            damper=now[DAMPER],
-            friction=now[HEAT],
-            stored_before=float(kinetic[0] + elastic[0] + bristle[0]),
-        )
-
-
-def skin_of(
-    law: BristleFriction, *, mass: float | None, stiffness: float | None, damping: float | None
-) -> SlidingSkin:
-    """Return the skin of a finger, or a rigid one."""
-    if mass is None and stiffness is None and damping is None:
-        return SlidingSkin(law=law, body=(0.0, 0.0, 0.0))
-    if mass is None or stiffness is None or damping is None:
-        raise InputError("finger: needs mass, stiffness and damping, or none of them for a rigid finger")
-    if not mass > 0:
-        raise InputError(
-            f"finger.mass = {mass:.6g} kg: it must be above 0, because the speed of the skin is a state; omit the finger for"
-            " a rigid one"
-        )
-    if not (stiffness > 0 and damping >= 0):
-        raise InputError(
-            f"finger: stiffness = {stiffness:.6g} N/m must be above 0, and damping = {damping:.6g} N s/m must not be negative"
-        )
-    return SlidingSkin(law=law, body=(mass, stiffness, damping))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -267,41 +112,6 @@ class Sliding(System):
         return np.hypot(self.strength(time), SMALLEST * self.largest_strength)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Slide:
-    """Motion, forces and energies of a sliding skin.
-
-    Parameters
-    ----------
-    skin_displacement : ndarray, shape (n,)
-        Displacement of the skin relative to the bone, positive against the motion [m].
-    skin_speed : ndarray, shape (n,)
-        Its rate of change [m/s].
-    lateral_force : ndarray, shape (n,)
-        Friction force [N].
-    bristle_deflection : ndarray, shape (n,)
-        Deflection of the contact [m].
-    energies : Energies
-        Energy balance.
-    energy_residual : float
-        Largest error of the energy balance, over the largest work [1].
-    events : tuple of (float, str)
-        Times [s] and kinds of the events, as in `KINDS`.
-    steps, evaluations : int
-        Number of time steps, and of evaluations of the equations.
-    """
-
-    skin_displacement: Real
-    skin_speed: Real
-    lateral_force: Real
-    bristle_deflection: Real
-    energies: Energies
-    energy_residual: float
-    events: tuple[tuple[float, str], ...]
-    steps: int
-    evaluations: int
-
-
 def sliding(
     law: BristleFriction,
     *,
@@ -361,40 +171,59 @@ def sliding(
     )
 
 
-def let_go(state: Real, stiffness: float) -> None:
-    """Set the deflection of the bristles to 0 [m]; their energy becomes heat [J]."""
-    state[5] += stiffness * state[0] ** 2 / 2
-    state[0] = 0.0
-
-
-def slide_of(
-    skin: SlidingSkin,
-    states: Real,
-    directions: Real,
+def slide_quickly(
+    law: BristleFriction,
     *,
-    speed: Real,
-    strength: Real,
-    touches: Any,
-    events: Sequence[tuple[float, str]],
-    counts: tuple[int, int],
+    motion: Motion,
+    strength: Between,
+    times: Real,
+    mass: float | None = None,
+    stiffness: float | None = None,
+    damping: float | None = None,
+    tolerance: float = TOLERANCE,
 ) -> Slide:
-    """Return motion, forces and energies from the states at n times.
+    """Compute the stick-slip motion of a skin with bristle friction, as `sliding` does, in compiled steps.
 
-    `states` (6, n), `directions`, `speed`, `strength`, `touches` (n,); `counts` of steps and of evaluations.
+    `times` (n,) [s].
     """
-    law, deflection, over_plate = skin.law, states[DEFLECTION], skin.over_plate(states, speed=speed)
-    rate = law.deflection_rate(deflection, over_plate, strength, directions)
-    energies = skin.energies(states)
-    return Slide(
-        skin_displacement=states[DISPLACEMENT],
-        skin_speed=speed - over_plate,
-        lateral_force=np.where(touches, law.force(deflection, rate, over_plate), 0.0),
-        bristle_deflection=deflection,
-        energies=energies,
-        energy_residual=energies.residual,
-        events=tuple(events),
-        steps=counts[0],
-        evaluations=counts[1],
+    from electrovib.solve.mechanics import quick_sliding
+
+    pieces, stops, bone = strength.pieces, strength.ends, motion.speeds(times)
+    not_negative(pieces.knots, pieces.values)
+    skin = skin_of(law, mass=mass, stiffness=stiffness, damping=damping)
+    speeds = motion.speeds(stops)
+    fastest = float(np.max(np.abs(bone), initial=float(np.max(np.abs(speeds)))))
+    largest, largest_speed = skin.scales(float(np.max(pieces.values)), fastest)
+    floor = SMALLEST * largest
+    first = np.searchsorted(pieces.knots, stops[:-1], side="right") - 1
+    last = np.maximum(np.searchsorted(pieces.knots, stops[1:], side="left"), first + 1)
+    touches = np.asarray(motion.touches((stops[1:] + stops[:-1]) / 2), dtype=float)
+    assert law.bristles is not None
+    given = quick_sliding.Given(
+        *(stops, speeds, touches, first, last, *pieces, floor),
+        law=law.bristles._replace(nearest=law.bristles.nearest * largest),
+        body=skin.body,
+        kinds=np.array([0] * (not skin.is_rigid) + [1] * (not law.yields_smoothly), np.int64),
+        implicit=1 if skin.is_rigid else 3,
+        scale=skin.scale(strength=largest, speed=largest_speed),
+        tolerance=tolerance,
+        turned=STILL * largest_speed,
+        passed=DEAD_BAND * largest,
+        most_events=MOST_EVENTS,
+        at_once=quick_sliding.AT_ONCE,
+    )
+    at_first = float(np.hypot(strength(0.0), floor))
+    state = skin.settled(speed=float(speeds[0]), strength=at_first, touches=bool(touches[0]))
+    states, directions, events, counts = quick_sliding.follow(times, state, given)
+    return slide_of(
+        skin,
+        states,
+        directions,
+        speed=bone,
+        strength=np.hypot(strength(times), floor),
+        touches=motion.touches(times),
+        events=events,
+        counts=counts,
     )
 
 
