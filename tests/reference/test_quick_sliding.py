@@ -12,8 +12,7 @@ from electrovib.physics.friction import Coulomb, Dahl, LuGre
 from electrovib.physics.motion import Motion
 from electrovib.solve.mechanics import quick_sliding
 from electrovib.solve.mechanics.between import Between
-from electrovib.solve.mechanics.quick_sliding import slide_quickly
-from electrovib.solve.mechanics.sliding import sliding
+from electrovib.solve.mechanics.sliding import slide_quickly, sliding
 
 COULOMB = Coulomb(coefficient=0.5)
 FINGER = {"mass": 1.5e-3, "stiffness": 1000.0, "damping": 0.05}

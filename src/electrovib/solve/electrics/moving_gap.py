@@ -20,7 +20,7 @@ from electrovib.solve.electrics.solution import MOVING_GAP, Solution
 from electrovib.solve.electrics.steps import halved, jump_heights, smooth_grid, with_outputs
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.meter import Meter
-from electrovib.solve.nonlinear.radau import NODES, WEIGHTS
+from electrovib.solve.nonlinear.integrate import NODES, WEIGHTS
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:

@@ -37,6 +37,18 @@ _ROUNDING = 64 * float(np.finfo(float).eps)
 """Relative rounding of times; corners nearer to each other than 16 times this share of the whole time are one."""
 
 
+def cubic(knots: Any, values: Any, slopes: Any, place: Any, time: Any) -> Any:
+    """Return the force [N] in the interval after a knot, at a time [s], for one of both or many.
+
+    The compiled time stepping uses this function too.
+    """
+    length = knots[place + 1] - knots[place]
+    share = (time - knots[place]) / length
+    rise = values[place + 1] - values[place]
+    early, late = slopes[place] * length - rise, rise - slopes[place + 1] * length
+    return values[place] + share * (rise + (1 - share) * (early * (1 - share) + late * share))
+
+
 class Cubics(NamedTuple):
     """Cubics over intervals; at a corner two knots coincide, with the force before it and the force after it.
 
@@ -52,11 +64,7 @@ class Cubics(NamedTuple):
 
     def at(self, place: Any, time: Any) -> Any:
         """Return the force in the interval after a knot, at a time [s]; for one of both or many [N]."""
-        start, length = self.knots[place], self.knots[place + 1] - self.knots[place]
-        share = (time - start) / length
-        rise = self.values[place + 1] - self.values[place]
-        early, late = self.slopes[place] * length - rise, rise - self.slopes[place + 1] * length
-        return self.values[place] + share * (rise + (1 - share) * (early * (1 - share) + late * share))
+        return cubic(self.knots, self.values, self.slopes, place, time)
 
 
 class Between:
@@ -123,7 +131,7 @@ class Between:
             self._missed = self._every_other()
         else:
             self._halve(force_at)
-        self._listed: tuple[list[float], ...] | None = None
+        self._listed: Any = None
 
     @property
     def pieces(self) -> Cubics:
@@ -134,9 +142,11 @@ class Between:
         """Return the force at times [s], scalar or array [N]."""
         pieces = self._pieces
         if np.ndim(time) == 0:
-            if self._listed is None:
+            if self._listed is None:  # one time in plain numbers is many times faster than with an array
                 self._listed = tuple(each.tolist() for each in pieces)
-            return _one(self._listed, float(time))
+            knots, values, slopes = self._listed
+            place = min(max(bisect_right(knots, time) - 1, 0), len(knots) - 2)
+            return cubic(knots, values, slopes, place, float(time))
         return pieces.at(self._place(np.asarray(time)), np.asarray(time))
 
     def error(self) -> float:
@@ -230,14 +240,3 @@ class Between:
             right[edge] = np.where(few, 3 * slope, smooth)
         slopes = solve_banded((1, 1), band, right, overwrite_ab=True, overwrite_b=True, check_finite=False)
         return Cubics(knots, values, slopes)
-
-
-def _one(pieces: tuple[list[float], ...], time: float) -> float:
-    """Return what `Cubics.at` returns, for one time in plain numbers: many times faster than with an array."""
-    knots, values, slopes = pieces
-    place = min(max(bisect_right(knots, time) - 1, 0), len(knots) - 2)
-    length = knots[place + 1] - knots[place]
-    share = (time - knots[place]) / length
-    rise = values[place + 1] - values[place]
-    early, late = slopes[place] * length - rise, rise - slopes[place + 1] * length
-    return values[place] + share * (rise + (1 - share) * (early * (1 - share) + late * share))

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.solve.mechanics.sliding import Slide
+    from electrovib.solve.mechanics.skin import Slide
 
 MOST_PERIODS = 3000
 """Largest number of periods of the drive that are computed to reach the periodic state."""
@@ -303,20 +303,11 @@ class FrictionChain:
         mass, stiffness, damping = (
             (None, None, None) if finger is None else finger.at_speed(motion.speed).lumped()
         )
+        from electrovib.solve.mechanics.sliding import slide_quickly, sliding
+
+        body: dict[str, Any] = {"mass": mass, "stiffness": stiffness, "damping": damping}
         if law.bristles is not None:
-            from electrovib.solve.mechanics.quick_sliding import slide_quickly
-
-            return slide_quickly(
-                law,
-                motion=motion,
-                strength=strength,
-                times=times,
-                mass=mass,
-                stiffness=stiffness,
-                damping=damping,
-            )
-        from electrovib.solve.mechanics.sliding import sliding
-
+            return slide_quickly(law, motion=motion, strength=strength, times=times, **body)
         return sliding(
             law,
             speed=motion.speeds,
@@ -325,9 +316,7 @@ class FrictionChain:
             breaks=strength.ends[1:-1].tolist(),
             touches=motion.touches,
             settled=float(motion.speeds(0.0)) > 0,
-            mass=mass,
-            stiffness=stiffness,
-            damping=damping,
+            **body,
         )
 
     def follow(self, wanted: dict[str, Filter]) -> tuple[dict[str, Real], float]:

@@ -1,18 +1,48 @@
-"""Equations of a sliding skin and its energies: with mass and spring, or rigid, in contact or lifted off the plate."""
+"""A skin with bristles that slides over the plate: its equations, with mass and spring or rigid, its energies and its slide."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
+
+DEFLECTION, DISPLACEMENT, OVER_PLATE, WORK, DAMPER, HEAT = range(6)
+"""States: deflection of the bristles and displacement of the skin against the bone [m], its speed over the plate [m/s],
+work of the hand, heat of the damper and of the friction [J]."""
+KINDS = ("turns", "passes the strength")
+"""Events of a slide: the skin reverses over the plate, the bristle force passes the strength of the friction."""
+
+
+def rates_of_skin(state: Any, rate: Any, friction: Any, speed: Any, bristles: Any, body: Any) -> Any:
+    """Return the rates of the six states; the compiled time stepping uses this function too.
+
+    `rate` of the deflection [m/s], `friction` [N], `speed` of the bone [m/s], `bristles` their stiffness [N/m]; `body` is
+    mass, stiffness and damping of the skin, of which a mass of 0 stands for a skin that moves with the bone.
+    """
+    mass, stiffness, damping = body
+    held = bristles * state[0]
+    if mass == 0:
+        return rate, 0.0, 0.0, friction * speed, 0.0, friction * speed - held * rate
+    over_plate = state[2]
+    lag = speed - over_plate
+    hand = stiffness * state[1] + damping * lag
+    push = (hand - friction) / mass
+    return rate, lag, push, hand * speed, damping * lag * lag, friction * over_plate - held * rate
+
+
+def let_go(state: Real, stiffness: float) -> None:
+    """Set the deflection of the bristles to 0 [m]; their energy becomes heat [J]."""
+    state[5] += stiffness * state[0] ** 2 / 2
+    state[0] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,280 +78,89 @@ class Energies:
         return float(np.max(np.abs(missing))) / size if size > 0 else 0.0
 
 
-@dataclass(frozen=True)
-class SlidingSkin(ABC):
-    """A sliding skin: its states and their rates.
+@dataclass(frozen=True, kw_only=True)
+class SlidingSkin:
+    """A sliding skin with mass on a spring and a damper, or one that moves with the bone: its states and their rates.
 
     Parameters
     ----------
     law : BristleFriction
         Friction of the contact.
+    body : tuple of float
+        Mass [kg], stiffness [N/m] and damping [N s/m]; all 0 if the skin moves with the bone.
     """
 
-    law: BristleFriction
-    states: ClassVar[int]
-    """Number of states."""
+    law: Any
+    body: tuple[float, float, float]
 
     @property
-    def body(self) -> tuple[float, float, float]:
-        """Mass [kg], stiffness [N/m] and damping [N s/m] of the skin; all 0 if it moves with the bone."""
-        return 0.0, 0.0, 0.0
+    def is_rigid(self) -> bool:
+        """Whether the skin moves with the bone."""
+        return self.body[0] == 0
 
-    @abstractmethod
-    def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
-        """Return the rate of change of the states.
+    def rate(self, now: Real, *, speed: float, strength: float, direction: int, touches: bool) -> Real:
+        """Return the rate of change of the states, at a speed of the bone [m/s] and a strength [N].
 
-        `now` (states,); returns `rate` (states,).
+        `now` (6,); returns `rate` (6,).
         """
+        rate, friction = 0.0, 0.0
+        if touches:
+            deflection, over_plate = now[DEFLECTION], self.over_plate(now, speed=speed)
+            rate = self.law.deflection_rate(deflection, over_plate, strength, direction)
+            friction = self.law.force(deflection, rate, over_plate)
+        return np.array(rates_of_skin(now, rate, friction, speed, self.law.stiffness, self.body))
 
-    @abstractmethod
-    def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
-        """Return the speed of the skin over the plate.
-
-        `now` (states,) or (states, n), `speed` of the bone, one or (n,) [m/s].
-        """
-
-    @abstractmethod
-    def deflection(self, now: Real) -> Real:
-        """Return the deflection of the bristles [m]."""
-
-    @abstractmethod
-    def displacement(self, now: Real) -> Real:
-        """Return the displacement of the skin against the bone [m]."""
+    def over_plate(self, now: Real, *, speed: Any) -> Any:
+        """Return the speed of the skin over the plate at a speed of the bone [m/s]."""
+        return speed if self.is_rigid else now[OVER_PLATE]
 
     def left(self, now: Real, *, strength: float, direction: int) -> float:
-        """Return the share of the strength [N] that the bristles have not reached yet, from the states (states,) [1]."""
-        return 1 - direction * self.law.stiffness * float(self.deflection(now)) / strength
+        """Return the share of the strength [N] that the bristles have not reached yet, from the states (6,) [1]."""
+        return float(1 - direction * self.law.stiffness * now[DEFLECTION] / strength)
 
-    @abstractmethod
-    def let_go(self, now: Real) -> Real:
-        """Return the states with a deflection of 0 [m], after the energy of the bristles has become heat [J]."""
+    def scales(self, strength: float, speed: float) -> tuple[float, float]:
+        """Return scales of strength [N] and speed [m/s] above 0 from their largest values.
 
-    @abstractmethod
+        At rest the speed is that of a skin released from its stretch; without friction the strength is the force of its
+        spring when it is stopped.
+        """
+        impedance = float(np.sqrt(self.body[0] * self.body[1]))
+        largest = strength or speed * impedance or 1.0
+        return largest, speed or (1.0 if self.is_rigid else largest / impedance)
+
     def scale(self, *, strength: float, speed: float) -> Real:
-        """Return the scale of each state, shape (states,), for a strength [N] and a speed [m/s]."""
+        """Return the scale of each state, shape (6,), for a strength [N] and a speed [m/s]."""
+        deflection = strength / self.law.stiffness
+        if self.is_rigid:
+            return np.array([deflection, 1.0, 1.0, *[strength * deflection] * 3])
+        stretch = strength / self.body[1]
+        return np.array([deflection, stretch, speed, *[strength * stretch] * 3])
 
-    @abstractmethod
-    def settled(self, *, speed: float, strength: float) -> Real:
-        """Return the states of steady sliding, shape (states,), at a speed [m/s] and a strength [N]."""
+    def settled(self, *, speed: float, strength: float, touches: bool) -> Real:
+        """Return the states of steady sliding, shape (6,), at a speed [m/s] and a strength [N]."""
+        state: Any = np.zeros(6)
+        state[OVER_PLATE] = speed
+        if touches:
+            state[DEFLECTION] = np.sign(speed) * self.law.strength_at(speed, strength) / self.law.stiffness
+            force = self.law.force(state[DEFLECTION], 0.0, speed)
+            state[DISPLACEMENT] = 0.0 if self.is_rigid else force / self.body[1]
+        return np.asarray(state)
 
-    @abstractmethod
-    def natural_speed(self, strength: float) -> float:
-        """Return the speed scale of a strength [N] where the hand rests, in m/s."""
-
-    @abstractmethod
-    def natural_force(self, speed: float) -> float:
-        """Return the force scale of a speed [m/s] without friction, in N."""
-
-    @abstractmethod
     def energies(self, now: Real) -> Energies:
         """Return the energies of the states over time [J]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CompliantSlidingSkin(SlidingSkin):
-    """Skin with mass on a spring and a damper: displacement, speed, deflection, work, heat of damper and of friction.
-
-    Parameters
-    ----------
-    law : BristleFriction
-        Friction of the contact.
-    mass, stiffness, damping : float
-        Mass [kg] and stiffness [N/m], above 0; damping [N s/m].
-    """
-
-    mass: float
-    stiffness: float
-    damping: float
-    states: ClassVar[int] = 6
-
-    @property
-    def body(self) -> tuple[float, float, float]:
-        """Mass [kg], stiffness [N/m] and damping [N s/m] of the skin."""
-        return self.mass, self.stiffness, self.damping
-
-    def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
-        """Return the rate of change of the states [m/s], [m/s2], [m/s], [W], [W], [W]."""
-        displacement, over_plate, deflection = now[0], now[1], now[2]
-        skin_speed = speed - over_plate
-        rate, friction = _friction(self.law, deflection, over_plate, strength, direction)
-        hand = self.stiffness * displacement + self.damping * skin_speed
-        return np.array(
-            [
-                skin_speed,
-                (hand - friction) / self.mass,
-                rate,
-                hand * speed,
-                self.damping * skin_speed * skin_speed,
-                friction * over_plate - self.law.stiffness * deflection * rate,
-            ]
-        )
-
-    def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
-        """Return the second state [m/s]; the speed of the bone is not used."""
-        del speed
-        return np.asarray(now[1])
-
-    def deflection(self, now: Real) -> Real:
-        """Return the third state [m]."""
-        return np.asarray(now[2])
-
-    def displacement(self, now: Real) -> Real:
-        """Return the first state [m]."""
-        return np.asarray(now[0])
-
-    def let_go(self, now: Real) -> Real:
-        """Return the states with a deflection of 0 [m], whose energy has become heat [J]."""
-        heat = now[5] + self.law.stiffness * now[2] ** 2 / 2
-        return np.array([now[0], now[1], 0.0, now[3], now[4], heat])
-
-    def scale(self, *, strength: float, speed: float) -> Real:
-        """Return the scale of each state for a strength [N] and a speed [m/s]."""
-        stretch = strength / self.stiffness
-        return np.array([stretch, speed, strength / self.law.stiffness, *[strength * stretch] * 3])
-
-    def settled(self, *, speed: float, strength: float) -> Real:
-        """Return the states of sliding at a steady speed [m/s] and strength [N]."""
-        deflection, friction = _steady(self.law, speed, strength)
-        return np.array([friction / self.stiffness, speed, deflection, 0.0, 0.0, 0.0])
-
-    def natural_speed(self, strength: float) -> float:
-        """Return the largest speed of the skin released from its stretch under a strength [N], in m/s."""
-        return strength / float(np.sqrt(self.stiffness * self.mass))
-
-    def natural_force(self, speed: float) -> float:
-        """Return the largest force of the spring when the skin is stopped from a speed [m/s], in N."""
-        return speed * float(np.sqrt(self.stiffness * self.mass))
-
-    def energies(self, now: Real) -> Energies:
-        """Return the energies over time [J]."""
-        kinetic = self.mass * now[1] ** 2 / 2
-        elastic = self.stiffness * now[0] ** 2 / 2
-        bristle = self.law.stiffness * now[2] ** 2 / 2
-        before = float(kinetic[0] + elastic[0] + bristle[0])
+        mass, stiffness, _ = self.body
+        kinetic = mass * now[OVER_PLATE] ** 2 / 2
+        elastic = stiffness * now[DISPLACEMENT] ** 2 / 2
+        bristle = self.law.stiffness * now[DEFLECTION] ** 2 / 2
         return Energies(
-            work=now[3],
+            work=now[WORK],
             kinetic=kinetic,
             elastic=elastic,
             bristle=bristle,
-            damper=now[4],
-            friction=now[5],
-            stored_before=before,
+            damper=now[DAMPER],
+            friction=now[HEAT],
+            stored_before=float(kinetic[0] + elastic[0] + bristle[0]),
         )
-
-
-@dataclass(frozen=True)
-class RigidSlidingSkin(SlidingSkin):
-    """Skin that moves with the bone: deflection, work, heat of the friction.
-
-    Parameters
-    ----------
-    law : BristleFriction
-        Friction of the contact.
-    """
-
-    states: ClassVar[int] = 3
-
-    def rate(self, now: Real, *, speed: float, strength: float, direction: int) -> Real:
-        """Return the rate of change of the states [m/s], [W], [W]."""
-        rate, friction = _friction(self.law, now[0], speed, strength, direction)
-        work = friction * speed
-        return np.array([rate, work, work - self.law.stiffness * now[0] * rate])
-
-    def speed_over_plate(self, now: Real, *, speed: float | Real) -> Real:
-        """Return the speed of the bone [m/s]."""
-        del now
-        return np.asarray(speed)
-
-    def deflection(self, now: Real) -> Real:
-        """Return the first state [m]."""
-        return np.asarray(now[0])
-
-    def displacement(self, now: Real) -> Real:
-        """Return a displacement of 0 [m]."""
-        return np.zeros_like(now[0])
-
-    def let_go(self, now: Real) -> Real:
-        """Return the states with a deflection of 0 [m], whose energy has become heat [J]."""
-        return np.array([0.0, now[1], now[2] + self.law.stiffness * now[0] ** 2 / 2])
-
-    def scale(self, *, strength: float, speed: float) -> Real:
-        """Return the scale of each state for a strength [N]; the speed [m/s] is not used."""
-        del speed
-        deflection = strength / self.law.stiffness
-        return np.array([deflection, *[strength * deflection] * 2])
-
-    def settled(self, *, speed: float, strength: float) -> Real:
-        """Return the states of sliding at a steady speed [m/s] and strength [N]."""
-        return np.array([_steady(self.law, speed, strength)[0], 0.0, 0.0])
-
-    def natural_speed(self, strength: float) -> float:
-        """Return 1 m/s for any strength [N]: a rigid finger has no speed of its own."""
-        del strength
-        return 1.0
-
-    def natural_force(self, speed: float) -> float:
-        """Return 0 N for any speed [m/s]: a rigid finger has no spring."""
-        del speed
-        return 0.0
-
-    def energies(self, now: Real) -> Energies:
-        """Return the energies over time [J]."""
-        bristle, nothing = self.law.stiffness * now[0] ** 2 / 2, np.zeros_like(now[0])
-        return Energies(
-            work=now[1],
-            kinetic=nothing,
-            elastic=nothing,
-            bristle=bristle,
-            damper=nothing,
-            friction=now[2],
-            stored_before=float(bristle[0]),
-        )
-
-
-def _friction(
-    law: BristleFriction, deflection: Any, speed: Any, strength: Any, direction: Any
-) -> tuple[Any, Any]:
-    """Return the rate of the deflection [m/s] and the force [N], for numbers or arrays."""
-    rate = law.deflection_rate(deflection, speed, strength, direction)
-    return rate, law.force(deflection, rate, speed)
-
-
-def _steady(law: BristleFriction, speed: Any, strength: Any) -> tuple[float, float]:
-    """Return the deflection [m] and the force [N] of steady sliding; 0 at rest."""
-    deflection: Any = np.sign(speed) * law.strength_at(speed, strength) / law.stiffness
-    rest: Any = 0.0
-    return float(deflection), float(law.force(deflection, rest, speed))
-
-
-class Lifted:
-    """Friction law of a finger off the plate: all its forces are 0.
-
-    Parameters
-    ----------
-    law : BristleFriction
-        Friction in contact.
-    """
-
-    def __init__(self, law: BristleFriction) -> None:
-        self.stiffness = law.stiffness
-
-    def strength_at(self, speed: Any, strength: Any) -> Any:
-        """Return a strength of 0 N for any speed [m/s] and strength [N]."""
-        return 0 * (speed + strength)
-
-    def deflection_rate(self, deflection: Any, speed: Any, strength: Any, direction: Any) -> Any:
-        """Return a rate of 0 m/s for any deflection [m], speed [m/s], strength [N] and direction."""
-        return 0 * (deflection + speed + strength + direction)
-
-    def force(self, deflection: Any, rate: Any, speed: Any) -> Any:
-        """Return a force of 0 N for any deflection [m], rate [m/s] and speed [m/s]."""
-        return 0 * (deflection + rate + speed)
-
-
-def lifted(skin: SlidingSkin) -> SlidingSkin:
-    """Return the same skin without friction."""
-    return replace(skin, law=Lifted(skin.law))  # type: ignore[arg-type]
 
 
 def skin_of(
@@ -329,7 +168,7 @@ def skin_of(
 ) -> SlidingSkin:
     """Return the skin of a finger, or a rigid one."""
     if mass is None and stiffness is None and damping is None:
-        return RigidSlidingSkin(law)
+        return SlidingSkin(law=law, body=(0.0, 0.0, 0.0))
     if mass is None or stiffness is None or damping is None:
         raise InputError("finger: needs mass, stiffness and damping, or none of them for a rigid finger")
     if not mass > 0:
@@ -341,4 +180,70 @@ def skin_of(
         raise InputError(
             f"finger: stiffness = {stiffness:.6g} N/m must be above 0, and damping = {damping:.6g} N s/m must not be negative"
         )
-    return CompliantSlidingSkin(law, mass=mass, stiffness=stiffness, damping=damping)
+    return SlidingSkin(law=law, body=(mass, stiffness, damping))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slide:
+    """Motion, forces and energies of a sliding skin.
+
+    Parameters
+    ----------
+    skin_displacement : ndarray, shape (n,)
+        Displacement of the skin relative to the bone, positive against the motion [m].
+    skin_speed : ndarray, shape (n,)
+        Its rate of change [m/s].
+    lateral_force : ndarray, shape (n,)
+        Friction force [N].
+    bristle_deflection : ndarray, shape (n,)
+        Deflection of the contact [m].
+    energies : Energies
+        Energy balance.
+    energy_residual : float
+        Largest error of the energy balance, over the largest work [1].
+    events : tuple of (float, str)
+        Times [s] and kinds of the events, as in `KINDS`.
+    steps, evaluations : int
+        Number of time steps, and of evaluations of the equations.
+    """
+
+    skin_displacement: Real
+    skin_speed: Real
+    lateral_force: Real
+    bristle_deflection: Real
+    energies: Energies
+    energy_residual: float
+    events: tuple[tuple[float, str], ...]
+    steps: int
+    evaluations: int
+
+
+def slide_of(
+    skin: SlidingSkin,
+    states: Real,
+    directions: Real,
+    *,
+    speed: Real,
+    strength: Real,
+    touches: Any,
+    events: Sequence[tuple[float, str]],
+    counts: tuple[int, int],
+) -> Slide:
+    """Return motion, forces and energies from the states at n times.
+
+    `states` (6, n), `directions`, `speed`, `strength`, `touches` (n,); `counts` of steps and of evaluations.
+    """
+    law, deflection, over_plate = skin.law, states[DEFLECTION], skin.over_plate(states, speed=speed)
+    rate = law.deflection_rate(deflection, over_plate, strength, directions)
+    energies = skin.energies(states)
+    return Slide(
+        skin_displacement=states[DISPLACEMENT],
+        skin_speed=speed - over_plate,
+        lateral_force=np.where(touches, law.force(deflection, rate, over_plate), 0.0),
+        bristle_deflection=deflection,
+        energies=energies,
+        energy_residual=energies.residual,
+        events=tuple(events),
+        steps=counts[0],
+        evaluations=counts[1],
+    )

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.solve.mechanics.skin import SlidingSkin, lifted, skin_of
-from electrovib.solve.nonlinear.integrate import System, integrate
+from electrovib.solve.mechanics.skin import KINDS, Slide, SlidingSkin, let_go, skin_of, slide_of
+from electrovib.solve.nonlinear.integrate import MOST_EVENTS, System, integrate
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from electrovib.core.arrays import Real
     from electrovib.physics.friction import BristleFriction
-    from electrovib.solve.mechanics.skin import Energies
+    from electrovib.physics.motion import Motion
+    from electrovib.solve.mechanics.between import Between
     from electrovib.solve.nonlinear.integrate import Mode
 
 
@@ -28,8 +29,8 @@ SMALLEST = 1e-9
 """Smallest strength of the friction over the largest, which avoids a division by zero without load or contact."""
 DEAD_BAND = 1e-10
 """Relative excess of the bristle force over the strength below which the excess is rounding."""
-KINDS = ("turns", "passes the strength")
-"""Events of a slide: the skin reverses over the plate, the bristle force passes the strength of the friction."""
+STILL = 1e-12
+"""Speed against the direction of the mode, over the largest, above which it is a reversal rather than rounding."""
 _LOOKS = 4096
 """Number of output times at which speed and strength are checked beforehand."""
 
@@ -77,19 +78,21 @@ class Sliding(System):
 
     def jump(self, state: Real, *, time: float) -> Real:
         """Return the state just after a time [s]; off the plate the deflection of the bristles is 0."""
-        return state if self.touches(time) else self.skin.let_go(state)
+        after = state.copy()
+        if not self.touches(time):
+            let_go(after, self.skin.law.stiffness)
+        return after
 
     def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Return the rate of change of each state at a time [s]."""
-        skin = self.skin if self.touches(time) else lifted(self.skin)
-        return skin.rate(
-            state, speed=float(self.speed(time)), strength=float(self.strength_of(time)), direction=mode[0]
-        )
+        speed, strength = float(self.speed(time)), float(self.strength_of(time))
+        touches = bool(self.touches(time))
+        return self.skin.rate(state, speed=speed, strength=strength, direction=mode[0], touches=touches)
 
     def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
         """Return speed [m/s] and remaining share of the strength [1] at a time [s], each times its sign in the mode."""
         direction, side = mode
-        along = direction * self.skin.speed_over_plate(state, speed=float(self.speed(time)))
+        along = direction * self.skin.over_plate(state, speed=float(self.speed(time)))
         if self.skin.law.yields_smoothly:
             return np.array([along])
         left = self.skin.left(state, strength=float(self.strength_of(time)), direction=direction)
@@ -107,41 +110,6 @@ class Sliding(System):
     def strength_of(self, time: float | Real) -> Real:
         """Return the strength at times [s], above 0 also without load [N]."""
         return np.hypot(self.strength(time), SMALLEST * self.largest_strength)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Slide:
-    """Motion, forces and energies of a sliding skin.
-
-    Parameters
-    ----------
-    skin_displacement : ndarray, shape (n,)
-        Displacement of the skin relative to the bone, positive against the motion [m].
-    skin_speed : ndarray, shape (n,)
-        Its rate of change [m/s].
-    lateral_force : ndarray, shape (n,)
-        Friction force [N].
-    bristle_deflection : ndarray, shape (n,)
-        Deflection of the contact [m].
-    energies : Energies
-        Energy balance.
-    energy_residual : float
-        Largest error of the energy balance, over the largest work [1].
-    events : tuple of (float, str)
-        Times [s] and kinds of the events, as in `KINDS`.
-    steps, evaluations : int
-        Number of time steps, and of evaluations of the equations.
-    """
-
-    skin_displacement: Real
-    skin_speed: Real
-    lateral_force: Real
-    bristle_deflection: Real
-    energies: Energies
-    energy_residual: float
-    events: tuple[tuple[float, str], ...]
-    steps: int
-    evaluations: int
 
 
 def sliding(
@@ -174,8 +142,7 @@ def sliding(
     not_negative(looks, strengths)
     skin = skin_of(law, mass=mass, stiffness=stiffness, damping=damping)
     fastest = float(np.max(np.abs(speed(looks))))
-    largest_strength = float(strengths.max()) or skin.natural_force(fastest) or 1.0
-    largest_speed = fastest or skin.natural_speed(largest_strength)
+    largest_strength, largest_speed = skin.scales(float(strengths.max()), fastest)
     system = Sliding(
         skin=skin,
         speed=speed,
@@ -185,27 +152,78 @@ def sliding(
         largest_speed=largest_speed,
         touches=touches,
     )
-    at_start, strength_at_start = float(speed(0.0)), float(system.strength_of(0.0))
-    at_first = skin if touches(0.0) else lifted(skin)
-    state = at_first.settled(speed=at_start, strength=strength_at_start) if settled else np.zeros(skin.states)
-    direction = -1 if settled and at_start < 0 else 1
+    state, direction = np.zeros(6), 1
+    if settled:
+        at_start = float(speed(0.0))
+        direction = -1 if at_start < 0 else 1
+        first = float(system.strength_of(0.0))
+        state = skin.settled(speed=at_start, strength=first, touches=bool(touches(0.0)))
     solved = integrate(system, state, (direction, 1), times, tolerance=tolerance, step=step)
-    speeds = np.asarray(speed(times), dtype=float) + np.zeros(len(times))
-    directions = np.array([mode[0] for mode in solved.modes], dtype=float)
-    over_plate = np.asarray(skin.speed_over_plate(solved.states, speed=speeds))
-    deflection = skin.deflection(solved.states)
-    rate = law.deflection_rate(deflection, over_plate, system.strength_of(times), directions)
-    energies = skin.energies(solved.states)
-    return Slide(
-        skin_displacement=skin.displacement(solved.states),
-        skin_speed=speeds - over_plate,
-        lateral_force=np.where(touches(times), law.force(deflection, rate, over_plate), 0.0),
-        bristle_deflection=deflection,
-        energies=energies,
-        energy_residual=energies.residual,
-        events=tuple((when, KINDS[index]) for when, index in solved.events),
-        steps=solved.steps,
-        evaluations=solved.evaluations,
+    return slide_of(
+        skin,
+        solved.states,
+        np.array([mode[0] for mode in solved.modes], dtype=float),
+        speed=np.asarray(speed(times), dtype=float) + np.zeros(len(times)),
+        strength=system.strength_of(times),
+        touches=touches(times),
+        events=[(when, KINDS[index]) for when, index in solved.events],
+        counts=(solved.steps, solved.evaluations),
+    )
+
+
+def slide_quickly(
+    law: BristleFriction,
+    *,
+    motion: Motion,
+    strength: Between,
+    times: Real,
+    mass: float | None = None,
+    stiffness: float | None = None,
+    damping: float | None = None,
+    tolerance: float = TOLERANCE,
+) -> Slide:
+    """Compute the stick-slip motion of a skin with bristle friction, as `sliding` does, in compiled steps.
+
+    `times` (n,) [s].
+    """
+    from electrovib.solve.mechanics import quick_sliding
+
+    pieces, stops, bone = strength.pieces, strength.ends, motion.speeds(times)
+    not_negative(pieces.knots, pieces.values)
+    skin = skin_of(law, mass=mass, stiffness=stiffness, damping=damping)
+    speeds = motion.speeds(stops)
+    fastest = float(np.max(np.abs(bone), initial=float(np.max(np.abs(speeds)))))
+    largest, largest_speed = skin.scales(float(np.max(pieces.values)), fastest)
+    floor = SMALLEST * largest
+    first = np.searchsorted(pieces.knots, stops[:-1], side="right") - 1
+    last = np.maximum(np.searchsorted(pieces.knots, stops[1:], side="left"), first + 1)
+    touches = np.asarray(motion.touches((stops[1:] + stops[:-1]) / 2), dtype=float)
+    assert law.bristles is not None
+    given = quick_sliding.Given(
+        *(stops, speeds, touches, first, last, *pieces, floor),
+        law=law.bristles._replace(nearest=law.bristles.nearest * largest),
+        body=skin.body,
+        kinds=np.array([0] * (not skin.is_rigid) + [1] * (not law.yields_smoothly), np.int64),
+        implicit=1 if skin.is_rigid else 3,
+        scale=skin.scale(strength=largest, speed=largest_speed),
+        tolerance=tolerance,
+        turned=STILL * largest_speed,
+        passed=DEAD_BAND * largest,
+        most_events=MOST_EVENTS,
+        at_once=quick_sliding.AT_ONCE,
+    )
+    at_first = float(np.hypot(strength(0.0), floor))
+    state = skin.settled(speed=float(speeds[0]), strength=at_first, touches=bool(touches[0]))
+    states, directions, events, counts = quick_sliding.follow(times, state, given)
+    return slide_of(
+        skin,
+        states,
+        directions,
+        speed=bone,
+        strength=np.hypot(strength(times), floor),
+        touches=motion.touches(times),
+        events=events,
+        counts=counts,
     )
 
 

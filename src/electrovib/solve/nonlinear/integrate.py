@@ -1,4 +1,7 @@
-"""Implicit adaptive integration of a stiff system whose right-hand side has kinks, each of which is located."""
+"""Implicit adaptive integration of a stiff system whose right-hand side has kinks, each of which is located.
+
+The steps are those of Radau's implicit method of order 5 (Hairer and Wanner 1996, IV.8) in scipy.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +14,26 @@ import numpy as np
 
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.meter import Meter
-from electrovib.solve.nonlinear.radau import Piece, adaptive_steps, even_steps, steps_to
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
+
+    from scipy.integrate import DenseOutput
 
     from electrovib.core.arrays import Real
-    from electrovib.solve.nonlinear.radau import Rates
+
+    Rates: TypeAlias = Callable[[Real, Real], Real]
 
 
+NODES = np.array([(4 - 6**0.5) / 10, (4 + 6**0.5) / 10, 1.0])
+"""Radau IIA, three stages: zeros of x^2 (x - 1)^3 differentiated twice (Hairer and Wanner 1996, IV.5)."""
+_POWERS = np.arange(1, 4)
+COEFFICIENTS = np.linalg.inv(NODES[:, None] ** _POWERS)
+"""Matrix from the increments of the stages to coefficients of powers of the share of a step."""
+WEIGHTS = NODES[:, None] ** _POWERS / _POWERS @ np.linalg.inv(NODES[:, None] ** (_POWERS - 1))
+"""Integral of each stage's polynomial from the beginning to each node, as a share of the step."""
+ORDER = 5
+"""Order of convergence where the rate is smooth."""
 Mode: TypeAlias = tuple[int, ...]
 """The side of each kink on which a system is: signs and states that hold until the next event."""
 TOLERANCE = 1e-9
@@ -130,11 +144,11 @@ def integrate(
 
     `state` (states,), `times` (n,) [s].
 
-    Radau IIA with three stages is of order 5 where the rate is smooth (`radau.ORDER`). Breaks are ends of steps, and
-    up to a break the rate is evaluated at times before it. An event ends the step at its root: the root is found on
-    the collocation polynomial, the shortened step is solved again, and its length is corrected until it ends at the
-    root, so that kinks do not reduce the order. A mode that does not hold after a discontinuity ends there at once.
-    `repeats` is the period of what drives the system [s].
+    Breaks are ends of steps, and up to a break the rate is evaluated at times before it. An event ends the step at its
+    root: the root is found on the collocation polynomial, the shortened step is solved again, and its length is
+    corrected until it ends at the root, so that kinks do not reduce the order. A mode that does not hold after a
+    discontinuity ends there at once.
+    `step` is the largest step [s], `repeats` the period of what drives the system [s].
     """
     end = float(times[-1])
     states, modes = np.empty((len(state), len(times))), [mode] * len(times)
@@ -147,7 +161,7 @@ def integrate(
         mode = _mode_after_jump(system, now, state, mode, events)
         while now < stop:
             leg = _leg(system, now, stop, state, mode, meter, tolerance, step)
-            steps, evaluations = steps + leg.steps, evaluations + leg.evaluations
+            steps, evaluations = steps + len(leg.pieces), evaluations + leg.evaluations
             last = int(np.searchsorted(times, leg.end, side="left" if leg.end == stop else "right"))
             if last > filled:
                 states[:, filled:last] = leg.at(times[filled:last])
@@ -189,19 +203,16 @@ class _Leg:
     end: float
     state: Real
     event: int | None
-    pieces: tuple[Callable[[Real], Real], ...]
-    bounds: tuple[float, ...]
-    steps: int
+    pieces: tuple[DenseOutput, ...]
     evaluations: int
 
     def at(self, times: Real) -> Real:
-        """Return the states at increasing times of this interval, from the collocation polynomials."""
+        """Return the states at increasing times of this interval, from the polynomials of the steps."""
         found = np.empty((len(self.state), len(times)))
-        edges = np.searchsorted(times, self.bounds, side="right")
-        edges[0], edges[-1] = 0, len(times)
-        for index in np.flatnonzero(np.diff(edges)).tolist():
-            inside = slice(edges[index], edges[index + 1])
-            found[:, inside] = self.pieces[index](times[inside])
+        edges = np.searchsorted(times, [piece.t for piece in self.pieces[:-1]], side="right")
+        for piece, inside in zip(self.pieces, np.split(np.arange(len(times)), edges), strict=True):
+            if len(inside):
+                found[:, inside] = piece(times[inside])
         found[:, times >= self.end] = self.state[:, None]
         return found
 
@@ -224,81 +235,103 @@ def _leg(
         asked += len(every)
         return system.rates(now, mode, times=np.minimum(every, latest))
 
-    pieces: list[Callable[[Real], Real]] = []
-    bounds = [start]
-
-    def ended(end: float, event: int | None, every: Sequence[Callable[[Real], Real]]) -> _Leg:
-        return _Leg(
-            end=end,
-            state=state,
-            event=event,
-            pieces=tuple(every),
-            bounds=tuple(bounds),
-            steps=len(every),
-            evaluations=asked,
-        )
-
-    taken = (
-        adaptive_steps(rate, state, start=start, stop=stop, scale=system.scale, tolerance=tolerance)
-        if step is None
-        else even_steps(rate, state, start=start, stop=stop, scale=system.scale, step=step)
-    )
-    for piece in taken:
-        before, after, before_state = bounds[-1], piece.end, state
+    pieces: list[DenseOutput] = []
+    event = None
+    march = functools.partial(_steps, rate, scale=system.scale, tolerance=tolerance, step=step)
+    for piece, after_state in march(state, start=start, stop=stop):
+        before, before_state, state = piece.t_old, state, after_state
         meter.held = HELD * len(state) * len(pieces)
-        meter.count(after)
-        fall = first_fall(system, piece, piece.state, mode, before=before, after=after)
-        if fall is None:
-            pieces.append(piece)
-            bounds.append(after)
-            state = piece.state
-            continue
-        when, index = fall
-        landed: tuple[Piece, ...] = ()
-        if when > before:
-            landed = land(
-                rate, system, before_state, mode, before=before, when=when, after=after, index=index
-            )
-            when, state = landed[-1].end, landed[-1].state
-        when = min(max(when, start + _APART * stop), stop)
-        every: tuple[Callable[[Real], Real], ...] = (*pieces, *landed) or (piece,)
-        bounds += [part.end for part in landed[:-1]] + [when] * bool(landed or not pieces)
-        return ended(when, index, every)
-    return ended(stop, None, pieces)
+        meter.count(piece.t)
+        fall = first_fall(system, piece, state, mode, before=before, after=piece.t)
+        pieces.append(piece)
+        if fall is not None:
+            when, event = fall
+            if when > before:
+                landing = functools.partial(march, before_state, start=before)
+                pieces[-1:], state = land(landing, system, mode, when=when, after=piece.t, index=event)
+                when = pieces[-1].t
+            else:
+                state = before_state
+            stop = min(max(when, start + _APART * stop), stop)
+            break
+    return _Leg(end=stop, state=state, event=event, pieces=tuple(pieces), evaluations=asked)
+
+
+def _steps(
+    rate: Rates,
+    state: Real,
+    *,
+    start: float,
+    stop: float,
+    scale: Real,
+    tolerance: float,
+    step: float | None,
+    whole: bool = False,
+) -> Iterator[tuple[DenseOutput, Real]]:
+    """Yield the polynomial of each step and the state at its end; `step` is the largest and the first [s].
+
+    `state`, `scale` (states,); `whole` tries the whole time as one step.
+    """
+    from scipy.integrate import Radau
+
+    solver = Radau(
+        lambda time, states: rate(np.full(states.shape[1], time), states),
+        start,
+        state,
+        stop,
+        first_step=stop - start if whole else step and min(step, stop - start),
+        max_step=np.inf if step is None else step,
+        rtol=tolerance,
+        atol=tolerance * scale,
+        jac=lambda time, now: _jacobian(rate, now, time=time, scale=scale),
+        vectorized=True,
+    )
+    while solver.status == "running":
+        solver.step()
+        if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
+            raise ElectrovibError(f"the equations could not be solved beyond {solver.t:.6g} s")
+        yield solver.dense_output(), solver.y
+
+
+def _jacobian(rate: Rates, state: Real, *, time: float, scale: Real) -> Real:
+    """Return the Jacobian of a rate by forward differences.
+
+    `state`, `scale` (states,); returns `jacobian` (states, states).
+    """
+    steps = np.sqrt(np.finfo(float).eps) * np.maximum(scale, np.abs(state))
+    moved = state[:, None] + np.diag(steps)
+    found = rate(np.full(len(state) + 1, time), np.column_stack([moved, state]))
+    slopes = np.asarray((found[:, :-1] - found[:, -1:]) / (np.diag(moved) - state))
+    if not np.all(np.isfinite(slopes)):
+        raise ElectrovibError(f"the equations could not be solved beyond {time:.6g} s")
+    return slopes
 
 
 def land(
-    rate: Rates,
+    march: Callable[..., Iterator[tuple[DenseOutput, Real]]],
     system: System,
-    state: Real,
     mode: Mode,
     *,
     index: int,
-    before: float,
     when: float,
     after: float,
-) -> tuple[Piece, ...]:
-    """Solve the step again, with its length corrected until it ends at the event.
-
-    `state` (states,).
-    """
+) -> tuple[list[DenseOutput], Real]:
+    """Solve the step again, with its length corrected until it ends at the event; return its polynomials and its end."""
     for _ in range(_MOST_CORRECTIONS):
-        landed = steps_to(rate, state, start=before, size=when - before, scale=system.scale)
-        last = landed[-1]
-        value = float(system.switches(last.state, mode, time=last.end)[index])
-        early = last.start + 0.875 * last.size
-        if early >= last.end:  # the step is too short to distinguish times in it
+        landed, states = zip(*march(stop=when, whole=True), strict=True)
+        last, state = landed[-1], states[-1]
+        value = float(system.switches(state, mode, time=last.t)[index])
+        early = last.t_old + 0.875 * (last.t - last.t_old)
+        if early >= last.t:  # the step is too short to distinguish times in it
             break
-        slope = (value - float(system.switches(last(np.asarray(early)), mode, time=early)[index])) / (
-            last.end - early
-        )
+        slope = (value - float(system.switches(last(early), mode, time=early)[index])) / (last.t - early)
         if value == 0 or not slope < 0:
             break
         corrected = min(when - value / slope, after)
-        if corrected <= before or abs(corrected - when) <= _ENOUGH * after:
+        if corrected <= landed[0].t_old or abs(corrected - when) <= _ENOUGH * after:
             break
         when = corrected
-    return landed
+    return list(landed), state
 
 
 def first_fall(
