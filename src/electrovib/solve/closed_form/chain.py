@@ -10,9 +10,15 @@ import numpy as np
 
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.choice import chosen
-from electrovib.solve.closed_form.filtered import filtered_sum, has_closed_form
-from electrovib.solve.closed_form.linear import active_rates, linear_sums
-from electrovib.solve.closed_form.sums import Decays, Pieces, product
+from electrovib.solve.closed_form.sums import (
+    Decays,
+    Pieces,
+    active_rates,
+    filtered_sum,
+    has_closed_form,
+    linear_sums,
+    product,
+)
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import amplitudes, linear_quantities
 from electrovib.solve.mechanics.filters import cascade, of_stages

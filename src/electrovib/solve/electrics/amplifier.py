@@ -15,15 +15,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.electrics.linear import (
-    Unlimited,
+from electrovib.solve.electrics.slewing import Course, Network, Unlimited
+from electrovib.solve.electrics.solution import LIMITED, Solution
+from electrovib.solve.electrics.transient import (
     amplified,
     behind_gain_and_pole,
     refuse_amplified,
+    transient,
 )
-from electrovib.solve.electrics.slewing import Course, Network
-from electrovib.solve.electrics.solution import LIMITED, Solution
-from electrovib.solve.electrics.transient import transient
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.electrics import snapped
 from electrovib.solve.nonlinear.integrate import fall_of

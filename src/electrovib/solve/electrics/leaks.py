@@ -19,11 +19,15 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.stack import pieces
-from electrovib.solve.electrics.linear import amplified, refuse_behind_amplifier, refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import LEAK, Solution
 from electrovib.solve.electrics.steps import halved, jump_heights, step_grid
-from electrovib.solve.electrics.straight import straight_response
-from electrovib.solve.electrics.transient import transient
+from electrovib.solve.electrics.transient import (
+    amplified,
+    refuse_behind_amplifier,
+    refuse_gaps_of_a_law,
+    transient,
+    under_parts,
+)
 from electrovib.solve.meter import Meter
 from electrovib.solve.recursion import hold_weights
 from electrovib.solve.stack.expand import Surroundings
@@ -193,27 +197,15 @@ def leaky_response(
     march = functools.partial(follow, *field, drive, leak=leak)
     grid, fine, coarse, error = halved(grid, march, LeakMarch.distance, tolerance=TOLERANCE)
     found = transient(driven, drive, time)
-    for name, transfer in leaking.items():
-        answers = [_under(march.flow(), transfer, time) for march in (fine, coarse)]
-        found[name] = found[name] + answers[0] + (answers[0] - answers[1]) / 3
+    finer, coarser = (under_parts(leaking, [march.flow()], time) for march in (fine, coarse))
+    for name in leaking:
+        found[name] = found[name] + finer[name] + (finer[name] - coarser[name]) / 3
     why = (
         f"layer '{control.layer}' leaks by {type(leak).__name__}, which is non-ohmic: linear modes and one nonlinear branch"
         f" from rest, {len(grid) - 1} steps; by halving them, the error of its field before extrapolation is {error:.1e} of"
         " its largest value"
     )
     return Solution(found=found, method=LEAK, reason=why, errors={"step_error": error}, steps=len(grid) - 1)
-
-
-def _under(flow: Linear, transfer: Transfer, time: Real) -> Real:
-    """Return the response to the leak's current density, which is linear in time within each step."""
-    active = transfer.gains != 0
-    direct: Real = transfer.direct * flow.value(time)
-    if not np.any(active):
-        return direct
-    rest = np.zeros(int(np.count_nonzero(active)))
-    gains = transfer.gains[None, active]
-    modal: Real = straight_response(flow, transfer.rates[active], gains, time, rest)[0]
-    return direct + modal
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,9 +15,8 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.solve.electrics.attraction import total_pull
 from electrovib.solve.electrics.leaks import leaking_slab
-from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import RENEWAL, Solution
-from electrovib.solve.electrics.transient import transient
+from electrovib.solve.electrics.transient import refuse_gaps_of_a_law, transient
 from electrovib.solve.meter import Meter
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf, amplitudes_among

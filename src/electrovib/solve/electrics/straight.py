@@ -8,7 +8,6 @@ about the time t, so that between t and 2 t they represent it to rounding, howev
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -80,10 +79,16 @@ def straight_response(
     index, elapsed = part.locate(time)
     periods = part.count_periods(time)
     states = BreakStates(part, rates, state, np.unique(np.concatenate([index, np.maximum(index - 1, 0)])))
-    asked = _Asked(states, gains, direct, lag)
+
+    def at(time: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
+        found = np.outer(direct, part.after[index] + elapsed * part.slope_of(index))
+        found[lag] += states.lags(gains[lag], time)
+        found[~lag] += states.sums(gains[~lag], index, elapsed, periods)
+        return found
+
     begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
     if len(time) < _LONG * len(begins):
-        return list(asked.at(time, index, elapsed, periods))
+        return list(at(time, index, elapsed, periods))
     result = [np.empty(len(time)) for _ in gains]
     for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
         where, period = index[first], periods[first]
@@ -93,60 +98,12 @@ def straight_response(
             since: Real, where: Indices = where, period: Indices = period, start: float = start
         ) -> Real:
             same = np.zeros(len(since), np.intp)
-            return asked.at(start + since, same + where, since, same + period)
+            return at(start + since, same + where, since, same + period)
 
         for row, each in zip(
             result, graded(evaluate, elapsed[first:last], float(np.max(rates))), strict=True
         ):
             row[first:last] = each
-    return result
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """Outputs of modes under straight pieces, from their states at the breaks."""
-
-    states: BreakStates
-    gains: Real
-    direct: Real
-    lag: NDArray[np.bool_]
-
-    def at(self, time: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
-        """Return the outputs at times [s] in known pieces [V], shape (outputs, n)."""
-        part, rates = self.states.part, self.states.rates
-        now = part.after[index] + elapsed * part.slope_of(index)
-        result = np.outer(self.direct, now)
-        if np.any(self.lag):
-            result[self.lag] += lag_since_breaks(self.states, self.gains[self.lag], time)
-        if not np.all(self.lag):
-            own = self.gains[~self.lag]
-            for piece in chunks(len(time), len(rates)):
-                decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
-                began = part.after[index[piece]]
-                known = self.states.at(index[piece], periods[piece])
-                result[~self.lag, piece] += own @ (decay * known + begin * began + end * now[piece])
-        return result
-
-
-def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
-    """Compute the response of modes to straight pieces less the drive itself, shape (outputs, n) [V]."""
-    part, rates = states.part, states.rates
-    result = np.zeros((len(gains), len(time)))
-    index, elapsed = part.locate(time)
-    periods = part.count_periods(time)
-    first = (index == 0) & (periods == 0)
-    back = (elapsed == 0) & ~first
-    last = max(len(part.times) - 2, 0) if part.period is not None else 0
-    before = np.where(back, np.where(index > 0, index - 1, last), index)
-    periods = periods - (back & (index == 0))
-    elapsed = np.where(back, part.length_of(before), elapsed)
-    reached = part.before[np.where(index > 0, index, -1)]
-    jump, slopes = np.where(back, part.after[index] - reached, 0.0), part.slope_of(before)
-    for piece in chunks(len(time), len(rates)):
-        fallen = np.expm1(-rates[:, None] * elapsed[piece])
-        since = states.at(before[piece], periods[piece]) - part.after[before[piece]]
-        lag = (1 + fallen) * since + slopes[piece] * fallen / rates[:, None] - jump[piece]
-        result[:, piece] = gains @ lag
     return result
 
 
@@ -207,19 +164,6 @@ def periodic_state(part: Linear, rates: Real) -> Real:
     return settled
 
 
-def _states_at(part: Linear, rates: Real, state: Real, places: Indices | None) -> Real:
-    """Return the states at some breaks, by default at all, shape (modes, places)."""
-    places = np.arange(len(part.times)) if places is None else places
-    if part.is_step or not len(rates):
-        return np.repeat(state[:, None], len(places), axis=1)
-    steps = part.lengths if part.step is None else part.step
-    states = np.empty((len(rates), len(places)))
-    for first in range(0, len(rates), _MODES_AT_ONCE):
-        some = slice(first, first + _MODES_AT_ONCE)
-        states[some] = states_at(-rates[some], part.after[:-1], part.before[1:], steps, state[some], places)
-    return states
-
-
 class BreakStates:
     """States of modes at the breaks of straight pieces; for repeated pieces in any period, without the periods between.
 
@@ -240,10 +184,25 @@ class BreakStates:
         repeats = part.period is not None
         every = repeats or len(part.times) <= _FEW_BREAKS
         self.places = None if every or wanted is None else np.unique(wanted)
-        self.states = _states_at(part, rates, np.zeros(len(rates)) if repeats else state, self.places)
+        self.states = self._found(np.zeros(len(rates)) if repeats else state)
         self.settled = None
         if part.period is not None:
             self.settled = self.states[:, -1] / -np.expm1(-rates * part.period)
+
+    def _found(self, state: Real) -> Real:
+        """Return the states at the wanted breaks, shape (modes, places)."""
+        part, rates = self.part, self.rates
+        places = np.arange(len(part.times)) if self.places is None else self.places
+        if part.is_step or not len(rates):
+            return np.repeat(state[:, None], len(places), axis=1)
+        steps = part.lengths if part.step is None else part.step
+        states = np.empty((len(rates), len(places)))
+        for first in range(0, len(rates), _MODES_AT_ONCE):
+            some = slice(first, first + _MODES_AT_ONCE)
+            states[some] = states_at(
+                -rates[some], part.after[:-1], part.before[1:], steps, state[some], places
+            )
+        return states
 
     def at(self, index: Indices, periods: Indices) -> Real:
         """Return the states at breaks of a period, some periods after the first.
@@ -261,6 +220,42 @@ class BreakStates:
         begins = self.state[:, None] + (self.settled - self.state)[:, None] * came
         decayed: Real = states + begins * np.exp(-np.outer(self.rates, self.part.times[index]))
         return decayed
+
+    def sums(self, gains: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
+        """Compute sums of gain x over modes at times in known pieces, shape (outputs, n) [V]; `gains` (outputs, modes)."""
+        part, rates = self.part, self.rates
+        result = np.zeros((len(gains), len(index)))
+        now = part.after[index] + elapsed * part.slope_of(index)
+        for piece in chunks(len(index), len(rates)) if len(gains) else []:
+            decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
+            known = self.at(index[piece], periods[piece])
+            result[:, piece] = gains @ (decay * known + begin * part.after[index[piece]] + end * now[piece])
+        return result
+
+    def lags(self, gains: Real, time: Real) -> Real:
+        """Compute sums of gain (x - v) over modes, v being the drive, shape (outputs, n) [V]; `gains` (outputs, modes).
+
+        At a break they follow from the piece before it, where they are no small difference of x and v.
+        """
+        part, rates = self.part, self.rates
+        result = np.zeros((len(gains), len(time)))
+        if not result.size:
+            return result
+        index, elapsed = part.locate(time)
+        periods = part.count_periods(time)
+        back = (elapsed == 0) & ((index > 0) | (periods > 0))
+        last = max(len(part.times) - 2, 0) if part.period is not None else 0
+        before = np.where(back, np.where(index > 0, index - 1, last), index)
+        periods = periods - (back & (index == 0))
+        elapsed = np.where(back, part.length_of(before), elapsed)
+        reached = part.before[np.where(index > 0, index, -1)]
+        jump, slopes = np.where(back, part.after[index] - reached, 0.0), part.slope_of(before)
+        for piece in chunks(len(time), len(rates)):
+            fallen = np.expm1(-rates[:, None] * elapsed[piece])
+            since = self.at(before[piece], periods[piece]) - part.after[before[piece]]
+            lag = (1 + fallen) * since + slopes[piece] * fallen / rates[:, None] - jump[piece]
+            result[:, piece] = gains @ lag
+        return result
 
 
 def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:

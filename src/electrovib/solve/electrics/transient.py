@@ -1,19 +1,27 @@
-"""Response over time: exact for piecewise linear drives and sines at any output times, from rest or a given state."""
+"""Response over time of linear layers, exact for piecewise linear drives and sines at any output times.
+
+They are driven by a voltage or a current, from rest or in the periodic state, behind an amplifier without limits or without
+one. Gain and pole of an amplifier are a filter before the stack.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeVar
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Chirped, Part, Tones, circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
+from electrovib.solve.electrics.solution import CURRENT_DRIVE, PERIODIC, TRANSIENT, Solution
 from electrovib.solve.electrics.straight import fading, periodic_state, straight_response
 from electrovib.solve.recursion.blocks import PRODUCT
+from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated, settled_integral
-from electrovib.solve.stack.transfer import integral_weight, without_integrators
+from electrovib.solve.stack.transfer import INTEGRATING, Transfer, integral_weight, without_integrators
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -21,10 +29,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Indices, Real
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Transfer
+    from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.solution import Question
+    from electrovib.solve.stack.keys import Key
 
-
+SAME_RATE: Final = 1e-8
+"""Relative distance below which two rates count as equal, and are moved apart by twice as much."""
 K = TypeVar("K")
 _MANY: Final = 10_000
 """Number of times from which it saves work to find outputs that are multiples of others."""
@@ -51,26 +64,29 @@ def transient(
         relaxing = {name: without_integrators(transfer) for name, transfer in transfers.items()}
         rest = transient(relaxing, drive, time, settled=True)
         return {name: row + weights[name] * integral for name, row in rest.items()}
+    return under_parts(transfers, drive.parts(), time, settled=settled)
+
+
+def under_parts(
+    transfers: Mapping[K, Transfer], parts: Sequence[Part], time: Real, *, settled: bool = False
+) -> dict[K, Real]:
+    """Compute the response of linear quantities without integrators to a sum of parts, as `transient` does."""
     result: dict[K, Real] = {}
-    slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None
+    slopes: Any = sum(part.slope(time) for part in parts) if any(t.slope for t in transfers.values()) else 0.0
     for names, rates in _groups(transfers):
         group = [transfers[name] for name in names]
         lag = np.array([transfer.static is not None for transfer in group])
-        direct = np.array(
-            [transfer.direct if transfer.static is None else transfer.static for transfer in group]
-        )
-        gains = np.array([transfer.gains for transfer in group])
-        free = np.array([transfer.free for transfer in group])
+        direct = np.array([each.direct if each.static is None else each.static for each in group])
+        gains, free = (np.array(rows) for rows in ([t.gains for t in group], [t.free for t in group]))
         active = np.any(gains != 0, axis=0) & (rates > 0)
-        output = _Output(rates[active], gains[:, active], direct, lag)
-        modal = output.of(drive.parts(), time, settled=settled)
+        modal = _Output(rates[active], gains[:, active], direct, lag).of(parts, time, settled=settled)
         kept = free * (rates == 0) if settled else free  # only trapped charge remains in the periodic state
         if np.any(kept):
             modal = [row + left for row, left in zip(modal, fading(kept, rates, time), strict=True)]
         for name, transfer, row in zip(names, group, modal, strict=True):
             result[name] = row
-            if transfer.slope and slope is not None:
-                result[name] += transfer.slope * slope
+            if transfer.slope:
+                result[name] += transfer.slope * slopes
     return result
 
 
@@ -220,3 +236,162 @@ def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[R
             for row, left in zip(found, fading(then, output.rates, time[first:] - switched), strict=True):
                 row[first:] += left
     return found
+
+
+def answer_linear(question: Question) -> Solution:
+    """Compute the response of linear layers to a voltage, behind an amplifier without limits if there is one, or to a current."""
+    amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
+    transfers, settled = question.wanted(question.section), question.settled
+    if amplifier is not None:
+        return behind_gain_and_pole(transfers, drive, question.times, amplifier=amplifier, settled=settled)
+    method, how = PERIODIC if settled else TRANSIENT, "a voltage drive: real modes"
+    if drive.quantity == "current":
+        method, how = (
+            CURRENT_DRIVE,
+            "a current drive: modes of each layer, blocking layers integrate the current,",
+        )
+    return Solution(
+        found=transient(transfers, drive, question.times, settled=settled),
+        method=method,
+        reason=f"linear layers, fixed gap and {how} {how_it_begins(drive, settled=settled)}",
+    )
+
+
+def behind_gain_and_pole(
+    transfers: Mapping[Any, Transfer], drive: Drive, time: Real, *, amplifier: Amplifier, settled: bool
+) -> Solution:
+    """Compute the response behind an amplifier without limits of quantities that are linear in the plate's voltage.
+
+    `time` (n,) [s].
+    """
+    found = transient(amplified(transfers, amplifier), drive, time, settled=settled)
+    begin = how_it_begins(drive, settled=settled)
+    why = f"linear layers behind an amplifier without limits: its gain and pole are a filter before the stack, {begin}"
+    return Solution(found=found, method=PERIODIC if settled else TRANSIENT, reason=why)
+
+
+def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:
+    """Return the voltage of the drive, and under a prescribed current the current as well."""
+    scenario, times = question.scenario, question.times
+    drive = scenario.drive
+    if drive.quantity == "voltage":
+        return {"drive_voltage": drive.voltage(times)}
+    around = Surroundings.of(scenario)
+    charges = sum(layer.initial_charge for layer in scenario.stack.layers.values())
+    voltage = drive_voltage(
+        found["stack_voltage"],
+        drive,
+        times,
+        element=around.element,
+        second=around.second,
+        settled=question.settled,
+        charge=around.element.charge + around.area * charges,
+    )
+    return {"drive_current": drive.voltage(times), "drive_voltage": voltage}
+
+
+def refuse_gaps_of_a_law(scenario: Scenario, leak: str | None = None) -> None:
+    """Refuse a law with gaps of its own where the voltage over linear layers is not prescribed."""
+    law, current = type(scenario.force), scenario.drive.quantity == "current"
+    if getattr(law, "replaces", ()) and (current or leak):
+        why = f"their response to the leak of '{leak}' is not modelled"
+        if current:
+            why = "under a prescribed current they would change the voltage"
+        raise InputError(
+            f"force = {law.__name__}: its gaps are no layers of the stack, and {why}. Give the stack a layer 'gap' and"
+            " use force.model = MaxwellStressInGap"
+        )
+
+
+def refuse_current(scenario: Scenario) -> None:
+    """Refuse parts of a scenario that cannot be combined with a prescribed current."""
+    refuse_gaps_of_a_law(scenario)
+    refuse_behind_amplifier(scenario)
+
+
+def drive_voltage(
+    stack_voltage: Real,
+    drive: Drive,
+    time: Real,
+    *,
+    element: SeriesElement,
+    second: float,
+    settled: bool,
+    charge: float = 0.0,
+) -> Real:
+    """Compute the voltage that the amplifier has to supply for its current.
+
+    `stack_voltage` (n,) [V], `time` (n,) [s]; returns `voltage` (n,) [V].
+    """
+    rates, gains, free = np.zeros(0), np.zeros(0), np.zeros(0)
+    if element.elastance > 0:
+        rates = np.array([element.rate or INTEGRATING, element.rate])
+        gains = np.array([element.elastance / rates[0], 0.0])
+        free = np.array([0.0, element.elastance * charge])
+    around = {"voltage": Transfer(rates=rates, gains=gains, direct=element.resistance, slope=0.0, free=free)}
+    return stack_voltage * (1 + second) + transient(around, drive, time, settled=settled)["voltage"]
+
+
+def caveat() -> Diagnostic:
+    """Return the diagnostic that the contact area and stray currents of a prescribed current are not known."""
+    text = (
+        "the whole current of the drive is assumed to cross this contact area, so the force is proportional to 1/area; a"
+        " current through stray capacitance or beside the gap does not attract, and its share is not known here"
+    )
+    return Diagnostic("current drive", "unknown", text)
+
+
+def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> None:
+    """Refuse a drive or an initial state that cannot be combined with an amplifier before linear layers."""
+    if drive.quantity == "current":
+        raise InputError(
+            f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; omit the amplifier"
+        )
+    if settled and amplifier.is_limited:
+        raise InputError(
+            "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
+            " beforehand. Start AtRest and evaluate a late period, or omit its limits"
+        )
+
+
+def refuse_behind_amplifier(scenario: Scenario) -> None:
+    """Refuse parts of a scenario that cannot be combined with its amplifier before linear layers."""
+    if scenario.circuit.amplifier is not None:
+        refuse_amplified(scenario.drive, scenario.circuit.amplifier, settled=scenario.time.settled)
+
+
+def amplified(transfers: Mapping[Any, Transfer], amplifier: Amplifier) -> dict[Any, Transfer]:
+    """Return quantities per volt of the drive from those per volt of the plate, with those of the plate itself."""
+    plate = Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=1.0)
+    own = {"plate_voltage": plate, "amplifier_current": transfers["current"] + stray_current(amplifier)}
+    return {name: behind(transfer, amplifier) for name, transfer in (dict(transfers) | own).items()}
+
+
+def stray_current(amplifier: Amplifier) -> Transfer:
+    """Return the current into the stray capacitance per volt of the plate [A/V]."""
+    return Transfer(rates=np.zeros(0), gains=np.zeros(0), slope=amplifier.stray_capacitance, static=0.0)
+
+
+def moved_corner(amplifier: Amplifier, rates: Real) -> float | None:
+    """Return the angular corner frequency of an amplifier [rad/s], moved away from rates [1/s] that almost equal it."""
+    if amplifier.bandwidth is None:
+        return None
+    corner = 2 * np.pi * amplifier.bandwidth
+    return corner * (1 + 2 * SAME_RATE) if np.any(np.abs(rates - corner) < SAME_RATE * corner) else corner
+
+
+def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
+    """Multiply a linear quantity of the plate's voltage by gain and pole of an amplifier, by partial fractions."""
+    gain, corner = amplifier.gain, moved_corner(amplifier, transfer.rates)
+    if corner is None:
+        return replace(transfer * gain, free=transfer.free)
+    apart = corner - transfer.rates
+    direct = transfer.direct if transfer.static is None else transfer.static - float(np.sum(transfer.gains))
+    own = direct - transfer.slope * corner - float(np.sum(transfer.gains * transfer.rates / apart))
+    return Transfer(
+        rates=np.append(transfer.rates, corner),
+        gains=gain * np.append(transfer.gains * corner / apart, own),
+        direct=gain * transfer.slope * corner,
+        free=np.append(transfer.free, 0.0),
+        static=None if transfer.static is None else gain * transfer.static,
+    )
