@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.straight import BreakStates
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Numbers, Real
-    from electrovib.physics.drive.pieces import Linear
+    from electrovib.physics.drive.base import Drive
     from electrovib.solve.mechanics.filters import Filter
     from electrovib.solve.stack.transfer import Transfer
 
@@ -30,28 +31,26 @@ _DECAYED: Final = 80.0
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """Output times, each in the straight piece of a drive that contains it, at a break in the later one.
+    """Output times (n,) [s], each in the straight piece of a drive that contains it, at a break in the later one.
 
     `groups` are the pieces that contain output times: number of the piece, which output times, and these times since its
-    begin [s]; `count` is the number of output times.
+    begin [s].
     """
 
     part: Linear
+    times: Real
     groups: tuple[tuple[int, slice, Real], ...]
-    count: int
 
     @classmethod
-    def of(cls, part: Linear, times: Real) -> Pieces:
-        """Assign output times (n,) [s] to the pieces of a drive."""
+    def of(cls, drive: Drive, times: Real) -> Pieces:
+        """Assign output times to the pieces of a drive, which has one part."""
+        (part,) = drive.parts()
+        assert isinstance(part, Linear)
         part = part.until(float(times[-1]))
         index, elapsed = part.locate(times)
         edges = np.searchsorted(index, np.arange(len(part.times) + 1)).tolist()
-        groups = tuple(
-            (piece, slice(first, last), elapsed[first:last])
-            for piece, (first, last) in enumerate(pairwise(edges))
-            if last > first
-        )
-        return cls(part, groups, len(times))
+        places = [(piece, slice(*ends)) for piece, ends in enumerate(pairwise(edges)) if ends[0] < ends[1]]
+        return cls(part, times, tuple((piece, some, elapsed[some]) for piece, some in places))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +94,7 @@ class ExponentialSum:
     def values(self) -> Real:
         """Return the signal at the output times, shape (n,), in its unit."""
         pieces, rows = self.decays.pieces, self.terms.shape[-2]
-        found = np.zeros(pieces.count)
+        found = np.zeros(len(pieces.times))
         for (piece, where, since), decay in zip(pieces.groups, self.decays.inside, strict=True):
             row = found[where]
             for terms in self.terms[::-1, piece]:
