@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.electrics.straight import BreakStates
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Numbers, Real
@@ -161,15 +160,18 @@ def linear_sums(transfers: list[Transfer], decays: Decays) -> list[ExponentialSu
     """
     part, rates, active = decays.pieces.part, decays.rates[1:], _active(transfers)
     slopes = part.slopes()
-    lags = BreakStates(part, rates, np.zeros(len(rates))).lags(np.eye(len(rates)), part.times)
-    deviations = lags.T + slopes[:, None] / rates
+    bends = np.diff(slopes, prepend=0.0)[:, None] / rates - part.jumps[:, None]
+    falls = np.exp(np.outer(np.append(0.0, part.lengths), -rates))
+    deviations = [np.zeros(len(rates))]  # of x - v + v'/r, few pieces by a plain loop
+    for fall, bend in zip(falls, bends, strict=True):
+        deviations.append(deviations[-1] * fall + bend)
     found = []
     for each in transfers:
         gains, level = each.gains[active], each.at_rest()
         terms = np.zeros((2, len(slopes), 1, 1 + len(rates)))
         terms[0, :, 0, 0] = level * part.after + (each.slope - np.sum(gains / rates)) * slopes
         terms[1, :, 0, 0] = level * slopes
-        terms[0, :, 0, 1:] = gains * deviations
+        terms[0, :, 0, 1:] = gains * deviations[1:]
         found.append(ExponentialSum(decays, terms))
     return found
 
