@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -165,14 +164,14 @@ def _at(nodes: Real, rates: Real, residues: Real) -> Real:
 def leak_alone(section: ModalSection, layers: dict[str, Layer], name: str, *, area: float) -> ModalSection:
     """Expand the response of a stack under current drive to a leak in parallel with one of its layers in modes."""
     modes, rates = section.modes, section.modes.rates
-    nothing = Transfer(rates=rates, gains=np.zeros(len(rates)))
     fields, displacements = (
         tuple(
-            Transfer(rates=rates, gains=-area * each.gains) if other == name else nothing
+            Transfer(rates=rates, gains=each.gains * (-area if other == name else 0.0))
             for other, each in zip(layers, transfers, strict=True)
         )
         for transfers in (modes.fields, modes.displacements)
     )
+    nothing = Transfer(rates=rates, gains=np.zeros(len(rates)))
     answer = StackModes(rates, fields, displacements, nothing, modes.driven, np.zeros(len(layers) + 1))
     return section_of(layers, section.debye, answer)
 
@@ -197,7 +196,7 @@ def leaky_response(
     march = functools.partial(follow, *field, drive, leak=leak)
     grid, fine, coarse, error = halved(grid, march, LeakMarch.distance, tolerance=TOLERANCE)
     found = transient(driven, drive, time)
-    finer, coarser = (under_parts(leaking, [march.flow()], time) for march in (fine, coarse))
+    finer, coarser = (under_parts(leaking, [march.flow], time) for march in (fine, coarse))
     for name in leaking:
         found[name] = found[name] + finer[name] + (finer[name] - coarser[name]) / 3
     why = (
@@ -208,24 +207,16 @@ def leaky_response(
     return Solution(found=found, method=LEAK, reason=why, errors={"step_error": error}, steps=len(grid) - 1)
 
 
-@dataclass(frozen=True, kw_only=True)
-class LeakMarch:
-    """Field and current density of the leaking layer at the ends of all steps, before and after drive discontinuities."""
+class LeakMarch(NamedTuple):
+    """Field [V/m] and current density [A/m2] of the leaking layer, straight within each step."""
 
-    grid: Real
-    before: Real
-    after: Real
-    flow_before: Real
-    flow_after: Real
-
-    def flow(self) -> Linear:
-        """Return the leak's current density, linear in time within each step."""
-        return Linear(self.grid, self.flow_before, self.flow_after)
+    field: Linear
+    flow: Linear
 
     def distance(self, coarser: LeakMarch) -> float:
         """Return the error of this integration from one with steps twice as long: a third of the difference."""
-        moved = np.abs([self.before[::2] - coarser.before, self.after[::2] - coarser.after])
-        return float(np.max(moved)) / 3 / (float(np.max(np.abs([self.before, self.after]))) or 1.0)
+        fine, coarse = (np.array([each.field.before, each.field.after]) for each in (self, coarser))
+        return float(np.max(np.abs(fine[:, ::2] - coarse))) / 3 / (float(np.max(np.abs(fine))) or 1.0)
 
 
 def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, leak: Conduction) -> LeakMarch:
@@ -237,10 +228,10 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
     jumps = driven.direct * jump_heights(drive, grid)
     active = leaking.gains != 0
     rates, gains = leaking.rates[active], leaking.gains[active]
-    before, after, flow_before, flow_after = np.zeros((4, len(grid)))
-    after[0] = free[0]
-    flow_after[0] = leak.current_density(free[0])
-    state, density, field, trend = np.zeros(len(rates)), float(flow_after[0]), float(after[0]), 0.0
+    before, after = np.zeros((2, len(grid), 2))  # field and current density at the end of each step
+    field, trend, state = float(free[0]), 0.0, np.zeros(len(rates))
+    density = float(leak.current_density(field))
+    after[0] = field, density
     repeats = drive.period or math.inf
     meter = Meter("the leaking layer", end=float(grid[-1]), repeats=repeats, held=HELD * len(grid))
     for begin in range(0, len(grid) - 1, _CHUNK):
@@ -256,12 +247,12 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
             field = field_under_leak(leak, known=known, weight=weight, guess=last + trend * size)
             trend, density = (field - last) / size, float(leak.current_density(field))
             state = state + lasts[index] * density
-            before[now], flow_before[now] = field, density
+            before[now] = field, density
             if jumps[now]:
                 field = field + float(jumps[now])
                 density = float(leak.current_density(field))
-            after[now], flow_after[now] = field, density
-    return LeakMarch(grid=grid, before=before, after=after, flow_before=flow_before, flow_after=flow_after)
+            after[now] = field, density
+    return LeakMarch(*(Linear(grid, *each) for each in zip(before.T, after.T, strict=True)))
 
 
 def field_under_leak(leak: Conduction, *, known: float, weight: float, guess: float | None = None) -> float:
