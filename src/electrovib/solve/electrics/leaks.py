@@ -21,11 +21,11 @@ from electrovib.physics.stack import pieces
 from electrovib.solve.electrics.solution import LEAK, Solution
 from electrovib.solve.electrics.steps import halved, jump_heights, step_grid
 from electrovib.solve.electrics.transient import (
+    Response,
     amplified,
     refuse_behind_amplifier,
     refuse_gaps_of_a_law,
     transient,
-    under_parts,
 )
 from electrovib.solve.meter import Meter
 from electrovib.solve.recursion import hold_weights
@@ -196,7 +196,7 @@ def leaky_response(
     march = functools.partial(follow, *field, drive, leak=leak)
     grid, fine, coarse, error = halved(grid, march, LeakMarch.distance, tolerance=TOLERANCE)
     found = transient(driven, drive, time)
-    finer, coarser = (under_parts(leaking, [march.flow], time) for march in (fine, coarse))
+    finer, coarser = (Response(leaking, [march.flow]).at(time) for march in (fine, coarse))
     for name in leaking:
         found[name] = found[name] + finer[name] + (finer[name] - coarser[name]) / 3
     why = (

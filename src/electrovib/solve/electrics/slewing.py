@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.electrics.straight import BreakStates, chunks
-from electrovib.solve.electrics.transient import SAME_RATE, behind, moved_corner, part_lag, stray_current
+from electrovib.solve.electrics.straight import chunks
+from electrovib.solve.electrics.transient import SAME_RATE, Response, amplified, moved_corner
 from electrovib.solve.stack.secular import secular_roots
+from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Transfer
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,52 +220,26 @@ class Unlimited:
     """
 
     def __init__(self, drive: Drive, amplifier: Amplifier, rates: Real, current: Transfer) -> None:
-        self.drive, self.rates, self.corner = drive, rates, moved_corner(amplifier, rates)
+        self.parts, self.corner = drive.parts(), moved_corner(amplifier, rates)
         if self.corner is not None:
             amplifier = amplifier.model_copy(update={"bandwidth": self.corner / (2 * np.pi)})
         self.amplifier = amplifier
-        self.current_per_volt = supplied = behind(current + stray_current(amplifier), amplifier)
-        self.modes = _Lags(drive, rates if self.corner is None else np.append(rates, self.corner))
-        driven = (supplied.gains != 0) & (supplied.rates > 0)
-        self.flows, self.weights = _Lags(drive, supplied.rates[driven]), supplied.gains[None, driven]
+        supplied = amplified({"current": current}, amplifier)
+        modes = [Transfer(rates=rates, gains=row, static=1.0) for row in np.eye(len(rates))]
+        behind_it = amplified(dict(enumerate(modes)) | {"current": current}, amplifier)
+        self._states = Response({each: behind_it[each] for each in range(len(rates))}, self.parts)
+        self._supplied = Response({"current": supplied["amplifier_current"]}, self.parts)
+        self._plate = Response({"voltage": supplied["plate_voltage"]}, self.parts)
 
     def current(self, time: Real) -> Real:
-        """Compute the current of the amplifier [A] at some times [s]."""
-        per_volt = self.current_per_volt
-        found = per_volt.at_rest() * self.drive.voltage(time) + self.flows.of(self.weights, time)[0]
-        if per_volt.slope:
-            found = found + per_volt.slope * self.drive.slope(time)
-        left = per_volt.free != 0
-        if np.any(left):
-            found = found + per_volt.free[left] @ np.exp(-np.outer(per_volt.rates[left], time))
-        return np.asarray(found)
+        """Compute the current of the amplifier [A] at increasing times [s]."""
+        return self._supplied.at(time)["current"]
 
     def state(self, time: float) -> tuple[float, Real]:
         """Return the voltage of the plate just before a time [V], and the states of the modes (modes,) [V]."""
-        at, gain = np.array([time]), self.amplifier.gain
-        lags = self.modes.of(np.eye(len(self.modes.rates)), at)[:, 0]
-        now = float(self.drive.voltage(at)[0])
-        if self.corner is None:
-            before = sum(float(part.value_before(at)[0]) for part in self.drive.parts()) if time > 0 else 0.0
-            return gain * before, gain * (now + lags)
-        lags, own = lags[:-1], float(lags[-1])
-        lags = (self.corner * lags - self.rates * own) / (self.corner - self.rates)
-        return gain * (now + own), gain * (now + lags)
-
-
-class _Lags:
-    """Lag x - u of modes x' = rate (u - x) behind a drive u, from rest; rates (modes,) [1/s], > 0."""
-
-    def __init__(self, drive: Drive, rates: Real) -> None:
-        self.rates = rates
-        self.smooth = [part for part in drive.parts() if not isinstance(part, Linear)]
-        pieces = [part for part in drive.parts() if isinstance(part, Linear)]
-        self.straight = [BreakStates(each, rates, np.zeros(len(rates))) for each in pieces]
-
-    def of(self, gains: Real, time: Real) -> Real:
-        """Compute the sums of gain (x - u) over modes [V]: `gains` (outputs, modes), `time` (n,) [s]."""
-        found = np.zeros((len(gains), len(time)))
-        if len(self.rates):
-            found += sum(part_lag(part, self.rates, gains, time) for part in self.smooth)
-            found += sum(states.lags(gains, time) for states in self.straight)
-        return found
+        at = np.array([time])
+        states = np.array([row[0] for row in self._states.at(at).values()])
+        if self.corner is not None:
+            return float(self._plate.at(at)["voltage"][0]), states
+        before = sum(float(part.value_before(at)[0]) for part in self.parts) if time > 0 else 0.0
+        return self.amplifier.gain * before, states

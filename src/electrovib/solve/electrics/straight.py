@@ -52,15 +52,17 @@ def straight_response(
     rates: Real,
     gains: Real,
     time: Real,
-    state: Real,
+    state: Real | None,
     *,
     direct: Real | None = None,
     lag: NDArray[np.bool_] | None = None,
+    known: dict[int, BreakStates] | None = None,
 ) -> list[Real]:
     """Compute the response of modes to straight pieces at any times, each output in an array of its own.
 
-    `rates` (modes,), `gains` (outputs, modes), `time` (n,) [s], `state` (modes,) [V], `direct` (outputs,),
-    `lag` (outputs,); returns one `response` (n,) [V] for each output.
+    `rates` (modes,), `gains` (outputs, modes), `time` (n,) [s], `state` (modes,) [V] at time 0 or None for the periodic state,
+    `direct` (outputs,), `lag` (outputs,); returns one `response` (n,) [V] for each output. States at the breaks are taken
+    from `known`, and stored there.
 
     At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
     """
@@ -68,7 +70,8 @@ def straight_response(
     lag = np.zeros(len(gains), bool) if lag is None else lag
     marched = _marched(part, time)
     if marched is not None:
-        output, _ = march(-rates, gains, direct, *marched, state, lag=lag)
+        begin = periodic_state(part, rates) if state is None else state
+        output, _ = march(-rates, gains, direct, *marched, begin, lag=lag)
         jump = float(part.value(time[-1:])[0] - marched[1][-1])
         if jump:  # at a discontinuity the value after it, at the last time as well
             for row, more in zip(
@@ -78,7 +81,7 @@ def straight_response(
         return list(output)
     index, elapsed = part.locate(time)
     periods = part.count_periods(time)
-    states = BreakStates(part, rates, state, np.unique(np.concatenate([index, np.maximum(index - 1, 0)])))
+    states = _at_breaks(part, rates, state, index, {} if known is None else known)
 
     def at(time: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
         found = np.outer(direct, part.after[index] + elapsed * part.slope_of(index))
@@ -105,6 +108,19 @@ def straight_response(
         ):
             row[first:last] = each
     return result
+
+
+def _at_breaks(
+    part: Linear, rates: Real, state: Real | None, index: Indices, known: dict[int, BreakStates]
+) -> BreakStates:
+    """Return the states at the breaks around some pieces; those at all breaks of a part are kept."""
+    if id(part) in known:
+        return known[id(part)]
+    wanted = np.unique(np.concatenate([index, np.maximum(index - 1, 0)]))
+    states = BreakStates(part, rates, state, wanted)
+    if states.places is None:
+        known[id(part)] = states
+    return states
 
 
 def chunks(samples: int, modes: int) -> list[slice]:
@@ -159,9 +175,7 @@ def periodic_state(part: Linear, rates: Real) -> Real:
 
     x0 = (state after one period from rest)/(1 - exp(-rate period)).
     """
-    settled = BreakStates(part, rates, np.zeros(len(rates))).settled
-    assert settled is not None
-    return settled
+    return BreakStates(part, rates, None).state
 
 
 class BreakStates:
@@ -173,21 +187,23 @@ class BreakStates:
         The pieces.
     rates : ndarray, shape (modes,)
         Rates of the modes [1/s], > 0.
-    state : ndarray, shape (modes,)
-        States at time 0 [V].
+    state : ndarray, shape (modes,), or None
+        States at time 0 [V]; None for the periodic state.
     wanted : ndarray of int, optional
         Breaks at which the states will be asked for; by default all.
     """
 
-    def __init__(self, part: Linear, rates: Real, state: Real, wanted: Indices | None = None) -> None:
-        self.part, self.rates, self.state = part, rates, state
+    def __init__(self, part: Linear, rates: Real, state: Real | None, wanted: Indices | None = None) -> None:
+        self.part, self.rates, rest = part, rates, np.zeros(len(rates))
+        self.state = rest if state is None else state
         repeats = part.period is not None
         every = repeats or len(part.times) <= _FEW_BREAKS
         self.places = None if every or wanted is None else np.unique(wanted)
-        self.states = self._found(np.zeros(len(rates)) if repeats else state)
+        self.states = self._found(rest if repeats else self.state)
         self.settled = None
         if part.period is not None:
             self.settled = self.states[:, -1] / -np.expm1(-rates * part.period)
+            self.state = self.settled if state is None else state
 
     def _found(self, state: Real) -> Real:
         """Return the states at the wanted breaks, shape (modes, places)."""

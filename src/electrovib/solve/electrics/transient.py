@@ -6,7 +6,7 @@ one. Gain and pole of an amplifier are a filter before the stack.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
@@ -17,7 +17,7 @@ from electrovib.physics.drive.parts import Chirped, Part, Tones, circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
 from electrovib.solve.electrics.solution import CURRENT_DRIVE, PERIODIC, TRANSIENT, Solution
-from electrovib.solve.electrics.straight import fading, periodic_state, straight_response
+from electrovib.solve.electrics.straight import BreakStates, fading, straight_response
 from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated, settled_integral
@@ -64,30 +64,44 @@ def transient(
         relaxing = {name: without_integrators(transfer) for name, transfer in transfers.items()}
         rest = transient(relaxing, drive, time, settled=True)
         return {name: row + weights[name] * integral for name, row in rest.items()}
-    return under_parts(transfers, drive.parts(), time, settled=settled)
+    return Response(transfers, drive.parts(), settled=settled).at(time)
 
 
-def under_parts(
-    transfers: Mapping[K, Transfer], parts: Sequence[Part], time: Real, *, settled: bool = False
-) -> dict[K, Real]:
-    """Compute the response of linear quantities without integrators to a sum of parts, as `transient` does."""
-    result: dict[K, Real] = {}
-    slopes: Any = sum(part.slope(time) for part in parts) if any(t.slope for t in transfers.values()) else 0.0
-    for names, rates in _groups(transfers):
-        group = [transfers[name] for name in names]
-        lag = np.array([transfer.static is not None for transfer in group])
-        direct = np.array([each.direct if each.static is None else each.static for each in group])
-        gains, free = (np.array(rows) for rows in ([t.gains for t in group], [t.free for t in group]))
-        active = np.any(gains != 0, axis=0) & (rates > 0)
-        modal = _Output(rates[active], gains[:, active], direct, lag).of(parts, time, settled=settled)
-        kept = free * (rates == 0) if settled else free  # only trapped charge remains in the periodic state
-        if np.any(kept):
-            modal = [row + left for row, left in zip(modal, fading(kept, rates, time), strict=True)]
-        for name, transfer, row in zip(names, group, modal, strict=True):
-            result[name] = row
-            if transfer.slope:
-                result[name] += transfer.slope * slopes
-    return result
+class Response:
+    """Response of linear quantities to a sum of parts, without integrators in the periodic state.
+
+    The states of all modes at the breaks of straight pieces are computed once, for evaluation at any times.
+    """
+
+    def __init__(
+        self, transfers: Mapping[Any, Transfer], parts: Sequence[Part], *, settled: bool = False
+    ) -> None:
+        self.parts, self.settled, self.groups = parts, settled, _groups(transfers)
+        self.slopes = {name: each.slope for name, each in transfers.items() if each.slope}
+        self.free: list[Real] = []
+        self.driven: list[_Output] = []
+        for names, rates in self.groups:
+            group = [transfers[name] for name in names]
+            lag = np.array([each.static is not None for each in group])
+            direct = np.array([each.direct if each.static is None else each.static for each in group])
+            gains, free = np.array([each.gains for each in group]), np.array([each.free for each in group])
+            active = np.any(gains != 0, axis=0) & (rates > 0)
+            self.driven.append(_Output(rates[active], gains[:, active], direct, lag))
+            self.free.append(free * (rates == 0) if settled else free)  # settled: only trapped charge remains
+
+    def at(self, time: Real) -> dict[Any, Real]:
+        """Compute the response at increasing times (n,) [s]."""
+        result: dict[Any, Real] = {}
+        for (names, rates), output, free in zip(self.groups, self.driven, self.free, strict=True):
+            rows = output.of(self.parts, time, settled=self.settled)
+            if np.any(free):
+                rows = [row + left for row, left in zip(rows, fading(free, rates, time), strict=True)]
+            result |= zip(names, rows, strict=True)
+        if self.slopes:
+            now = np.sum([part.slope(time) for part in self.parts], axis=0)
+            for name, slope in self.slopes.items():
+                result[name] += slope * now
+        return result
 
 
 def how_it_begins(drive: Drive, *, settled: bool) -> str:
@@ -124,12 +138,15 @@ class _Output:
         Weight of the drive v itself in each quantity.
     lag : ndarray of bool, shape (outputs,)
         Which quantities take the lags.
+    known : dict
+        States of the modes at the breaks of parts of straight pieces.
     """
 
     rates: Real
     gains: Real
     direct: Real
     lag: NDArray[np.bool_]
+    known: dict[int, BreakStates] = field(default_factory=dict)
 
     def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
         """Return the response to the sum of some parts of a drive [V], each output in an array of its own."""
@@ -137,7 +154,7 @@ class _Output:
             return self._sum(parts, time, settled=settled)
         first, share = self._multiples()
         own, place = np.unique(first, return_inverse=True)
-        alone = _Output(self.rates, self.gains[own], self.direct[own], self.lag[own])
+        alone = _Output(self.rates, self.gains[own], self.direct[own], self.lag[own], self.known)
         found = alone._sum(parts, time, settled=settled)
         return [
             found[among] if here == place_of else found[among] * factor
@@ -184,9 +201,16 @@ class _Output:
                 reached = self.direct + np.where(self.lag, 0.0, self.gains.sum(axis=1))
                 return list(np.outer(reached, part.value(time)))
             case Linear():
-                start = periodic_state(part, self.rates) if settled else np.zeros(len(self.rates))
+                start = None if settled else np.zeros(len(self.rates))
                 return straight_response(
-                    part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag
+                    part,
+                    self.rates,
+                    self.gains,
+                    time,
+                    start,
+                    direct=self.direct,
+                    lag=self.lag,
+                    known=self.known,
                 )
         now, chirp = part.value(time), part if isinstance(part, Chirped) else None
         found = np.outer(self.direct, now)
@@ -198,12 +222,6 @@ class _Output:
             else:
                 found[some] += chirp_response(chirp, self.rates, self.gains[some], time, lag=lag)
         return list(found)
-
-
-def part_lag(part: Part, rates: Real, gains: Real, time: Real) -> Real:
-    """Compute the response from rest of modes to a part of a drive, less that part, shape (outputs, n) [V]."""
-    lag = np.ones(len(gains), bool)
-    return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=False))
 
 
 def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[Real]:
@@ -363,11 +381,11 @@ def refuse_behind_amplifier(scenario: Scenario) -> None:
 def amplified(transfers: Mapping[Any, Transfer], amplifier: Amplifier) -> dict[Any, Transfer]:
     """Return quantities per volt of the drive from those per volt of the plate, with those of the plate itself."""
     plate = Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=1.0)
-    own = {"plate_voltage": plate, "amplifier_current": transfers["current"] + stray_current(amplifier)}
-    return {name: behind(transfer, amplifier) for name, transfer in (dict(transfers) | own).items()}
+    own = {"plate_voltage": plate, "amplifier_current": transfers["current"] + _stray(amplifier)}
+    return {name: _behind(transfer, amplifier) for name, transfer in (dict(transfers) | own).items()}
 
 
-def stray_current(amplifier: Amplifier) -> Transfer:
+def _stray(amplifier: Amplifier) -> Transfer:
     """Return the current into the stray capacitance per volt of the plate [A/V]."""
     return Transfer(rates=np.zeros(0), gains=np.zeros(0), slope=amplifier.stray_capacitance, static=0.0)
 
@@ -380,7 +398,7 @@ def moved_corner(amplifier: Amplifier, rates: Real) -> float | None:
     return corner * (1 + 2 * SAME_RATE) if np.any(np.abs(rates - corner) < SAME_RATE * corner) else corner
 
 
-def behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
+def _behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
     """Multiply a linear quantity of the plate's voltage by gain and pole of an amplifier, by partial fractions."""
     gain, corner = amplifier.gain, moved_corner(amplifier, transfer.rates)
     if corner is None:
