@@ -113,7 +113,9 @@ def test_a_jump_keeps_the_order():
         grid = np.linspace(0, 30e-3, count + 1)
         found = follow(driven, leaking, drive, grid, leak=leak)
         errors.append(np.max(np.abs(found.field.after - transient({"E": exact}, drive, grid)["E"])))
-        assert np.max(np.abs(found.field.after - found.field.before)[1:]) > 0.1 * np.max(np.abs(found.field.after))
+        assert np.max(np.abs(found.field.after - found.field.before)[1:]) > 0.1 * np.max(
+            np.abs(found.field.after)
+        )
     assert orders(errors) == pytest.approx(2, abs=0.1)
 
 

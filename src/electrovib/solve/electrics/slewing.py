@@ -7,6 +7,7 @@ of poles. It is a sum of exponentials and their integrals, and so is every respo
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -147,11 +148,9 @@ class Network:
         """Return the current that initial charge drives [A] at times since time 0 [s]."""
         return np.asarray(self.free @ np.exp(-np.outer(self.free_rates, time)))
 
-    def slewed(
-        self, *, current: float, voltage: float, states: Real, time: float, modes: SlewingModes
-    ) -> Course:
+    def slewed(self, *, current: float, voltage: float, states: Real, time: float) -> Course:
         """Compute the plate's voltage under a constant current, from states (n,) [V] of the branches at a time [s]."""
-        loads = self.conductances / self.rates
+        modes, loads = self.modes, self.conductances / self.rates
         charge = modes.shapes @ (loads * states) + self.capacitance * voltage
         levels, slopes, rates = charge / modes.sizes, current / modes.sizes, modes.rates
         # what initial charge still drives
@@ -165,6 +164,7 @@ class Network:
             np.append(rates, fading), np.append(levels, taken), np.append(slopes, np.zeros(len(fading)))
         )
 
+    @functools.cached_property
     def modes(self) -> SlewingModes:
         """Compute the modes of the plate under a given current.
 

@@ -8,6 +8,7 @@ about the time t, so that between t and 2 t they represent it to rounding, howev
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -47,80 +48,81 @@ _FORGOTTEN: Final = 745.0
 """Time constants after which an exponential underflows to 0."""
 
 
-def straight_response(
-    part: Linear,
-    rates: Real,
-    gains: Real,
-    time: Real,
-    state: Real | None,
-    *,
-    direct: Real | None = None,
-    lag: NDArray[np.bool_] | None = None,
-    known: dict[int, BreakStates] | None = None,
-) -> list[Real]:
-    """Compute the response of modes to straight pieces at any times, each output in an array of its own.
+@dataclass(frozen=True, eq=False)
+class SharedModes:
+    """Outputs of modes x' = rate (v - x) under a drive v: direct v + sum gain x, or gain (x - v) in outputs with a lag.
 
-    `rates` (modes,), `gains` (outputs, modes), `time` (n,) [s], `state` (modes,) [V] at time 0 or None for the periodic state,
-    `direct` (outputs,), `lag` (outputs,); returns one `response` (n,) [V] for each output. States at the breaks are taken
-    from `known`, and stored there.
-
-    At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
+    `rates` (modes,) > 0 [1/s], `gains` (outputs, modes), `direct`, `lag` (outputs,); `known` holds the states at the breaks of
+    parts of straight pieces.
     """
-    direct = np.zeros(len(gains)) if direct is None else direct
-    lag = np.zeros(len(gains), bool) if lag is None else lag
-    marched = _marched(part, time)
-    if marched is not None:
-        begin = periodic_state(part, rates) if state is None else state
-        output, _ = march(-rates, gains, direct, *marched, begin, lag=lag)
+
+    rates: Real
+    gains: Real
+    direct: Real
+    lag: NDArray[np.bool_]
+    known: dict[int, BreakStates] = field(default_factory=dict)
+
+    def straight(self, part: Linear, time: Real, state: Real | None) -> list[Real]:
+        """Compute the response to straight pieces at any times, each output in an array of its own.
+
+        `time` (n,) [s], `state` (modes,) [V] at time 0, or None for the periodic state; returns one `response` (n,) [V] for
+        each output. At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
+        """
+        marched = _marched(part, time)
+        if marched is not None:
+            return self._recursion(part, time, marched, state)
+        index, elapsed = part.locate(time)
+        periods = part.count_periods(time)
+        states = self._at_breaks(part, state, index)
+        begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
+        if len(time) < _LONG * len(begins):
+            return list(self._in_pieces(states, time, index, elapsed, periods))
+        result = [np.empty(len(time)) for _ in self.gains]
+        for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
+            where, period = index[first], periods[first]
+            start = float(part.times[where] + period * (part.period or 0.0))
+
+            def evaluate(
+                since: Real, where: Indices = where, period: Indices = period, start: float = start
+            ) -> Real:
+                same = np.zeros(len(since), np.intp)
+                return self._in_pieces(states, start + since, same + where, since, same + period)
+
+            found = graded(evaluate, elapsed[first:last], float(np.max(self.rates)))
+            for row, each in zip(result, found, strict=True):
+                row[first:last] = each
+        return result
+
+    def _recursion(
+        self, part: Linear, time: Real, marched: tuple[Real, Real, Real | float], state: Real | None
+    ) -> list[Real]:
+        """Return the outputs at the ends of pieces, at a discontinuity the value after it, at the last time as well."""
+        begin = periodic_state(part, self.rates) if state is None else state
+        output, _ = march(-self.rates, self.gains, self.direct, *marched, begin, lag=self.lag)
         jump = float(part.value(time[-1:])[0] - marched[1][-1])
-        if jump:  # at a discontinuity the value after it, at the last time as well
-            for row, more in zip(
-                output, (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump, strict=True
-            ):
-                row[-1] += more
+        if jump:
+            output[:, -1] += (self.direct - np.where(self.lag, self.gains.sum(axis=1), 0.0)) * jump
         return list(output)
-    index, elapsed = part.locate(time)
-    periods = part.count_periods(time)
-    states = _at_breaks(part, rates, state, index, {} if known is None else known)
 
-    def at(time: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
-        found = np.outer(direct, part.after[index] + elapsed * part.slope_of(index))
-        found[lag] += states.lags(gains[lag], time)
-        found[~lag] += states.sums(gains[~lag], index, elapsed, periods)
+    def _at_breaks(self, part: Linear, state: Real | None, index: Indices) -> BreakStates:
+        """Return the states at the breaks around some pieces; those at all breaks of a part are kept."""
+        if id(part) in self.known:
+            return self.known[id(part)]
+        wanted = np.unique(np.concatenate([index, np.maximum(index - 1, 0)]))
+        states = BreakStates(part, self.rates, state, wanted)
+        if states.places is None:
+            self.known[id(part)] = states
+        return states
+
+    def _in_pieces(
+        self, states: BreakStates, time: Real, index: Indices, elapsed: Real, periods: Indices
+    ) -> Real:
+        """Return the outputs at times in known pieces, shape (outputs, n) [V]."""
+        now = states.part.after[index] + elapsed * states.part.slope_of(index)
+        found = np.outer(self.direct, now)
+        found[self.lag] += states.lags(self.gains[self.lag], time)
+        found[~self.lag] += states.sums(self.gains[~self.lag], index, elapsed, periods)
         return found
-
-    begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
-    if len(time) < _LONG * len(begins):
-        return list(at(time, index, elapsed, periods))
-    result = [np.empty(len(time)) for _ in gains]
-    for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
-        where, period = index[first], periods[first]
-        start = float(part.times[where] + period * (part.period or 0.0))
-
-        def evaluate(
-            since: Real, where: Indices = where, period: Indices = period, start: float = start
-        ) -> Real:
-            same = np.zeros(len(since), np.intp)
-            return at(start + since, same + where, since, same + period)
-
-        for row, each in zip(
-            result, graded(evaluate, elapsed[first:last], float(np.max(rates))), strict=True
-        ):
-            row[first:last] = each
-    return result
-
-
-def _at_breaks(
-    part: Linear, rates: Real, state: Real | None, index: Indices, known: dict[int, BreakStates]
-) -> BreakStates:
-    """Return the states at the breaks around some pieces; those at all breaks of a part are kept."""
-    if id(part) in known:
-        return known[id(part)]
-    wanted = np.unique(np.concatenate([index, np.maximum(index - 1, 0)]))
-    states = BreakStates(part, rates, state, wanted)
-    if states.places is None:
-        known[id(part)] = states
-    return states
 
 
 def chunks(samples: int, modes: int) -> list[slice]:

@@ -6,7 +6,7 @@ one. Gain and pole of an amplifier are a filter before the stack.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
@@ -17,7 +17,7 @@ from electrovib.physics.drive.parts import Chirped, Part, Tones, circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
 from electrovib.solve.electrics.solution import CURRENT_DRIVE, PERIODIC, TRANSIENT, Solution
-from electrovib.solve.electrics.straight import BreakStates, fading, straight_response
+from electrovib.solve.electrics.straight import SharedModes, fading
 from electrovib.solve.recursion.blocks import PRODUCT
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated, settled_integral
@@ -26,9 +26,7 @@ from electrovib.solve.stack.transfer import INTEGRATING, Transfer, integral_weig
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from numpy.typing import NDArray
-
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
     from electrovib.physics.amplifier import Amplifier
     from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.drive.base import Drive
@@ -76,32 +74,59 @@ class Response:
     def __init__(
         self, transfers: Mapping[Any, Transfer], parts: Sequence[Part], *, settled: bool = False
     ) -> None:
-        self.parts, self.settled, self.groups = parts, settled, _groups(transfers)
+        self.parts, self.settled = parts, settled
         self.slopes = {name: each.slope for name, each in transfers.items() if each.slope}
-        self.free: list[Real] = []
-        self.driven: list[_Output] = []
-        for names, rates in self.groups:
+        self.groups: list[tuple[list[Any], Real, Real, SharedModes]] = []
+        for names, rates in _groups(transfers):
             group = [transfers[name] for name in names]
             lag = np.array([each.static is not None for each in group])
             direct = np.array([each.direct if each.static is None else each.static for each in group])
             gains, free = np.array([each.gains for each in group]), np.array([each.free for each in group])
             active = np.any(gains != 0, axis=0) & (rates > 0)
-            self.driven.append(_Output(rates[active], gains[:, active], direct, lag))
-            self.free.append(free * (rates == 0) if settled else free)  # settled: only trapped charge remains
+            left = free * (rates == 0) if settled else free  # settled: only trapped charge remains
+            self.groups.append(
+                (names, rates, left, SharedModes(rates[active], gains[:, active], direct, lag))
+            )
 
     def at(self, time: Real) -> dict[Any, Real]:
         """Compute the response at increasing times (n,) [s]."""
         result: dict[Any, Real] = {}
-        for (names, rates), output, free in zip(self.groups, self.driven, self.free, strict=True):
-            rows = output.of(self.parts, time, settled=self.settled)
-            if np.any(free):
-                rows = [row + left for row, left in zip(rows, fading(free, rates, time), strict=True)]
+        for names, rates, left, modes in self.groups:
+            rows = self._driven(modes, time) if len(time) < _MANY else self._driven_once(modes, time)
+            if np.any(left):
+                rows = [row + more for row, more in zip(rows, fading(left, rates, time), strict=True)]
             result |= zip(names, rows, strict=True)
         if self.slopes:
             now = np.sum([part.slope(time) for part in self.parts], axis=0)
             for name, slope in self.slopes.items():
                 result[name] += slope * now
         return result
+
+    def _driven_once(self, modes: SharedModes, time: Real) -> list[Real]:
+        """Return the response to all parts; an output that is a multiple of another, D = eps0 eps E, is not computed."""
+        rows = np.column_stack([modes.direct, modes.gains])
+        top = rows[np.arange(len(rows)), np.argmax(np.abs(rows), axis=1)]
+        top = np.where(top, top, 1.0)
+        unit = rows / top[:, None]
+        same = np.all(np.abs(unit[:, None] - unit) <= _SAME * np.abs(unit), axis=2)
+        first = np.argmax(same & (modes.lag[:, None] == modes.lag), axis=1)
+        own = np.unique(first)
+        alone = SharedModes(modes.rates, modes.gains[own], modes.direct[own], modes.lag[own], modes.known)
+        found = dict(zip(own.tolist(), self._driven(alone, time), strict=True))
+        return [
+            found[among] if among == place else found[among] * float(top[place] / top[among])
+            for place, among in enumerate(first.tolist())
+        ]
+
+    def _driven(self, modes: SharedModes, time: Real) -> list[Real]:
+        """Return the response to all parts [V], each output in an array of its own."""
+        total: list[Real] = []
+        for part in self.parts:
+            found = _of_part(modes, part, time, settled=self.settled)
+            if total:
+                found = [np.add(row, more, out=row) for row, more in zip(total, found, strict=True)]
+            total = found
+        return total or [np.zeros(len(time)) for _ in modes.direct]
 
 
 def how_it_begins(drive: Drive, *, settled: bool) -> str:
@@ -124,115 +149,37 @@ def _groups(transfers: Mapping[K, Transfer]) -> list[tuple[list[K], Real]]:
     return groups
 
 
-@dataclass(frozen=True)
-class _Output:
-    """Quantities that share their modes.
-
-    Parameters
-    ----------
-    rates : ndarray, shape (modes,)
-        Rates of the modes [1/s], > 0.
-    gains : ndarray, shape (outputs, modes)
-        Weight of each mode x, or of its lag x - v, in each quantity.
-    direct : ndarray, shape (outputs,)
-        Weight of the drive v itself in each quantity.
-    lag : ndarray of bool, shape (outputs,)
-        Which quantities take the lags.
-    known : dict
-        States of the modes at the breaks of parts of straight pieces.
-    """
-
-    rates: Real
-    gains: Real
-    direct: Real
-    lag: NDArray[np.bool_]
-    known: dict[int, BreakStates] = field(default_factory=dict)
-
-    def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
-        """Return the response to the sum of some parts of a drive [V], each output in an array of its own."""
-        if len(time) < _MANY:
-            return self._sum(parts, time, settled=settled)
-        first, share = self._multiples()
-        own, place = np.unique(first, return_inverse=True)
-        alone = _Output(self.rates, self.gains[own], self.direct[own], self.lag[own], self.known)
-        found = alone._sum(parts, time, settled=settled)
-        return [
-            found[among] if here == place_of else found[among] * factor
-            for here, (among, factor, place_of) in enumerate(
-                zip(place.tolist(), share.tolist(), first.tolist(), strict=True)
-            )
-        ]
-
-    def _multiples(self) -> tuple[Indices, Real]:
-        """Return for each output the first one of which it is a multiple, and the factor: D = eps0 eps E of a layer."""
-        rows = np.concatenate([self.direct[:, None], self.gains], axis=1)
-        first, share = np.arange(len(rows)), np.ones(len(rows))
-        for later in range(1, len(rows)):
-            for earlier in np.unique(first[:later]).tolist():
-                top = int(np.argmax(np.abs(rows[earlier])))
-                if self.lag[later] != self.lag[earlier] or not rows[earlier, top]:
-                    continue
-                factor = float(rows[later, top] / rows[earlier, top])
-                if np.all(np.abs(rows[later] - factor * rows[earlier]) <= _SAME * np.abs(rows[later])):
-                    first[later], share[later] = earlier, factor
-                    break
-        return first, share
-
-    def _sum(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
-        """Return the response to the sum of some parts [V], without use of multiples."""
-        total: list[Real] = []
-        for part in parts:
-            found = self._of_part(part, time, settled=settled)
-            total = (
-                [np.add(row, more, out=row) for row, more in zip(total, found, strict=True)]
-                if total
-                else found
-            )
-        return total or [np.zeros(len(time)) for _ in self.direct]
-
-    def _of_part(self, part: Part, time: Real, *, settled: bool) -> list[Real]:
-        """Return the response to one part [V]."""
-        if not len(self.rates):
-            return list(np.outer(self.direct, part.value(time)))
-        match part:
-            case Tones():
-                return _tones(part, self, time, settled=settled)
-            case Linear() if settled and part.is_step:  # a constant to which the modes have settled
-                reached = self.direct + np.where(self.lag, 0.0, self.gains.sum(axis=1))
-                return list(np.outer(reached, part.value(time)))
-            case Linear():
-                start = None if settled else np.zeros(len(self.rates))
-                return straight_response(
-                    part,
-                    self.rates,
-                    self.gains,
-                    time,
-                    start,
-                    direct=self.direct,
-                    lag=self.lag,
-                    known=self.known,
-                )
-        now, chirp = part.value(time), part if isinstance(part, Chirped) else None
-        found = np.outer(self.direct, now)
-        states = smooth_states(part, self.rates, time) if chirp is None else now
-        for lag in {*self.lag.tolist()}:
-            some = self.lag == lag
-            if chirp is None:
-                found[some] += self.gains[some] @ (states - now if lag else states)
-            else:
-                found[some] += chirp_response(chirp, self.rates, self.gains[some], time, lag=lag)
-        return list(found)
+def _of_part(modes: SharedModes, part: Part, time: Real, *, settled: bool) -> list[Real]:
+    """Return the response to one part [V]."""
+    rates, gains, direct = modes.rates, modes.gains, modes.direct
+    if not len(rates):
+        return list(np.outer(direct, part.value(time)))
+    match part:
+        case Tones():
+            return _tones(part, modes, time, settled=settled)
+        case Linear() if settled and part.is_step:  # a constant to which the modes have settled
+            return list(np.outer(direct + np.where(modes.lag, 0.0, gains.sum(axis=1)), part.value(time)))
+        case Linear():
+            return modes.straight(part, time, None if settled else np.zeros(len(rates)))
+    now, chirp = part.value(time), part if isinstance(part, Chirped) else None
+    found = np.outer(direct, now)
+    states = smooth_states(part, rates, time) if chirp is None else now
+    for lag in {*modes.lag.tolist()}:
+        some = modes.lag == lag
+        if chirp is None:
+            found[some] += gains[some] @ (states - now if lag else states)
+        else:
+            found[some] += chirp_response(chirp, rates, gains[some], time, lag=lag)
+    return list(found)
 
 
-def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[Real]:
+def _tones(part: Tones, modes: SharedModes, time: Real, *, settled: bool) -> list[Real]:
     """Return the steady state of each tone, minus its modes' value at the switching times, which decays from there."""
     angular = 2j * np.pi * part.frequencies
-    response = np.asarray(
-        output.rates[:, None] / (output.rates[:, None] + angular), complex
-    )  # of mode to tone
-    lagging = -angular / (output.rates[:, None] + angular)
-    modal = np.where(output.lag[:, None], output.gains @ lagging, output.gains @ response)
-    steady = (output.direct[:, None] + modal) * part.amplitudes
+    response = np.asarray(modes.rates[:, None] / (modes.rates[:, None] + angular), complex)  # of mode to tone
+    lagging = -angular / (modes.rates[:, None] + angular)
+    modal = np.where(modes.lag[:, None], modes.gains @ lagging, modes.gains @ response)
+    steady = (modes.direct[:, None] + modal) * part.amplitudes
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
     on = slice(*np.searchsorted(time, [start, part.stop]))
     found = [np.empty(len(time)) for _ in steady]
@@ -249,43 +196,46 @@ def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[R
     for switched, sign in ((start, -1.0), (part.stop, 1.0)):
         if np.isfinite(switched):
             phasors = part.amplitudes * np.exp(angular * switched)
-            then = sign * output.gains * (response @ phasors).real
+            then = sign * modes.gains * (response @ phasors).real
             first = int(np.searchsorted(time, switched))
-            for row, left in zip(found, fading(then, output.rates, time[first:] - switched), strict=True):
+            for row, left in zip(found, fading(then, modes.rates, time[first:] - switched), strict=True):
                 row[first:] += left
     return found
 
 
 def answer_linear(question: Question) -> Solution:
     """Compute the response of linear layers to a voltage, behind an amplifier without limits if there is one, or to a current."""
-    amplifier, drive = question.scenario.circuit.amplifier, question.scenario.drive
-    transfers, settled = question.wanted(question.section), question.settled
-    if amplifier is not None:
-        return behind_gain_and_pole(transfers, drive, question.times, amplifier=amplifier, settled=settled)
-    method, how = PERIODIC if settled else TRANSIENT, "a voltage drive: real modes"
-    if drive.quantity == "current":
-        method, how = (
-            CURRENT_DRIVE,
-            "a current drive: modes of each layer, blocking layers integrate the current,",
-        )
-    return Solution(
-        found=transient(transfers, drive, question.times, settled=settled),
-        method=method,
-        reason=f"linear layers, fixed gap and {how} {how_it_begins(drive, settled=settled)}",
+    scenario, transfers = question.scenario, question.wanted(question.section)
+    amplifier = scenario.circuit.amplifier
+    return linear_response(
+        transfers, scenario.drive, question.times, amplifier=amplifier, settled=question.settled
     )
 
 
-def behind_gain_and_pole(
-    transfers: Mapping[Any, Transfer], drive: Drive, time: Real, *, amplifier: Amplifier, settled: bool
+def linear_response(
+    transfers: Mapping[Any, Transfer],
+    drive: Drive,
+    time: Real,
+    *,
+    amplifier: Amplifier | None = None,
+    settled: bool = False,
 ) -> Solution:
-    """Compute the response behind an amplifier without limits of quantities that are linear in the plate's voltage.
-
-    `time` (n,) [s].
-    """
-    found = transient(amplified(transfers, amplifier), drive, time, settled=settled)
-    begin = how_it_begins(drive, settled=settled)
-    why = f"linear layers behind an amplifier without limits: its gain and pole are a filter before the stack, {begin}"
-    return Solution(found=found, method=PERIODIC if settled else TRANSIENT, reason=why)
+    """Compute the response of quantities that are linear in a current, or in the voltage of the plate; `time` (n,) [s]."""
+    method, how = (
+        PERIODIC if settled else TRANSIENT,
+        "linear layers, fixed gap and a voltage drive: real modes",
+    )
+    if amplifier is not None:
+        transfers = amplified(transfers, amplifier)
+        how = "linear layers behind an amplifier without limits: its gain and pole are a filter before the stack,"
+    elif drive.quantity == "current":
+        method, what = CURRENT_DRIVE, "modes of each layer, blocking layers integrate the current"
+        how = f"linear layers, fixed gap and a current drive: {what},"
+    return Solution(
+        found=transient(transfers, drive, time, settled=settled),
+        method=method,
+        reason=f"{how} {how_it_begins(drive, settled=settled)}",
+    )
 
 
 def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:
