@@ -194,7 +194,7 @@ def leaky_response(
     field = driven[control], leaking[control]
     grid = step_grid(drive, time, *field, leak=leak)
     march = functools.partial(follow, *field, drive, leak=leak)
-    grid, fine, coarse, error = halved(grid, march, LeakMarch.distance, tolerance=TOLERANCE)
+    grid, fine, coarse, error = halved(grid, march, LeakMarch.fields, order=2, tolerance=TOLERANCE)
     found = transient(driven, drive, time)
     finer, coarser = (Response(leaking, [march.flow]).at(time) for march in (fine, coarse))
     for name in leaking:
@@ -213,10 +213,9 @@ class LeakMarch(NamedTuple):
     field: Linear
     flow: Linear
 
-    def distance(self, coarser: LeakMarch) -> float:
-        """Return the error of this integration from one with steps twice as long: a third of the difference."""
-        fine, coarse = (np.array([each.field.before, each.field.after]) for each in (self, coarser))
-        return float(np.max(np.abs(fine[:, ::2] - coarse))) / 3 / (float(np.max(np.abs(fine))) or 1.0)
+    def fields(self) -> Real:
+        """Return the field just before and just after the ends of the steps, shape (2, n) [V/m]."""
+        return np.array([self.field.before, self.field.after])
 
 
 def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, leak: Conduction) -> LeakMarch:

@@ -32,19 +32,21 @@ _SLACK = 512 * float(np.finfo(float).eps)
 
 
 def halved(
-    grid: Real, march: Callable[[Real], T], error_of: Callable[[T, T], float], *, tolerance: float
+    grid: Real, march: Callable[[Real], T], field: Callable[[T], Real], *, order: int, tolerance: float
 ) -> tuple[Real, T, T, float]:
-    """Halve all steps until an integration over them is exact enough, `MOST_HALVINGS` times at most.
+    """Halve all steps until a field is exact enough at the ends of the steps before, `MOST_HALVINGS` times at most.
 
-    `error_of` compares an integration with one over every other point. Returns the last steps, the last two integrations,
-    the finer first, and the error.
+    `field` returns it from an integration, shape (..., n). Returns the last steps, the last two integrations, the finer first,
+    and the error over the largest value, as far as the integration is of the given order.
     """
     fine = coarse = march(grid)
     error = 0.0
     for _ in range(MOST_HALVINGS if len(grid) > 1 else 0):
         grid, coarse = np.insert(grid, np.arange(1, len(grid)), (grid[:-1] + grid[1:]) / 2), fine
         fine = march(grid)
-        error = error_of(fine, coarse)
+        exact = field(fine)
+        moved = float(np.max(np.abs(exact[..., ::2] - field(coarse))))
+        error = moved / (float(np.max(np.abs(exact))) or 1.0) / (2**order - 1)
         if error < tolerance:
             break
     return grid, fine, coarse, error
