@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.leaks import answer_with_leak, leaks, refuse_leak
-from electrovib.solve.electrics.linear import answer_linear, of_drive, refuse_behind_amplifier, refuse_current
 from electrovib.solve.electrics.over_frequency import one_sine, refuse_more_than_one_sine
 from electrovib.solve.electrics.renewal import answer_on_fresh_film, refuse_renewal
 from electrovib.solve.electrics.solution import (
@@ -26,6 +25,12 @@ from electrovib.solve.electrics.solution import (
     fields,
     linear_quantities,
     name_interface,
+)
+from electrovib.solve.electrics.transient import (
+    answer_linear,
+    of_drive,
+    refuse_behind_amplifier,
+    refuse_current,
 )
 from electrovib.solve.electrics.without_modes import (
     follow_all,

@@ -12,9 +12,9 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.core.signals import SIGNALS, without
+from electrovib.core.signals import SIGNALS
+from electrovib.solve.closed_form.repeated import Repeated
 from electrovib.solve.electrics.over_frequency import over_frequency
-from electrovib.solve.expanded import Expanded
 from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class ParametricScenario:
         self.base = scenario if len(self._plain) == len(self.free) else scenario.replace(begin)
         self.begin = begin
         self._recent = self.base
-        self._run: Expanded | None = None
+        self._repeated: Repeated | None = None
 
     def scenario(self, values: Mapping[str, float] | Sequence[float]) -> Scenario:
         """Return the scenario for given values of the free parameters."""
@@ -85,14 +85,15 @@ class ParametricScenario:
         `time` (n,) [s] are the output times, by default those of the scenario; `band` (m,) [s] those of a run over whose band
         the materials are reduced.
         """
-        member = self.scenario(values)
-        times = None if time is None else np.asarray(time, dtype=float)
-        self._run = Expanded(member, times if band is None else band, before=self._run)
-        record = self._run.at(self._run.times if times is None else times, wanted=names)
-        missing = [name for name in names if name not in record.signals]
-        if missing:
-            raise InputError(without(missing[0], record.signals))
-        return {"time": record.times} | {name: record.signals[name][1] for name in names}
+        if time is None:
+            member = self.scenario(values)
+            times = member.time.times(member.drive)
+        else:
+            times = np.asarray(time, dtype=float)
+        if self._repeated is None or not self._repeated.is_for(names, times, band):
+            last = None if self._repeated is None else self._repeated.last
+            self._repeated = Repeated(self, names, times, band=band, last=last)
+        return {"time": times} | self._repeated.signals(self._columns(values))
 
     def _by_stored_path(self, point: Mapping[str, float]) -> dict[str, float]:
         """Return values by the paths of the parameters that the models store."""

@@ -465,24 +465,18 @@ def test_a_charge_that_fades_as_fast_as_a_mode_is_the_limit_of_one_that_nearly_d
             free_rates=np.array([free_rate]),
             free=np.array([1e-3]),
         )
-        slewed = network.slewed(
-            current=1e-5, voltage=2.0, states=np.array([1.0, 0.5]), time=0.01, modes=network.modes()
-        )
+        slewed = network.slewed(current=1e-5, voltage=2.0, states=np.array([1.0, 0.5]), time=0.01)
         return slewed.voltage(np.linspace(0, 0.1, 50))
 
-    for mode in (
-        Network(
-            rates=rates,
-            conductances=conductances,
-            static=1e-7,
-            capacitance=1e-9,
-            stray=1e-9,
-            free_rates=np.zeros(0),
-            free=np.zeros(0),
-        )
-        .modes()
-        .rates
-    ):
+    for mode in Network(
+        rates=rates,
+        conductances=conductances,
+        static=1e-7,
+        capacitance=1e-9,
+        stray=1e-9,
+        free_rates=np.zeros(0),
+        free=np.zeros(0),
+    ).modes.rates:
         found = course(mode)
         for share in (1 + 1e-5, 1 - 1e-5):
             assert found == pytest.approx(course(mode * share), abs=2e-5 * np.max(np.abs(found)))

@@ -82,9 +82,9 @@ def test_second_order_against_the_linear_solver():
     for count in (60, 120, 240, 480):
         grid = np.linspace(0, 30e-3, count + 1)
         found = follow(driven, leaking, drive, grid, leak=leak)
-        errors.append(np.max(np.abs(found.after - transient({"E": exact}, drive, grid)["E"])))
+        errors.append(np.max(np.abs(found.field.after - transient({"E": exact}, drive, grid)["E"])))
     assert orders(errors) == pytest.approx(2, abs=0.1)
-    assert errors[-1] < 3e-4 * np.max(np.abs(found.after))  # 200 steps in the time constant
+    assert errors[-1] < 3e-4 * np.max(np.abs(found.field.after))  # 200 steps in the time constant
 
 
 def test_second_order_of_a_leak_that_grows_with_the_field():
@@ -94,7 +94,7 @@ def test_second_order_of_a_leak_that_grows_with_the_field():
 
     def at_a_few(count):
         found = follow(driven, leaking, drive, np.linspace(0, 30e-3, count + 1), leak=leak)
-        return found.after[:: count // 30]
+        return found.field.after[:: count // 30]
 
     reference = at_a_few(30 * 512)
     errors = [np.max(np.abs(at_a_few(30 * n) - reference)) for n in (4, 8, 16, 32)]
@@ -112,8 +112,10 @@ def test_a_jump_keeps_the_order():
     for count in (60, 120, 240, 480):
         grid = np.linspace(0, 30e-3, count + 1)
         found = follow(driven, leaking, drive, grid, leak=leak)
-        errors.append(np.max(np.abs(found.after - transient({"E": exact}, drive, grid)["E"])))
-        assert np.max(np.abs(found.after - found.before)[1:]) > 0.1 * np.max(np.abs(found.after))
+        errors.append(np.max(np.abs(found.field.after - transient({"E": exact}, drive, grid)["E"])))
+        assert np.max(np.abs(found.field.after - found.field.before)[1:]) > 0.1 * np.max(
+            np.abs(found.field.after)
+        )
     assert orders(errors) == pytest.approx(2, abs=0.1)
 
 

@@ -10,8 +10,7 @@ from electrovib.core.model import read_model
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.drive.base import Drive
 from electrovib.scenario import load
-from electrovib.solve.electrics.linear import drive_voltage
-from electrovib.solve.electrics.transient import transient
+from electrovib.solve.electrics.transient import drive_voltage, transient
 from electrovib.solve.stack.expand import current_section, per_ampere, reduce_material
 from electrovib.solve.stack.harmonics import settled_integral
 from electrovib.solve.stack.section import phasor_section

@@ -129,10 +129,10 @@ def test_few_long_pieces_at_very_many_uneven_times_are_what_each_time_says(monke
     )
     times = np.sort(np.random.default_rng(3).uniform(0, 1.3, 60_000))
     rates, gains = np.geomspace(0.1, 1e6, 8), np.random.default_rng(4).normal(size=(2, 8))
-    options = {"direct": np.array([0.5, 0.0]), "lag": np.array([False, True])}
-    many = np.array(straight.straight_response(part, rates, gains, times, np.zeros(8), **options))
+    modes = straight.SharedModes(rates, gains, np.array([0.5, 0.0]), np.array([False, True]))
+    many = np.array(modes.straight(part, times, np.zeros(8)))
     monkeypatch.setattr(straight, "_LONG", 10**9)
-    each = np.array(straight.straight_response(part, rates, gains, times, np.zeros(8), **options))
+    each = np.array(modes.straight(part, times, np.zeros(8)))
     assert np.max(np.abs(many - each)) < 1e-12 * np.max(np.abs(each))
 
 
@@ -203,10 +203,10 @@ def test_an_output_that_is_a_multiple_of_another_is_that_multiple():
 @pytest.mark.parametrize("lag", [True, False])
 def test_at_a_jump_at_the_last_output_the_value_after_it_counts(lag):
     part = Linear(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, 4.0]), np.array([1.0, 2.0, -6.0]))
-    options = {"direct": np.array([0.5]), "lag": np.array([lag])}
-    given_ = (part, np.array([0.7, 20.0]), np.array([[2.0, -1.0]]))
-    marched = straight.straight_response(*given_, part.times, np.zeros(2), **options)
-    each = straight.straight_response(*given_, np.array([0.0, 1.0, 2.0, 3.0]), np.zeros(2), **options)
+    given_ = np.array([0.7, 20.0]), np.array([[2.0, -1.0]])
+    modes = straight.SharedModes(*given_, np.array([0.5]), np.array([lag]))
+    marched = modes.straight(part, part.times, np.zeros(2))
+    each = modes.straight(part, np.array([0.0, 1.0, 2.0, 3.0]), np.zeros(2))
     np.testing.assert_allclose(marched[0], each[0][[0, 1, 3]], rtol=1e-13)
 
 

@@ -10,7 +10,7 @@ from electrovib.core.discovery import find_members, papers
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.paths import value_at
 from electrovib.physics.force import ForceLaw
-from electrovib.solve.closed_form import chain as closed_form
+from electrovib.solve.closed_form import repeated as closed_form
 from electrovib.solve.closed_form.repeated import Repeated
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.prepare import Prepared
@@ -79,9 +79,11 @@ def chain(**changes):
 def validated(scenario, point, names, times):
     """Return signals of a scenario that is built and validated from the beginning, or the kind of error."""
     try:
-        return Prepared(scenario, free=list(point)).signals(point, names=names, time=times)
+        made = Prepared(scenario, free=list(point)).scenario(point)
+        found = Expanded(made, times).at(times).signals
     except ElectrovibError as error:
         return type(error)
+    return {name: found[name][1] for name in names}
 
 
 def differences(scenario, points, names, times):

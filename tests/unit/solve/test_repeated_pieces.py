@@ -7,17 +7,18 @@ import pytest
 
 import electrovib as ev
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.electrics.straight import periodic_state, straight_response
+from electrovib.solve.electrics.straight import SharedModes, periodic_state
 
 
-def straight(*given):
-    """The modes x."""
-    return np.array(straight_response(*given))
+def straight(part, rates, gains, times, state, *, lag=False):
+    """The modes x, or their lags x - v."""
+    modes = SharedModes(rates, gains, np.zeros(len(gains)), np.full(len(gains), lag))
+    return np.array(modes.straight(part, times, state))
 
 
-def straight_lag(part, rates, gains, times, state):
+def straight_lag(*given):
     """The lag x - v of the modes."""
-    return np.array(straight_response(part, rates, gains, times, state, lag=np.ones(len(gains), bool)))
+    return straight(*given, lag=True)
 
 
 @pytest.mark.parametrize("respond", [straight, straight_lag])

@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.pieces import Linear
-from electrovib.solve.electrics.straight import MANY_SAMPLES, straight_response
+from electrovib.solve.electrics.straight import MANY_SAMPLES, SharedModes
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.transfer import Transfer
 
@@ -355,6 +355,7 @@ def test_periodic_state_of_a_square_is_a_geometric_series():
 
 def test_straight_response_of_no_more_than_it_is_asked():
     part = Linear(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.array([1.0, 2.0]))
-    found = straight_response(part, np.array([3.0]), np.ones((2, 1)), np.array([0.5]), np.array([7.0]))
+    modes = SharedModes(np.array([3.0]), np.ones((2, 1)), np.zeros(2), np.zeros(2, bool))
+    found = modes.straight(part, np.array([0.5]), np.array([7.0]))
     expected = 7 * np.exp(-1.5) - np.expm1(-1.5) + 0.5 + np.expm1(-1.5) / 3
     assert np.array(found) == pytest.approx(np.full((2, 1), expected), rel=1e-14)

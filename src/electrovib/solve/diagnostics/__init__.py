@@ -31,7 +31,7 @@ from electrovib.solve.diagnostics.peaks import (
     refined,
     shows_every_sample,
 )
-from electrovib.solve.electrics.linear import caveat
+from electrovib.solve.electrics.transient import caveat
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

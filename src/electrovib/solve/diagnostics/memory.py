@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.electrics.linear import amplified
 from electrovib.solve.electrics.solution import linear_quantities
-from electrovib.solve.electrics.transient import transient
+from electrovib.solve.electrics.transient import amplified, transient
 from electrovib.solve.stack.expand import SAME, band_of_run, left_by_charge, lowest_frequency, phasors
 from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf

@@ -15,15 +15,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError
-from electrovib.solve.electrics.linear import (
-    Unlimited,
-    amplified,
-    behind_gain_and_pole,
-    refuse_amplified,
-)
-from electrovib.solve.electrics.slewing import Course, Network
+from electrovib.solve.electrics.slewing import Course, Network, Unlimited
 from electrovib.solve.electrics.solution import LIMITED, Solution
-from electrovib.solve.electrics.transient import transient
+from electrovib.solve.electrics.transient import (
+    amplified,
+    linear_response,
+    refuse_amplified,
+    transient,
+)
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear.electrics import snapped
 from electrovib.solve.nonlinear.integrate import fall_of
@@ -74,7 +73,7 @@ def amplified_response(
     """
     refuse_amplified(drive, amplifier, settled=settled)
     if not amplifier.is_limited:
-        return behind_gain_and_pole(transfers, drive, time, amplifier=amplifier, settled=settled)
+        return linear_response(transfers, drive, time, amplifier=amplifier, settled=settled)
     march = LimitedMarch(transfers, amplifier, drive, float(time[-1]))
     found, changes = march.run(time)
     why = (
@@ -137,7 +136,6 @@ class LimitedPlate:
     ) -> None:
         self.drive, current = drive, transfers["current"]
         self.network = Network.of(current, stray=amplifier.stray_capacitance)
-        self.modes = self.network.modes()
         driven = [t.rates[(t.gains != 0) & (t.rates > 0)] for t in transfers.values()]
         self.rates = np.unique(np.concatenate(driven))
         self.branches = np.searchsorted(self.rates, self.network.rates)
@@ -194,9 +192,7 @@ class LimitedPlate:
         """Return the regime that begins in a given state, `states` (modes,) [V]."""
         if mode:
             current, inner = self.limits[mode > 0], states[self.branches]
-            course = self.network.slewed(
-                current=current, voltage=voltage, states=inner, time=start, modes=self.modes
-            )
+            course = self.network.slewed(current=current, voltage=voltage, states=inner, time=start)
             return Span(start=start, mode=mode, held=held, course=course, states=states)
         level = held * self.largest if held else 0.0
         rates, levels = (np.zeros(1), np.array([level])) if held else (np.zeros(0), np.zeros(0))

@@ -11,19 +11,22 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.pieces import Linear
 from electrovib.physics.stack import pieces
-from electrovib.solve.electrics.linear import amplified, refuse_behind_amplifier, refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import LEAK, Solution
 from electrovib.solve.electrics.steps import halved, jump_heights, step_grid
-from electrovib.solve.electrics.straight import straight_response
-from electrovib.solve.electrics.transient import transient
+from electrovib.solve.electrics.transient import (
+    Response,
+    amplified,
+    refuse_behind_amplifier,
+    refuse_gaps_of_a_law,
+    transient,
+)
 from electrovib.solve.meter import Meter
 from electrovib.solve.recursion import hold_weights
 from electrovib.solve.stack.expand import Surroundings
@@ -161,14 +164,14 @@ def _at(nodes: Real, rates: Real, residues: Real) -> Real:
 def leak_alone(section: ModalSection, layers: dict[str, Layer], name: str, *, area: float) -> ModalSection:
     """Expand the response of a stack under current drive to a leak in parallel with one of its layers in modes."""
     modes, rates = section.modes, section.modes.rates
-    nothing = Transfer(rates=rates, gains=np.zeros(len(rates)))
     fields, displacements = (
         tuple(
-            Transfer(rates=rates, gains=-area * each.gains) if other == name else nothing
+            Transfer(rates=rates, gains=each.gains * (-area if other == name else 0.0))
             for other, each in zip(layers, transfers, strict=True)
         )
         for transfers in (modes.fields, modes.displacements)
     )
+    nothing = Transfer(rates=rates, gains=np.zeros(len(rates)))
     answer = StackModes(rates, fields, displacements, nothing, modes.driven, np.zeros(len(layers) + 1))
     return section_of(layers, section.debye, answer)
 
@@ -191,11 +194,11 @@ def leaky_response(
     field = driven[control], leaking[control]
     grid = step_grid(drive, time, *field, leak=leak)
     march = functools.partial(follow, *field, drive, leak=leak)
-    grid, fine, coarse, error = halved(grid, march, LeakMarch.distance, tolerance=TOLERANCE)
+    grid, fine, coarse, error = halved(grid, march, LeakMarch.fields, order=2, tolerance=TOLERANCE)
     found = transient(driven, drive, time)
-    for name, transfer in leaking.items():
-        answers = [_under(march.flow(), transfer, time) for march in (fine, coarse)]
-        found[name] = found[name] + answers[0] + (answers[0] - answers[1]) / 3
+    finer, coarser = (Response(leaking, [march.flow]).at(time) for march in (fine, coarse))
+    for name in leaking:
+        found[name] = found[name] + finer[name] + (finer[name] - coarser[name]) / 3
     why = (
         f"layer '{control.layer}' leaks by {type(leak).__name__}, which is non-ohmic: linear modes and one nonlinear branch"
         f" from rest, {len(grid) - 1} steps; by halving them, the error of its field before extrapolation is {error:.1e} of"
@@ -204,36 +207,15 @@ def leaky_response(
     return Solution(found=found, method=LEAK, reason=why, errors={"step_error": error}, steps=len(grid) - 1)
 
 
-def _under(flow: Linear, transfer: Transfer, time: Real) -> Real:
-    """Return the response to the leak's current density, which is linear in time within each step."""
-    active = transfer.gains != 0
-    direct: Real = transfer.direct * flow.value(time)
-    if not np.any(active):
-        return direct
-    rest = np.zeros(int(np.count_nonzero(active)))
-    gains = transfer.gains[None, active]
-    modal: Real = straight_response(flow, transfer.rates[active], gains, time, rest)[0]
-    return direct + modal
+class LeakMarch(NamedTuple):
+    """Field [V/m] and current density [A/m2] of the leaking layer, straight within each step."""
 
+    field: Linear
+    flow: Linear
 
-@dataclass(frozen=True, kw_only=True)
-class LeakMarch:
-    """Field and current density of the leaking layer at the ends of all steps, before and after drive discontinuities."""
-
-    grid: Real
-    before: Real
-    after: Real
-    flow_before: Real
-    flow_after: Real
-
-    def flow(self) -> Linear:
-        """Return the leak's current density, linear in time within each step."""
-        return Linear(self.grid, self.flow_before, self.flow_after)
-
-    def distance(self, coarser: LeakMarch) -> float:
-        """Return the error of this integration from one with steps twice as long: a third of the difference."""
-        moved = np.abs([self.before[::2] - coarser.before, self.after[::2] - coarser.after])
-        return float(np.max(moved)) / 3 / (float(np.max(np.abs([self.before, self.after]))) or 1.0)
+    def fields(self) -> Real:
+        """Return the field just before and just after the ends of the steps, shape (2, n) [V/m]."""
+        return np.array([self.field.before, self.field.after])
 
 
 def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, leak: Conduction) -> LeakMarch:
@@ -245,10 +227,10 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
     jumps = driven.direct * jump_heights(drive, grid)
     active = leaking.gains != 0
     rates, gains = leaking.rates[active], leaking.gains[active]
-    before, after, flow_before, flow_after = np.zeros((4, len(grid)))
-    after[0] = free[0]
-    flow_after[0] = leak.current_density(free[0])
-    state, density, field, trend = np.zeros(len(rates)), float(flow_after[0]), float(after[0]), 0.0
+    before, after = np.zeros((2, len(grid), 2))  # field and current density at the end of each step
+    field, trend, state = float(free[0]), 0.0, np.zeros(len(rates))
+    density = float(leak.current_density(field))
+    after[0] = field, density
     repeats = drive.period or math.inf
     meter = Meter("the leaking layer", end=float(grid[-1]), repeats=repeats, held=HELD * len(grid))
     for begin in range(0, len(grid) - 1, _CHUNK):
@@ -264,12 +246,12 @@ def follow(driven: Transfer, leaking: Transfer, drive: Drive, grid: Real, *, lea
             field = field_under_leak(leak, known=known, weight=weight, guess=last + trend * size)
             trend, density = (field - last) / size, float(leak.current_density(field))
             state = state + lasts[index] * density
-            before[now], flow_before[now] = field, density
+            before[now] = field, density
             if jumps[now]:
                 field = field + float(jumps[now])
                 density = float(leak.current_density(field))
-            after[now], flow_after[now] = field, density
-    return LeakMarch(grid=grid, before=before, after=after, flow_before=flow_before, flow_after=flow_after)
+            after[now] = field, density
+    return LeakMarch(*(Linear(grid, *each) for each in zip(before.T, after.T, strict=True)))
 
 
 def field_under_leak(leak: Conduction, *, known: float, weight: float, guess: float | None = None) -> float:

@@ -66,11 +66,11 @@ def move_gap(
     end = float(time[-1])
     grid = smooth_grid(drive, end=end, speed=speed, spans=_spans(motion, end), fastest=motion.fastest)
 
-    def field(grid: Real) -> Real:
+    def march(grid: Real) -> Real:
         states, voltage = _march(space, plate, grid, motion), plate.at(grid)[0]
         return np.asarray(space.moment(states, voltage=voltage, gap=motion.gap(grid)).field[space.moving])
 
-    grid, _, _, error = halved(grid, field, _error, tolerance=TOLERANCE)
+    grid, _, _, error = halved(grid, march, np.asarray, order=_ORDER, tolerance=TOLERANCE)
     grid = with_outputs(grid, time)
     right = np.clip(np.searchsorted(grid, time), 0, len(grid) - 1)
     around = np.array([np.maximum(right - 1, 0), right])
@@ -87,12 +87,6 @@ def _moved(found: dict[Key, Real], motion: Distance, steps: int, error: float) -
         why, how = f"{why}; no layer conducts or relaxes", "so the charge is constant: closed form"
     reason = f"{why}, {how}"
     return Solution(found=found, method=MOVING_GAP, reason=reason, errors={"step_error": error}, steps=steps)
-
-
-def _error(fine: Real, coarse: Real) -> float:
-    """Return the error of a field at the ends of halved steps, from that at the ends of the steps before."""
-    largest = float(np.max(np.abs(fine))) or 1.0
-    return float(np.max(np.abs(fine[::2] - coarse))) / largest / float(2**_ORDER - 1)
 
 
 def _refuse(space: StackStates, drive: Drive, amplifier: Amplifier) -> None:

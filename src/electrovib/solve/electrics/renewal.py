@@ -6,7 +6,6 @@ begins when the place comes under the finger, so each place needs only the modes
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,16 +14,15 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.solve.electrics.attraction import total_pull
 from electrovib.solve.electrics.leaks import leaking_slab
-from electrovib.solve.electrics.linear import refuse_gaps_of_a_law
 from electrovib.solve.electrics.solution import RENEWAL, Solution
-from electrovib.solve.electrics.transient import transient
+from electrovib.solve.electrics.transient import refuse_gaps_of_a_law, transient
 from electrovib.solve.meter import Meter
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf, amplitudes_among
 from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
@@ -82,15 +80,21 @@ def renewed(
     """
     whole = transient(transfers, drive, time)
     began = entered(motion, time, renewal.places)
-    age = time[None, :] - began
-    at_entry = _states_at(drive, began)
+    age, moments = time[None, :] - began, np.unique(began)
+    driven = [each.rates[(each.gains != 0) & (each.rates > 0)] for each in transfers.values()]
+    rates = np.unique(np.concatenate([np.zeros(0), *driven]))
+    alone = dict(
+        zip(rates.tolist(), (Transfer(rates=rates, gains=row) for row in np.eye(len(rates))), strict=True)
+    )
+    states = {rate: np.where(moments > 0, row, 0.0) for rate, row in transient(alone, drive, moments).items()}
+    places = np.searchsorted(moments, began)
     found = {}
     for name, transfer in transfers.items():
         answer = np.tile(whole[name], (len(began), 1))
         for rate, gain, free in zip(transfer.rates, transfer.gains, transfer.free, strict=True):
             fading = np.exp(-rate * age) if gain or free else 0.0
             if gain and rate > 0:
-                answer -= gain * at_entry(float(rate)) * fading
+                answer -= gain * states[float(rate)][places] * fading
             if free:
                 answer += free * (fading - np.exp(-rate * time)[None, :])
         found[name] = answer
@@ -135,19 +139,6 @@ def answer_on_fresh_film(question: Question) -> Solution:
     )
     pull = found.pop(PULL, None)
     return Solution(found=found, pull=pull, method=RENEWAL, reason=why, errors={"quadrature_error": apart})
-
-
-def _states_at(drive: Drive, began: Real) -> Callable[[float], Real]:
-    """Return the state of a single mode at the moments of entry [s] by its rate [1/s], 0 at time 0; each computed once."""
-    times, places = np.unique(began, return_inverse=True)
-
-    @functools.cache
-    def state(rate: float) -> Real:
-        mode = Transfer(rates=np.array([rate]), gains=np.array([1.0]))
-        found = np.where(times > 0, transient({"mode": mode}, drive, times)["mode"], 0.0)
-        return np.asarray(found[places.ravel()].reshape(began.shape))
-
-    return state
 
 
 def refuse_renewal(scenario: Scenario) -> None:

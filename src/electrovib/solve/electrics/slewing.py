@@ -7,18 +7,21 @@ of poles. It is a sum of exponentials and their integrals, and so is every respo
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from electrovib.solve.electrics.linear import SAME_RATE
 from electrovib.solve.electrics.straight import chunks
+from electrovib.solve.electrics.transient import SAME_RATE, Response, amplified, moved_corner
 from electrovib.solve.stack.secular import secular_roots
+from electrovib.solve.stack.transfer import Transfer
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.solve.stack.transfer import Transfer
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.physics.drive.base import Drive
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,11 +148,9 @@ class Network:
         """Return the current that initial charge drives [A] at times since time 0 [s]."""
         return np.asarray(self.free @ np.exp(-np.outer(self.free_rates, time)))
 
-    def slewed(
-        self, *, current: float, voltage: float, states: Real, time: float, modes: SlewingModes
-    ) -> Course:
+    def slewed(self, *, current: float, voltage: float, states: Real, time: float) -> Course:
         """Compute the plate's voltage under a constant current, from states (n,) [V] of the branches at a time [s]."""
-        loads = self.conductances / self.rates
+        modes, loads = self.modes, self.conductances / self.rates
         charge = modes.shapes @ (loads * states) + self.capacitance * voltage
         levels, slopes, rates = charge / modes.sizes, current / modes.sizes, modes.rates
         # what initial charge still drives
@@ -163,6 +164,7 @@ class Network:
             np.append(rates, fading), np.append(levels, taken), np.append(slopes, np.zeros(len(fading)))
         )
 
+    @functools.cached_property
     def modes(self) -> SlewingModes:
         """Compute the modes of the plate under a given current.
 
@@ -193,3 +195,51 @@ def _apart_from(rates: Real, fading: Real) -> Real:
     positive = rates[rates > 0]
     step = np.where(fading > 0, fading, np.min(positive) if len(positive) else 1.0)
     return np.where(np.any(near, axis=0), fading + 2 * SAME_RATE * step, fading)
+
+
+class Unlimited:
+    """Plate, modes and current behind an amplifier that never meets a limit.
+
+    Parameters
+    ----------
+    drive : Drive
+        Off before time 0.
+    amplifier : Amplifier
+        Gain, pole and stray capacitance.
+    rates : ndarray, shape (modes,)
+        Rates of the modes of the stack [1/s], > 0.
+    current : Transfer
+        Current into the stack per volt of the plate [A/V].
+
+    Attributes
+    ----------
+    amplifier : Amplifier
+        The same with a pole that differs from all rates.
+    corner : float or None
+        That pole [rad/s].
+    """
+
+    def __init__(self, drive: Drive, amplifier: Amplifier, rates: Real, current: Transfer) -> None:
+        self.parts, self.corner = drive.parts(), moved_corner(amplifier, rates)
+        if self.corner is not None:
+            amplifier = amplifier.model_copy(update={"bandwidth": self.corner / (2 * np.pi)})
+        self.amplifier = amplifier
+        supplied = amplified({"current": current}, amplifier)
+        modes = [Transfer(rates=rates, gains=row, static=1.0) for row in np.eye(len(rates))]
+        behind_it = amplified(dict(enumerate(modes)) | {"current": current}, amplifier)
+        self._states = Response({each: behind_it[each] for each in range(len(rates))}, self.parts)
+        self._supplied = Response({"current": supplied["amplifier_current"]}, self.parts)
+        self._plate = Response({"voltage": supplied["plate_voltage"]}, self.parts)
+
+    def current(self, time: Real) -> Real:
+        """Compute the current of the amplifier [A] at increasing times [s]."""
+        return self._supplied.at(time)["current"]
+
+    def state(self, time: float) -> tuple[float, Real]:
+        """Return the voltage of the plate just before a time [V], and the states of the modes (modes,) [V]."""
+        at = np.array([time])
+        states = np.array([row[0] for row in self._states.at(at).values()])
+        if self.corner is not None:
+            return float(self._plate.at(at)["voltage"][0]), states
+        before = sum(float(part.value_before(at)[0]) for part in self.parts) if time > 0 else 0.0
+        return self.amplifier.gain * before, states

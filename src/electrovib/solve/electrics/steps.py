@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.conduction import Conduction
     from electrovib.physics.drive.base import Drive
-    from electrovib.physics.drive.parts import Part
     from electrovib.solve.stack.transfer import Transfer
 
 T = TypeVar("T")
@@ -33,19 +32,21 @@ _SLACK = 512 * float(np.finfo(float).eps)
 
 
 def halved(
-    grid: Real, march: Callable[[Real], T], error_of: Callable[[T, T], float], *, tolerance: float
+    grid: Real, march: Callable[[Real], T], field: Callable[[T], Real], *, order: int, tolerance: float
 ) -> tuple[Real, T, T, float]:
-    """Halve all steps until an integration over them is exact enough, `MOST_HALVINGS` times at most.
+    """Halve all steps until a field is exact enough at the ends of the steps before, `MOST_HALVINGS` times at most.
 
-    `error_of` compares an integration with one over every other point. Returns the last steps, the last two integrations,
-    the finer first, and the error.
+    `field` returns it from an integration, shape (..., n). Returns the last steps, the last two integrations, the finer first,
+    and the error over the largest value, as far as the integration is of the given order.
     """
     fine = coarse = march(grid)
     error = 0.0
     for _ in range(MOST_HALVINGS if len(grid) > 1 else 0):
         grid, coarse = np.insert(grid, np.arange(1, len(grid)), (grid[:-1] + grid[1:]) / 2), fine
         fine = march(grid)
-        error = error_of(fine, coarse)
+        exact = field(fine)
+        moved = float(np.max(np.abs(exact[..., ::2] - field(coarse))))
+        error = moved / (float(np.max(np.abs(exact))) or 1.0) / (2**order - 1)
         if error < tolerance:
             break
     return grid, fine, coarse, error
@@ -60,19 +61,44 @@ def step_grid(drive: Drive, time: Real, driven: Transfer, leaking: Transfer, *, 
     if end <= 0:
         return np.zeros(1)
     marks, heights = drive.corners(end)
-    pieces = [time, marks, np.linspace(0.0, end, STEPS + 1)]
-    pieces += [_oscillating(part, end) for part in drive.parts()]
-    fields = transient({"field": driven}, drive, np.unique(np.concatenate(pieces)))["field"]
+    points = [time, marks, *_even(drive, end)]
+    fields = transient({"field": driven}, drive, np.unique(np.concatenate(points)))["field"]
     speed = float(np.max(np.concatenate([driven.rates, leaking.rates, [1 / end]])))
     speed += float(np.sum(np.abs(leaking.gains * leaking.rates)) * np.max(leak.slope(fields)))
-    pieces += _after(marks[heights != 0], FIRST / speed, end)
-    return _with_marks(np.concatenate(pieces), marks, end)
+    return _with_marks([*points, *_after(marks[heights != 0], FIRST / speed, end)], marks, end)
 
 
-def _oscillating(part: Part, end: float) -> Real:
-    """Return equal shares of the shortest period while an oscillation is on; its beginning alone where nothing oscillates."""
-    first, last = max(part.start, 0.0), min(part.stop, end)
-    count = int(np.ceil(max(last - first, 0.0) * part.highest_frequency * STEPS_PER_PERIOD))
+def smooth_grid(
+    drive: Drive, *, end: float, speed: float, spans: Sequence[tuple[float, float]], fastest: float
+) -> Real:
+    """Return the steps of an integration of high order under a moving layer."""
+    if end <= 0:
+        return np.zeros(1)
+    marks, heights = drive.corners(end)
+    kinks = marks if len(marks) <= FEW else marks[heights != 0]
+    bends = np.array([each for span in spans for each in span if 0 < each < end])
+    points = [*_even(drive, end), *(_resolved(*span, fastest) for span in spans)]
+    points += _after(kinks, FIRST / speed, end)
+    return _with_marks(points, np.concatenate([marks, bends]), end)
+
+
+def with_outputs(grid: Real, time: Real) -> Real:
+    """Insert output times between the ends of steps, except those that almost coincide with one.
+
+    `grid` (n,) [s], `time` (m,) [s].
+    """
+    return _with_marks([time], grid, float(grid[-1]))
+
+
+def _even(drive: Drive, end: float) -> list[Real]:
+    """Return even points over the whole time, and those that resolve each oscillation of the drive."""
+    ends = [(max(part.start, 0.0), min(part.stop, end), part.highest_frequency) for part in drive.parts()]
+    return [np.linspace(0.0, end, STEPS + 1), *(_resolved(*each) for each in ends)]
+
+
+def _resolved(first: float, last: float, frequency: float) -> Real:
+    """Return equal shares of the shortest period between two times; the first alone where nothing oscillates."""
+    count = int(np.ceil(max(last - first, 0.0) * frequency * STEPS_PER_PERIOD))
     return np.linspace(first, max(first, last), count + 1)
 
 
@@ -91,9 +117,10 @@ def _growing(first: float, span: float) -> Real:
     return np.asarray(np.minimum(times, span), dtype=float)
 
 
-def _with_marks(points: Real, marks: Real, end: float) -> Real:
+def _with_marks(pieces: Sequence[Real], marks: Real, end: float) -> Real:
     """Sort points between 0 and the end; a point that almost coincides with another, or with a mark, is omitted."""
-    points = np.unique(points[(points >= 0) & (points <= end)])
+    points = np.unique(np.concatenate(pieces))
+    points = points[(points >= 0) & (points <= end)]
     points = points[np.diff(points, prepend=-1.0) > _SLACK * points]
     fixed = np.unique(np.concatenate([[0.0], marks, [end]]))
     places = np.clip(np.searchsorted(fixed, points), 1, len(fixed) - 1)
@@ -110,29 +137,3 @@ def jump_heights(drive: Drive, grid: Real) -> Real:
     found = np.zeros(len(grid))
     np.add.at(found, np.searchsorted(grid, marks), heights)
     return found
-
-
-def smooth_grid(
-    drive: Drive, *, end: float, speed: float, spans: Sequence[tuple[float, float]], fastest: float
-) -> Real:
-    """Return the steps of an integration of high order under a moving layer."""
-    if end <= 0:
-        return np.zeros(1)
-    marks, heights = drive.corners(end)
-    kinks = marks if len(marks) <= FEW else marks[heights != 0]
-    bends = np.array([each for span in spans for each in span if 0 < each < end])
-    pieces = [bends, np.linspace(0.0, end, STEPS + 1)]
-    for first, last in spans:
-        count = int(np.ceil((last - first) * fastest * STEPS_PER_PERIOD))
-        pieces.append(np.linspace(first, last, count + 1))
-    pieces += [_oscillating(part, end) for part in drive.parts()]
-    pieces += _after(kinks, FIRST / speed, end)
-    return _with_marks(np.concatenate(pieces), np.concatenate([marks, bends]), end)
-
-
-def with_outputs(grid: Real, time: Real) -> Real:
-    """Insert output times between the ends of steps, except those that almost coincide with one.
-
-    `grid` (n,) [s], `time` (m,) [s].
-    """
-    return _with_marks(time, grid, float(grid[-1]))

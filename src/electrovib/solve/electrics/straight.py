@@ -8,7 +8,7 @@ about the time t, so that between t and 2 t they represent it to rounding, howev
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -48,106 +48,81 @@ _FORGOTTEN: Final = 745.0
 """Time constants after which an exponential underflows to 0."""
 
 
-def straight_response(
-    part: Linear,
-    rates: Real,
-    gains: Real,
-    time: Real,
-    state: Real,
-    *,
-    direct: Real | None = None,
-    lag: NDArray[np.bool_] | None = None,
-) -> list[Real]:
-    """Compute the response of modes to straight pieces at any times, each output in an array of its own.
+@dataclass(frozen=True, eq=False)
+class SharedModes:
+    """Outputs of modes x' = rate (v - x) under a drive v: direct v + sum gain x, or gain (x - v) in outputs with a lag.
 
-    `rates` (modes,), `gains` (outputs, modes), `time` (n,) [s], `state` (modes,) [V], `direct` (outputs,),
-    `lag` (outputs,); returns one `response` (n,) [V] for each output.
-
-    At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
+    `rates` (modes,) > 0 [1/s], `gains` (outputs, modes), `direct`, `lag` (outputs,); `known` holds the states at the breaks of
+    parts of straight pieces.
     """
-    direct = np.zeros(len(gains)) if direct is None else direct
-    lag = np.zeros(len(gains), bool) if lag is None else lag
-    marched = _marched(part, time)
-    if marched is not None:
-        output, _ = march(-rates, gains, direct, *marched, state, lag=lag)
-        jump = float(part.value(time[-1:])[0] - marched[1][-1])
-        if jump:  # at a discontinuity the value after it, at the last time as well
-            for row, more in zip(
-                output, (direct - np.where(lag, gains.sum(axis=1), 0.0)) * jump, strict=True
-            ):
-                row[-1] += more
-        return list(output)
-    index, elapsed = part.locate(time)
-    periods = part.count_periods(time)
-    states = BreakStates(part, rates, state, np.unique(np.concatenate([index, np.maximum(index - 1, 0)])))
-    asked = _Asked(states, gains, direct, lag)
-    begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
-    if len(time) < _LONG * len(begins):
-        return list(asked.at(time, index, elapsed, periods))
-    result = [np.empty(len(time)) for _ in gains]
-    for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
-        where, period = index[first], periods[first]
-        start = float(part.times[where] + period * (part.period or 0.0))
 
-        def evaluate(
-            since: Real, where: Indices = where, period: Indices = period, start: float = start
-        ) -> Real:
-            same = np.zeros(len(since), np.intp)
-            return asked.at(start + since, same + where, since, same + period)
-
-        for row, each in zip(
-            result, graded(evaluate, elapsed[first:last], float(np.max(rates))), strict=True
-        ):
-            row[first:last] = each
-    return result
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """Outputs of modes under straight pieces, from their states at the breaks."""
-
-    states: BreakStates
+    rates: Real
     gains: Real
     direct: Real
     lag: NDArray[np.bool_]
+    known: dict[int, BreakStates] = field(default_factory=dict)
 
-    def at(self, time: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
-        """Return the outputs at times [s] in known pieces [V], shape (outputs, n)."""
-        part, rates = self.states.part, self.states.rates
-        now = part.after[index] + elapsed * part.slope_of(index)
-        result = np.outer(self.direct, now)
-        if np.any(self.lag):
-            result[self.lag] += lag_since_breaks(self.states, self.gains[self.lag], time)
-        if not np.all(self.lag):
-            own = self.gains[~self.lag]
-            for piece in chunks(len(time), len(rates)):
-                decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
-                began = part.after[index[piece]]
-                known = self.states.at(index[piece], periods[piece])
-                result[~self.lag, piece] += own @ (decay * known + begin * began + end * now[piece])
+    def straight(self, part: Linear, time: Real, state: Real | None) -> list[Real]:
+        """Compute the response to straight pieces at any times, each output in an array of its own.
+
+        `time` (n,) [s], `state` (modes,) [V] at time 0, or None for the periodic state; returns one `response` (n,) [V] for
+        each output. At the breaks themselves, and on an even grid that contains them, one recursion computes all outputs.
+        """
+        marched = _marched(part, time)
+        if marched is not None:
+            return self._recursion(part, time, marched, state)
+        index, elapsed = part.locate(time)
+        periods = part.count_periods(time)
+        states = self._at_breaks(part, state, index)
+        begins = np.flatnonzero(np.append(True, (np.diff(index) != 0) | (np.diff(periods) != 0)))
+        if len(time) < _LONG * len(begins):
+            return list(self._in_pieces(states, time, index, elapsed, periods))
+        result = [np.empty(len(time)) for _ in self.gains]
+        for first, last in zip(begins, [*begins[1:], len(time)], strict=True):
+            where, period = index[first], periods[first]
+            start = float(part.times[where] + period * (part.period or 0.0))
+
+            def evaluate(
+                since: Real, where: Indices = where, period: Indices = period, start: float = start
+            ) -> Real:
+                same = np.zeros(len(since), np.intp)
+                return self._in_pieces(states, start + since, same + where, since, same + period)
+
+            found = graded(evaluate, elapsed[first:last], float(np.max(self.rates)))
+            for row, each in zip(result, found, strict=True):
+                row[first:last] = each
         return result
 
+    def _recursion(
+        self, part: Linear, time: Real, marched: tuple[Real, Real, Real | float], state: Real | None
+    ) -> list[Real]:
+        """Return the outputs at the ends of pieces, at a discontinuity the value after it, at the last time as well."""
+        begin = periodic_state(part, self.rates) if state is None else state
+        output, _ = march(-self.rates, self.gains, self.direct, *marched, begin, lag=self.lag)
+        jump = float(part.value(time[-1:])[0] - marched[1][-1])
+        if jump:
+            output[:, -1] += (self.direct - np.where(self.lag, self.gains.sum(axis=1), 0.0)) * jump
+        return list(output)
 
-def lag_since_breaks(states: BreakStates, gains: Real, time: Real) -> Real:
-    """Compute the response of modes to straight pieces less the drive itself, shape (outputs, n) [V]."""
-    part, rates = states.part, states.rates
-    result = np.zeros((len(gains), len(time)))
-    index, elapsed = part.locate(time)
-    periods = part.count_periods(time)
-    first = (index == 0) & (periods == 0)
-    back = (elapsed == 0) & ~first
-    last = max(len(part.times) - 2, 0) if part.period is not None else 0
-    before = np.where(back, np.where(index > 0, index - 1, last), index)
-    periods = periods - (back & (index == 0))
-    elapsed = np.where(back, part.length_of(before), elapsed)
-    reached = part.before[np.where(index > 0, index, -1)]
-    jump, slopes = np.where(back, part.after[index] - reached, 0.0), part.slope_of(before)
-    for piece in chunks(len(time), len(rates)):
-        fallen = np.expm1(-rates[:, None] * elapsed[piece])
-        since = states.at(before[piece], periods[piece]) - part.after[before[piece]]
-        lag = (1 + fallen) * since + slopes[piece] * fallen / rates[:, None] - jump[piece]
-        result[:, piece] = gains @ lag
-    return result
+    def _at_breaks(self, part: Linear, state: Real | None, index: Indices) -> BreakStates:
+        """Return the states at the breaks around some pieces; those at all breaks of a part are kept."""
+        if id(part) in self.known:
+            return self.known[id(part)]
+        wanted = np.unique(np.concatenate([index, np.maximum(index - 1, 0)]))
+        states = BreakStates(part, self.rates, state, wanted)
+        if states.places is None:
+            self.known[id(part)] = states
+        return states
+
+    def _in_pieces(
+        self, states: BreakStates, time: Real, index: Indices, elapsed: Real, periods: Indices
+    ) -> Real:
+        """Return the outputs at times in known pieces, shape (outputs, n) [V]."""
+        now = states.part.after[index] + elapsed * states.part.slope_of(index)
+        found = np.outer(self.direct, now)
+        found[self.lag] += states.lags(self.gains[self.lag], time)
+        found[~self.lag] += states.sums(self.gains[~self.lag], index, elapsed, periods)
+        return found
 
 
 def chunks(samples: int, modes: int) -> list[slice]:
@@ -202,22 +177,7 @@ def periodic_state(part: Linear, rates: Real) -> Real:
 
     x0 = (state after one period from rest)/(1 - exp(-rate period)).
     """
-    settled = BreakStates(part, rates, np.zeros(len(rates))).settled
-    assert settled is not None
-    return settled
-
-
-def _states_at(part: Linear, rates: Real, state: Real, places: Indices | None) -> Real:
-    """Return the states at some breaks, by default at all, shape (modes, places)."""
-    places = np.arange(len(part.times)) if places is None else places
-    if part.is_step or not len(rates):
-        return np.repeat(state[:, None], len(places), axis=1)
-    steps = part.lengths if part.step is None else part.step
-    states = np.empty((len(rates), len(places)))
-    for first in range(0, len(rates), _MODES_AT_ONCE):
-        some = slice(first, first + _MODES_AT_ONCE)
-        states[some] = states_at(-rates[some], part.after[:-1], part.before[1:], steps, state[some], places)
-    return states
+    return BreakStates(part, rates, None).state
 
 
 class BreakStates:
@@ -229,21 +189,38 @@ class BreakStates:
         The pieces.
     rates : ndarray, shape (modes,)
         Rates of the modes [1/s], > 0.
-    state : ndarray, shape (modes,)
-        States at time 0 [V].
+    state : ndarray, shape (modes,), or None
+        States at time 0 [V]; None for the periodic state.
     wanted : ndarray of int, optional
         Breaks at which the states will be asked for; by default all.
     """
 
-    def __init__(self, part: Linear, rates: Real, state: Real, wanted: Indices | None = None) -> None:
-        self.part, self.rates, self.state = part, rates, state
+    def __init__(self, part: Linear, rates: Real, state: Real | None, wanted: Indices | None = None) -> None:
+        self.part, self.rates, rest = part, rates, np.zeros(len(rates))
+        self.state = rest if state is None else state
         repeats = part.period is not None
         every = repeats or len(part.times) <= _FEW_BREAKS
         self.places = None if every or wanted is None else np.unique(wanted)
-        self.states = _states_at(part, rates, np.zeros(len(rates)) if repeats else state, self.places)
+        self.states = self._found(rest if repeats else self.state)
         self.settled = None
         if part.period is not None:
             self.settled = self.states[:, -1] / -np.expm1(-rates * part.period)
+            self.state = self.settled if state is None else state
+
+    def _found(self, state: Real) -> Real:
+        """Return the states at the wanted breaks, shape (modes, places)."""
+        part, rates = self.part, self.rates
+        places = np.arange(len(part.times)) if self.places is None else self.places
+        if part.is_step or not len(rates):
+            return np.repeat(state[:, None], len(places), axis=1)
+        steps = part.lengths if part.step is None else part.step
+        states = np.empty((len(rates), len(places)))
+        for first in range(0, len(rates), _MODES_AT_ONCE):
+            some = slice(first, first + _MODES_AT_ONCE)
+            states[some] = states_at(
+                -rates[some], part.after[:-1], part.before[1:], steps, state[some], places
+            )
+        return states
 
     def at(self, index: Indices, periods: Indices) -> Real:
         """Return the states at breaks of a period, some periods after the first.
@@ -261,6 +238,42 @@ class BreakStates:
         begins = self.state[:, None] + (self.settled - self.state)[:, None] * came
         decayed: Real = states + begins * np.exp(-np.outer(self.rates, self.part.times[index]))
         return decayed
+
+    def sums(self, gains: Real, index: Indices, elapsed: Real, periods: Indices) -> Real:
+        """Compute sums of gain x over modes at times in known pieces, shape (outputs, n) [V]; `gains` (outputs, modes)."""
+        part, rates = self.part, self.rates
+        result = np.zeros((len(gains), len(index)))
+        now = part.after[index] + elapsed * part.slope_of(index)
+        for piece in chunks(len(index), len(rates)) if len(gains) else []:
+            decay, begin, end = hold_weights(-rates[:, None] * elapsed[piece])
+            known = self.at(index[piece], periods[piece])
+            result[:, piece] = gains @ (decay * known + begin * part.after[index[piece]] + end * now[piece])
+        return result
+
+    def lags(self, gains: Real, time: Real) -> Real:
+        """Compute sums of gain (x - v) over modes, v being the drive, shape (outputs, n) [V]; `gains` (outputs, modes).
+
+        At a break they follow from the piece before it, where they are no small difference of x and v.
+        """
+        part, rates = self.part, self.rates
+        result = np.zeros((len(gains), len(time)))
+        if not result.size:
+            return result
+        index, elapsed = part.locate(time)
+        periods = part.count_periods(time)
+        back = (elapsed == 0) & ((index > 0) | (periods > 0))
+        last = max(len(part.times) - 2, 0) if part.period is not None else 0
+        before = np.where(back, np.where(index > 0, index - 1, last), index)
+        periods = periods - (back & (index == 0))
+        elapsed = np.where(back, part.length_of(before), elapsed)
+        reached = part.before[np.where(index > 0, index, -1)]
+        jump, slopes = np.where(back, part.after[index] - reached, 0.0), part.slope_of(before)
+        for piece in chunks(len(time), len(rates)):
+            fallen = np.expm1(-rates[:, None] * elapsed[piece])
+            since = self.at(before[piece], periods[piece]) - part.after[before[piece]]
+            lag = (1 + fallen) * since + slopes[piece] * fallen / rates[:, None] - jump[piece]
+            result[:, piece] = gains @ lag
+        return result
 
 
 def graded(evaluate: Callable[[Real], Real], since: Real, fastest: float) -> list[Real]:

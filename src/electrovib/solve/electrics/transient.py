@@ -1,30 +1,41 @@
-"""Response over time: exact for piecewise linear drives and sines at any output times, from rest or a given state."""
+"""Response over time of linear layers, exact for piecewise linear drives and sines at any output times.
+
+They are driven by a voltage or a current, from rest or in the periodic state, behind an amplifier without limits or without
+one. Gain and pole of an amplifier are a filter before the stack.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeVar
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError
 from electrovib.physics.drive.parts import Chirped, Part, Tones, circling
 from electrovib.physics.drive.pieces import Linear
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
-from electrovib.solve.electrics.straight import fading, periodic_state, straight_response
+from electrovib.solve.electrics.solution import CURRENT_DRIVE, PERIODIC, TRANSIENT, Solution
+from electrovib.solve.electrics.straight import SharedModes, fading
 from electrovib.solve.recursion.blocks import PRODUCT
+from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import count_harmonics, refuse_unrepeated, settled_integral
-from electrovib.solve.stack.transfer import integral_weight, without_integrators
+from electrovib.solve.stack.transfer import INTEGRATING, Transfer, integral_weight, without_integrators
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from numpy.typing import NDArray
-
-    from electrovib.core.arrays import Indices, Real
+    from electrovib.core.arrays import Real
+    from electrovib.physics.amplifier import Amplifier
+    from electrovib.physics.circuit import SeriesElement
     from electrovib.physics.drive.base import Drive
-    from electrovib.solve.stack.transfer import Transfer
+    from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.solution import Question
+    from electrovib.solve.stack.keys import Key
 
-
+SAME_RATE: Final = 1e-8
+"""Relative distance below which two rates count as equal, and are moved apart by twice as much."""
 K = TypeVar("K")
 _MANY: Final = 10_000
 """Number of times from which it saves work to find outputs that are multiples of others."""
@@ -51,27 +62,71 @@ def transient(
         relaxing = {name: without_integrators(transfer) for name, transfer in transfers.items()}
         rest = transient(relaxing, drive, time, settled=True)
         return {name: row + weights[name] * integral for name, row in rest.items()}
-    result: dict[K, Real] = {}
-    slope = drive.slope(time) if any(transfer.slope for transfer in transfers.values()) else None
-    for names, rates in _groups(transfers):
-        group = [transfers[name] for name in names]
-        lag = np.array([transfer.static is not None for transfer in group])
-        direct = np.array(
-            [transfer.direct if transfer.static is None else transfer.static for transfer in group]
-        )
-        gains = np.array([transfer.gains for transfer in group])
-        free = np.array([transfer.free for transfer in group])
-        active = np.any(gains != 0, axis=0) & (rates > 0)
-        output = _Output(rates[active], gains[:, active], direct, lag)
-        modal = output.of(drive.parts(), time, settled=settled)
-        kept = free * (rates == 0) if settled else free  # only trapped charge remains in the periodic state
-        if np.any(kept):
-            modal = [row + left for row, left in zip(modal, fading(kept, rates, time), strict=True)]
-        for name, transfer, row in zip(names, group, modal, strict=True):
-            result[name] = row
-            if transfer.slope and slope is not None:
-                result[name] += transfer.slope * slope
-    return result
+    return Response(transfers, drive.parts(), settled=settled).at(time)
+
+
+class Response:
+    """Response of linear quantities to a sum of parts, without integrators in the periodic state.
+
+    The states of all modes at the breaks of straight pieces are computed once, for evaluation at any times.
+    """
+
+    def __init__(
+        self, transfers: Mapping[Any, Transfer], parts: Sequence[Part], *, settled: bool = False
+    ) -> None:
+        self.parts, self.settled = parts, settled
+        self.slopes = {name: each.slope for name, each in transfers.items() if each.slope}
+        self.groups: list[tuple[list[Any], Real, Real, SharedModes]] = []
+        for names, rates in _groups(transfers):
+            group = [transfers[name] for name in names]
+            lag = np.array([each.static is not None for each in group])
+            direct = np.array([each.direct if each.static is None else each.static for each in group])
+            gains, free = np.array([each.gains for each in group]), np.array([each.free for each in group])
+            active = np.any(gains != 0, axis=0) & (rates > 0)
+            left = free * (rates == 0) if settled else free  # settled: only trapped charge remains
+            self.groups.append(
+                (names, rates, left, SharedModes(rates[active], gains[:, active], direct, lag))
+            )
+
+    def at(self, time: Real) -> dict[Any, Real]:
+        """Compute the response at increasing times (n,) [s]."""
+        result: dict[Any, Real] = {}
+        for names, rates, left, modes in self.groups:
+            rows = self._driven(modes, time) if len(time) < _MANY else self._driven_once(modes, time)
+            if np.any(left):
+                rows = [row + more for row, more in zip(rows, fading(left, rates, time), strict=True)]
+            result |= zip(names, rows, strict=True)
+        if self.slopes:
+            now = np.sum([part.slope(time) for part in self.parts], axis=0)
+            for name, slope in self.slopes.items():
+                result[name] += slope * now
+        return result
+
+    def _driven_once(self, modes: SharedModes, time: Real) -> list[Real]:
+        """Return the response to all parts; an output that is a multiple of another, D = eps0 eps E, is not computed."""
+        rows = np.column_stack([modes.direct, modes.gains])
+        top = rows[np.arange(len(rows)), np.argmax(np.abs(rows), axis=1)]
+        top = np.where(top, top, 1.0)
+        unit = rows / top[:, None]
+        same = np.all(np.abs(unit[:, None] - unit) <= _SAME * np.abs(unit), axis=2)
+        first = np.argmax(same & (modes.lag[:, None] == modes.lag), axis=1)
+        own = np.unique(first)
+        alone = SharedModes(modes.rates, modes.gains[own], modes.direct[own], modes.lag[own], modes.known)
+        found = dict(zip(own.tolist(), self._driven(alone, time), strict=True))
+        return [
+            found[among] if among == place else found[among] * float(top[place] / top[among])
+            for place, among in enumerate(first.tolist())
+        ]
+
+    def _driven(self, modes: SharedModes, time: Real) -> list[Real]:
+        """Return the response to all parts [V], each output in an array of its own."""
+        total: list[Real] = []
+        for part in self.parts:
+            found = _of_part(modes, part, time, settled=self.settled)
+            if total:
+                found = [np.add(row, more, out=row) for row, more in zip(total, found, strict=True)]
+            total = found
+        return total or [np.zeros(len(time)) for _ in modes.direct]
 
 
 def how_it_begins(drive: Drive, *, settled: bool) -> str:
@@ -94,111 +149,37 @@ def _groups(transfers: Mapping[K, Transfer]) -> list[tuple[list[K], Real]]:
     return groups
 
 
-@dataclass(frozen=True)
-class _Output:
-    """Quantities that share their modes.
-
-    Parameters
-    ----------
-    rates : ndarray, shape (modes,)
-        Rates of the modes [1/s], > 0.
-    gains : ndarray, shape (outputs, modes)
-        Weight of each mode x, or of its lag x - v, in each quantity.
-    direct : ndarray, shape (outputs,)
-        Weight of the drive v itself in each quantity.
-    lag : ndarray of bool, shape (outputs,)
-        Which quantities take the lags.
-    """
-
-    rates: Real
-    gains: Real
-    direct: Real
-    lag: NDArray[np.bool_]
-
-    def of(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
-        """Return the response to the sum of some parts of a drive [V], each output in an array of its own."""
-        if len(time) < _MANY:
-            return self._sum(parts, time, settled=settled)
-        first, share = self._multiples()
-        own, place = np.unique(first, return_inverse=True)
-        alone = _Output(self.rates, self.gains[own], self.direct[own], self.lag[own])
-        found = alone._sum(parts, time, settled=settled)
-        return [
-            found[among] if here == place_of else found[among] * factor
-            for here, (among, factor, place_of) in enumerate(
-                zip(place.tolist(), share.tolist(), first.tolist(), strict=True)
-            )
-        ]
-
-    def _multiples(self) -> tuple[Indices, Real]:
-        """Return for each output the first one of which it is a multiple, and the factor: D = eps0 eps E of a layer."""
-        rows = np.concatenate([self.direct[:, None], self.gains], axis=1)
-        first, share = np.arange(len(rows)), np.ones(len(rows))
-        for later in range(1, len(rows)):
-            for earlier in np.unique(first[:later]).tolist():
-                top = int(np.argmax(np.abs(rows[earlier])))
-                if self.lag[later] != self.lag[earlier] or not rows[earlier, top]:
-                    continue
-                factor = float(rows[later, top] / rows[earlier, top])
-                if np.all(np.abs(rows[later] - factor * rows[earlier]) <= _SAME * np.abs(rows[later])):
-                    first[later], share[later] = earlier, factor
-                    break
-        return first, share
-
-    def _sum(self, parts: Sequence[Part], time: Real, *, settled: bool) -> list[Real]:
-        """Return the response to the sum of some parts [V], without use of multiples."""
-        total: list[Real] = []
-        for part in parts:
-            found = self._of_part(part, time, settled=settled)
-            total = (
-                [np.add(row, more, out=row) for row, more in zip(total, found, strict=True)]
-                if total
-                else found
-            )
-        return total or [np.zeros(len(time)) for _ in self.direct]
-
-    def _of_part(self, part: Part, time: Real, *, settled: bool) -> list[Real]:
-        """Return the response to one part [V]."""
-        if not len(self.rates):
-            return list(np.outer(self.direct, part.value(time)))
-        match part:
-            case Tones():
-                return _tones(part, self, time, settled=settled)
-            case Linear() if settled and part.is_step:  # a constant to which the modes have settled
-                reached = self.direct + np.where(self.lag, 0.0, self.gains.sum(axis=1))
-                return list(np.outer(reached, part.value(time)))
-            case Linear():
-                start = periodic_state(part, self.rates) if settled else np.zeros(len(self.rates))
-                return straight_response(
-                    part, self.rates, self.gains, time, start, direct=self.direct, lag=self.lag
-                )
-        now, chirp = part.value(time), part if isinstance(part, Chirped) else None
-        found = np.outer(self.direct, now)
-        states = smooth_states(part, self.rates, time) if chirp is None else now
-        for lag in {*self.lag.tolist()}:
-            some = self.lag == lag
-            if chirp is None:
-                found[some] += self.gains[some] @ (states - now if lag else states)
-            else:
-                found[some] += chirp_response(chirp, self.rates, self.gains[some], time, lag=lag)
-        return list(found)
+def _of_part(modes: SharedModes, part: Part, time: Real, *, settled: bool) -> list[Real]:
+    """Return the response to one part [V]."""
+    rates, gains, direct = modes.rates, modes.gains, modes.direct
+    if not len(rates):
+        return list(np.outer(direct, part.value(time)))
+    match part:
+        case Tones():
+            return _tones(part, modes, time, settled=settled)
+        case Linear() if settled and part.is_step:  # a constant to which the modes have settled
+            return list(np.outer(direct + np.where(modes.lag, 0.0, gains.sum(axis=1)), part.value(time)))
+        case Linear():
+            return modes.straight(part, time, None if settled else np.zeros(len(rates)))
+    now, chirp = part.value(time), part if isinstance(part, Chirped) else None
+    found = np.outer(direct, now)
+    states = smooth_states(part, rates, time) if chirp is None else now
+    for lag in {*modes.lag.tolist()}:
+        some = modes.lag == lag
+        if chirp is None:
+            found[some] += gains[some] @ (states - now if lag else states)
+        else:
+            found[some] += chirp_response(chirp, rates, gains[some], time, lag=lag)
+    return list(found)
 
 
-def part_lag(part: Part, rates: Real, gains: Real, time: Real) -> Real:
-    """Compute the response from rest of modes to a part of a drive, less that part, shape (outputs, n) [V]."""
-    lag = np.ones(len(gains), bool)
-    return np.array(_Output(rates, gains, np.zeros(len(gains)), lag).of([part], time, settled=False))
-
-
-def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[Real]:
+def _tones(part: Tones, modes: SharedModes, time: Real, *, settled: bool) -> list[Real]:
     """Return the steady state of each tone, minus its modes' value at the switching times, which decays from there."""
     angular = 2j * np.pi * part.frequencies
-    response = np.asarray(
-        output.rates[:, None] / (output.rates[:, None] + angular), complex
-    )  # of mode to tone
-    lagging = -angular / (output.rates[:, None] + angular)
-    modal = np.where(output.lag[:, None], output.gains @ lagging, output.gains @ response)
-    steady = (output.direct[:, None] + modal) * part.amplitudes
+    response = np.asarray(modes.rates[:, None] / (modes.rates[:, None] + angular), complex)  # of mode to tone
+    lagging = -angular / (modes.rates[:, None] + angular)
+    modal = np.where(modes.lag[:, None], modes.gains @ lagging, modes.gains @ response)
+    steady = (modes.direct[:, None] + modal) * part.amplitudes
     start = part.start if settled and np.isinf(part.start) else max(part.start, 0.0)
     on = slice(*np.searchsorted(time, [start, part.stop]))
     found = [np.empty(len(time)) for _ in steady]
@@ -215,8 +196,170 @@ def _tones(part: Tones, output: _Output, time: Real, *, settled: bool) -> list[R
     for switched, sign in ((start, -1.0), (part.stop, 1.0)):
         if np.isfinite(switched):
             phasors = part.amplitudes * np.exp(angular * switched)
-            then = sign * output.gains * (response @ phasors).real
+            then = sign * modes.gains * (response @ phasors).real
             first = int(np.searchsorted(time, switched))
-            for row, left in zip(found, fading(then, output.rates, time[first:] - switched), strict=True):
+            for row, left in zip(found, fading(then, modes.rates, time[first:] - switched), strict=True):
                 row[first:] += left
     return found
+
+
+def answer_linear(question: Question) -> Solution:
+    """Compute the response of linear layers to a voltage, behind an amplifier without limits if there is one, or to a current."""
+    scenario, transfers = question.scenario, question.wanted(question.section)
+    amplifier = scenario.circuit.amplifier
+    return linear_response(
+        transfers, scenario.drive, question.times, amplifier=amplifier, settled=question.settled
+    )
+
+
+def linear_response(
+    transfers: Mapping[Any, Transfer],
+    drive: Drive,
+    time: Real,
+    *,
+    amplifier: Amplifier | None = None,
+    settled: bool = False,
+) -> Solution:
+    """Compute the response of quantities that are linear in a current, or in the voltage of the plate; `time` (n,) [s]."""
+    method, how = (
+        PERIODIC if settled else TRANSIENT,
+        "linear layers, fixed gap and a voltage drive: real modes",
+    )
+    if amplifier is not None:
+        transfers = amplified(transfers, amplifier)
+        how = "linear layers behind an amplifier without limits: its gain and pole are a filter before the stack,"
+    elif drive.quantity == "current":
+        method, what = CURRENT_DRIVE, "modes of each layer, blocking layers integrate the current"
+        how = f"linear layers, fixed gap and a current drive: {what},"
+    return Solution(
+        found=transient(transfers, drive, time, settled=settled),
+        method=method,
+        reason=f"{how} {how_it_begins(drive, settled=settled)}",
+    )
+
+
+def of_drive(question: Question, found: dict[Key, Real]) -> dict[Key, Real]:
+    """Return the voltage of the drive, and under a prescribed current the current as well."""
+    scenario, times = question.scenario, question.times
+    drive = scenario.drive
+    if drive.quantity == "voltage":
+        return {"drive_voltage": drive.voltage(times)}
+    around = Surroundings.of(scenario)
+    charges = sum(layer.initial_charge for layer in scenario.stack.layers.values())
+    voltage = drive_voltage(
+        found["stack_voltage"],
+        drive,
+        times,
+        element=around.element,
+        second=around.second,
+        settled=question.settled,
+        charge=around.element.charge + around.area * charges,
+    )
+    return {"drive_current": drive.voltage(times), "drive_voltage": voltage}
+
+
+def refuse_gaps_of_a_law(scenario: Scenario, leak: str | None = None) -> None:
+    """Refuse a law with gaps of its own where the voltage over linear layers is not prescribed."""
+    law, current = type(scenario.force), scenario.drive.quantity == "current"
+    if getattr(law, "replaces", ()) and (current or leak):
+        why = f"their response to the leak of '{leak}' is not modelled"
+        if current:
+            why = "under a prescribed current they would change the voltage"
+        raise InputError(
+            f"force = {law.__name__}: its gaps are no layers of the stack, and {why}. Give the stack a layer 'gap' and"
+            " use force.model = MaxwellStressInGap"
+        )
+
+
+def refuse_current(scenario: Scenario) -> None:
+    """Refuse parts of a scenario that cannot be combined with a prescribed current."""
+    refuse_gaps_of_a_law(scenario)
+    refuse_behind_amplifier(scenario)
+
+
+def drive_voltage(
+    stack_voltage: Real,
+    drive: Drive,
+    time: Real,
+    *,
+    element: SeriesElement,
+    second: float,
+    settled: bool,
+    charge: float = 0.0,
+) -> Real:
+    """Compute the voltage that the amplifier has to supply for its current.
+
+    `stack_voltage` (n,) [V], `time` (n,) [s]; returns `voltage` (n,) [V].
+    """
+    rates, gains, free = np.zeros(0), np.zeros(0), np.zeros(0)
+    if element.elastance > 0:
+        rates = np.array([element.rate or INTEGRATING, element.rate])
+        gains = np.array([element.elastance / rates[0], 0.0])
+        free = np.array([0.0, element.elastance * charge])
+    around = {"voltage": Transfer(rates=rates, gains=gains, direct=element.resistance, slope=0.0, free=free)}
+    return stack_voltage * (1 + second) + transient(around, drive, time, settled=settled)["voltage"]
+
+
+def caveat() -> Diagnostic:
+    """Return the diagnostic that the contact area and stray currents of a prescribed current are not known."""
+    text = (
+        "the whole current of the drive is assumed to cross this contact area, so the force is proportional to 1/area; a"
+        " current through stray capacitance or beside the gap does not attract, and its share is not known here"
+    )
+    return Diagnostic("current drive", "unknown", text)
+
+
+def refuse_amplified(drive: Drive, amplifier: Amplifier, *, settled: bool) -> None:
+    """Refuse a drive or an initial state that cannot be combined with an amplifier before linear layers."""
+    if drive.quantity == "current":
+        raise InputError(
+            f"circuit.amplifier: {type(drive).__name__} prescribes the current itself; omit the amplifier"
+        )
+    if settled and amplifier.is_limited:
+        raise InputError(
+            "time.initial_state = PeriodicState: behind an amplifier with limits the periodic state is not known"
+            " beforehand. Start AtRest and evaluate a late period, or omit its limits"
+        )
+
+
+def refuse_behind_amplifier(scenario: Scenario) -> None:
+    """Refuse parts of a scenario that cannot be combined with its amplifier before linear layers."""
+    if scenario.circuit.amplifier is not None:
+        refuse_amplified(scenario.drive, scenario.circuit.amplifier, settled=scenario.time.settled)
+
+
+def amplified(transfers: Mapping[Any, Transfer], amplifier: Amplifier) -> dict[Any, Transfer]:
+    """Return quantities per volt of the drive from those per volt of the plate, with those of the plate itself."""
+    plate = Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=1.0)
+    own = {"plate_voltage": plate, "amplifier_current": transfers["current"] + _stray(amplifier)}
+    return {name: _behind(transfer, amplifier) for name, transfer in (dict(transfers) | own).items()}
+
+
+def _stray(amplifier: Amplifier) -> Transfer:
+    """Return the current into the stray capacitance per volt of the plate [A/V]."""
+    return Transfer(rates=np.zeros(0), gains=np.zeros(0), slope=amplifier.stray_capacitance, static=0.0)
+
+
+def moved_corner(amplifier: Amplifier, rates: Real) -> float | None:
+    """Return the angular corner frequency of an amplifier [rad/s], moved away from rates [1/s] that almost equal it."""
+    if amplifier.bandwidth is None:
+        return None
+    corner = 2 * np.pi * amplifier.bandwidth
+    return corner * (1 + 2 * SAME_RATE) if np.any(np.abs(rates - corner) < SAME_RATE * corner) else corner
+
+
+def _behind(transfer: Transfer, amplifier: Amplifier) -> Transfer:
+    """Multiply a linear quantity of the plate's voltage by gain and pole of an amplifier, by partial fractions."""
+    gain, corner = amplifier.gain, moved_corner(amplifier, transfer.rates)
+    if corner is None:
+        return replace(transfer * gain, free=transfer.free)
+    apart = corner - transfer.rates
+    direct = transfer.direct if transfer.static is None else transfer.static - float(np.sum(transfer.gains))
+    own = direct - transfer.slope * corner - float(np.sum(transfer.gains * transfer.rates / apart))
+    return Transfer(
+        rates=np.append(transfer.rates, corner),
+        gains=gain * np.append(transfer.gains * corner / apart, own),
+        direct=gain * transfer.slope * corner,
+        free=np.append(transfer.free, 0.0),
+        static=None if transfer.static is None else gain * transfer.static,
+    )

@@ -17,10 +17,20 @@ from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_to
 from electrovib.solve.electrics.solution import Solution, linear_quantities
 from electrovib.solve.mechanics.lateral import resting
 from electrovib.solve.mechanics.mechanical import FrictionChain
-from electrovib.solve.population.columns import check_values, with_columns
-from electrovib.solve.population.drives import SharedDrive, excitation, shared_drive
-from electrovib.solve.population.reduced import debye_of, shared_reductions
-from electrovib.solve.population.response import joined, respond, some_of
+from electrovib.solve.population.columns import (
+    check_values,
+    debye_of,
+    shared_reductions,
+    with_columns,
+)
+from electrovib.solve.population.response import (
+    SharedDrive,
+    excitation,
+    joined,
+    respond,
+    shared_drive,
+    some_of,
+)
 from electrovib.solve.stack.expand import modes_of, phasors
 from electrovib.solve.stack.harmonics import refuse_unrepeated
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf

@@ -1,25 +1,324 @@
-"""Responses over time of linear quantities of many fingers to the drive that they share."""
+"""The drive that fingers share, straight pieces on a grid of all outputs and corners and sines, and the responses to it."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+import functools
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 
-from electrovib.solve.population.kernels import first_order_hold_many
-from electrovib.solve.recursion.hold import hold_weights
+from electrovib.core.errors import InputError
+from electrovib.core.paths import quantity_at, value_at
+from electrovib.physics.drive.parts import Smooth, Tones, circling
+from electrovib.physics.drive.pieces import SLACK, Linear
+from electrovib.solve.population.kernels import TimeSteps, first_order_hold_many, time_steps
+from electrovib.solve.recursion import hold_weights
+from electrovib.solve.stack.harmonics import drive_mean, settled_integral
 from electrovib.solve.stack.section import total_of
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integral_weight, without_integrators
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
-    from typing import TypeVar
 
-    from electrovib.core.arrays import Real
-    from electrovib.solve.population.drives import Excitation
+    from electrovib.core.arrays import Complex, Indices, Real
+    from electrovib.physics.drive.base import Drive
+    from electrovib.scenario import Scenario
 
-    K = TypeVar("K")
+K = TypeVar("K")
+MOST_CORNERS: Final = 200_000
+"""Corners of a drive up to the last output time beyond which fingers are computed one by one."""
+MOST_PIECES: Final = 4096
+"""Straight pieces of one period beyond which the periodic state is computed one by one."""
+_SAME: Final = 1e-13
+"""Difference over the largest number up to which two drives agree."""
+_LOOKS: Final = ((0.53, 0.75, 0.11), (0.97, 0.51, 0.37), (0.81, 0.93, 0.73))
+"""Factors of a value at which a drive is compared with a linear one, for paths in turn; of the largest value for a 0."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Moments:
+    """The times and frequencies of a drive, without its amplitudes.
+
+    Parameters
+    ----------
+    outputs : ndarray, shape (n,)
+        Output times, increasing, >= 0 [s].
+    time : ndarray, shape (m,)
+        Time 0, outputs and corners of the straight pieces, not decreasing; a discontinuity has its time twice [s].
+    places : ndarray of int, shape (n,)
+        Index of each output in `time`.
+    lengths : tuple of ndarray, shape (pieces,)
+        Durations of the pieces of each part that has been repeating since long before time 0 [s].
+    frequencies : ndarray, shape (tones,)
+        Frequencies of the sines, which are on at all outputs [Hz]; 0 for a constant.
+    settled, is_straight : bool
+        Whether the drive has been on since long before time 0, and whether it has straight pieces.
+    """
+
+    outputs: Real
+    time: Real
+    places: Indices
+    lengths: tuple[Real, ...]
+    frequencies: Real
+    settled: bool
+    is_straight: bool
+
+    @functools.cached_property
+    def steps(self) -> TimeSteps:
+        """Steps of the grid."""
+        return time_steps(self.time)
+
+    @functools.cached_property
+    def waves(self) -> Real:
+        """Cosines and minus sines of all tones at the outputs, shape (2 tones, n)."""
+        found = [circling(frequency, self.outputs) for frequency in self.frequencies.tolist()]
+        rows = [cosine for cosine, _ in found] + [-sine for _, sine in found]
+        return np.array(rows).reshape(len(rows), len(self.outputs))
+
+    def agrees_with(self, other: Moments) -> bool:
+        """Return whether another drive has the same times and frequencies."""
+        mine, its = ((each.time, each.places, each.frequencies, *each.lengths) for each in (self, other))
+        return len(mine) == len(its) and all(map(np.array_equal, mine, its))
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """A drive as sums of straight pieces and of sines: its moments, and all of its amplitudes [V] in one row.
+
+    The row has the rate of change of the straight pieces after each output [V/s], the integral of a settled drive at each
+    output [V s], the rise from each time of the grid to the next [V], the straight pieces at these times, the mean of a
+    settled drive, the constant to which all modes have settled at time 0, the real and imaginary parts of the tones, and
+    the drive just after the beginning and just before the end of each piece of a period.
+    """
+
+    moments: Moments
+    row: Real
+
+    def _part(self, place: int) -> Real:
+        outputs, tones = len(self.moments.outputs), len(self.moments.frequencies)
+        grid = len(self.moments.time)
+        counts = [outputs, outputs, grid, grid, 2, tones, tones]
+        begin = sum(counts[:place])
+        return self.row[begin : begin + counts[place]]
+
+    @property
+    def voltage(self) -> Real:
+        """Straight pieces at the times of the grid [V]."""
+        return self._part(3)
+
+    @property
+    def rises(self) -> Real:
+        """Rise from each time of the grid to the next, 0 after the last [V]; no difference of large values."""
+        return self._part(2)
+
+    @property
+    def slopes(self) -> Real:
+        """Rate of change of the straight pieces after each output [V/s]."""
+        return self._part(0)
+
+    @property
+    def integral(self) -> Real:
+        """Integral of a settled drive without a mean at each output, with a mean of 0 [V s]."""
+        return self._part(1)
+
+    @property
+    def level(self) -> float:
+        """Constant voltage to which all modes have settled at time 0 [V]."""
+        return float(self._part(4)[1])
+
+    @property
+    def mean(self) -> float:
+        """Mean of a settled drive over its period [V]."""
+        return float(self._part(4)[0])
+
+    @property
+    def tones(self) -> Complex:
+        """Complex amplitudes of the sines [V]."""
+        return np.asarray(self._part(5) + 1j * self._part(6))
+
+    def periods(self) -> list[tuple[Real, Real, Real]]:
+        """Return duration, begin and end of the pieces of each repeated part."""
+        rest = self.row[len(self.row) - 2 * sum(len(each) for each in self.moments.lengths) :]
+        found = []
+        for lengths in self.moments.lengths:
+            begins, ends, rest = np.split(rest, [len(lengths), 2 * len(lengths)])
+            found.append((lengths, begins, ends))
+        return found
+
+    def values(self) -> Real:
+        """Return the drive at its output times [V], shape (n,)."""
+        waves = np.concatenate([self.tones.real, self.tones.imag]) @ self.moments.waves
+        return np.asarray(self.voltage[self.moments.places] + self.level + waves)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SharedDrive:
+    """A drive v = fixed + sum of value times share over the free parameters of the drive.
+
+    Parameters
+    ----------
+    fixed : Excitation or None
+        What does not depend on them; None if there is nothing.
+    shares : mapping of str to Excitation
+        What each is multiplied with, by its stored path.
+    """
+
+    fixed: Excitation | None
+    shares: Mapping[str, Excitation]
+
+    def terms(self, columns: Mapping[str, Any]) -> list[tuple[Any, Excitation]]:
+        """Return factors and drives whose products add up to the drive of each finger."""
+        found: list[tuple[Any, Excitation]] = [] if self.fixed is None else [(1.0, self.fixed)]
+        return found + [(columns[path], share) for path, share in self.shares.items()]
+
+
+def excitation(drive: Drive, time: Real, *, settled: bool) -> Excitation:
+    """Return a drive as straight pieces and sines.
+
+    `time` (n,) [s].
+    """
+    parts, kind = drive.parts(), type(drive).__name__
+    straight = [part for part in parts if isinstance(part, Linear)]
+    tones = [part for part in parts if isinstance(part, Tones)]
+    if any(isinstance(part, Smooth) for part in parts):
+        raise NotInArraysError(f"{kind} is neither made of straight pieces nor of sines")
+    for part in tones:
+        always = part.start == -np.inf if settled else part.start <= 0
+        if not (always and part.stop > time[-1]):
+            raise NotInArraysError(f"{kind} has sines that are switched within the output times")
+    level = 0.0
+    if settled:
+        level = sum(float(part.after[0]) for part in straight if part.is_step)
+        straight = [part for part in straight if not part.is_step]
+    grid, voltage, places = _grid(straight, time, kind) if straight else _only_outputs(time)
+    rises = _rises(straight, grid, voltage)
+    slopes = sum((part.slope(time) for part in straight), start=np.zeros(len(time)))
+    periods = [_period(part, kind) for part in straight] if settled else []
+    amplitudes = np.concatenate([np.zeros(0), *(part.amplitudes for part in tones)])
+    moments = Moments(
+        outputs=time,
+        time=grid,
+        places=places,
+        lengths=tuple(lengths for lengths, _, _ in periods),
+        frequencies=np.concatenate([np.zeros(0), *(part.frequencies for part in tones)]),
+        settled=settled,
+        is_straight=bool(straight),
+    )
+    ends = [each for _, begins, ends in periods for each in (begins, ends)]
+    mean = drive_mean(drive) if settled else 0.0
+    integral = settled_integral(drive, time) if settled and not mean else np.zeros(len(time))
+    row: list[Any] = [
+        slopes,
+        integral,
+        rises,
+        voltage,
+        [mean, level],
+        amplitudes.real,
+        amplitudes.imag,
+        *ends,
+    ]
+    return Excitation(moments, np.concatenate(row))
+
+
+def _only_outputs(time: Real) -> tuple[Real, Real, Indices]:
+    """Return time 0 and the outputs, at which there is no voltage of straight pieces."""
+    return np.concatenate([[0.0], time]), np.zeros(len(time) + 1), np.arange(1, len(time) + 1)
+
+
+def _period(part: Linear, kind: str) -> tuple[Real, Real, Real]:
+    """Return duration, begin and end of the pieces of one period."""
+    if part.period is None or len(part.times) > MOST_PIECES:
+        raise NotInArraysError(f"{kind} has more than {MOST_PIECES} straight pieces in a period")
+    return np.diff(part.times), part.after[:-1], part.before[1:]
+
+
+def _grid(parts: Sequence[Linear], time: Real, kind: str) -> tuple[Real, Real, Indices]:
+    """Return outputs and corners, the drive there, and the places of the outputs.
+
+    An output within the rounding of a corner is at that corner, as for one finger.
+    """
+    end = float(time[-1])
+    if sum(part.count_breaks(end) for part in parts) > MOST_CORNERS:
+        raise NotInArraysError(f"{kind} has more than {MOST_CORNERS} corners up to the last output time")
+    corners = np.unique(np.concatenate([[0.0], *[part.until(end).times for part in parts]]))
+    corners = corners[corners < end * (1 + SLACK)]
+    corners = corners[
+        np.diff(corners, prepend=-1.0) > 2 * SLACK * np.abs(corners)
+    ]  # one point for two that agree
+    after = np.sum([part.value(corners) for part in parts], axis=0)
+    before = after.copy()
+    before[1:] = np.sum([part.value_before(corners[1:]) for part in parts], axis=0)
+    nearest = np.clip(np.searchsorted(corners, time * (1 + SLACK), side="right") - 1, 0, None)
+    met = np.abs(time - corners[nearest]) <= SLACK * np.abs(time)
+    moments = np.where(met, corners[nearest], time)
+    steps = np.flatnonzero(before != after)
+    lone = np.setdiff1d(np.arange(len(corners)), nearest[met])
+    grid = np.concatenate([corners[steps], corners[lone], moments])
+    kinds = np.concatenate([np.zeros(len(steps)), np.ones(len(lone)), np.full(len(moments), 2.0)])
+    values = [before[steps], after[lone], np.sum([part.value(moments) for part in parts], axis=0)]
+    order = np.lexsort((kinds, grid))
+    places = np.flatnonzero(kinds[order] == 2)
+    return grid[order], np.concatenate(values)[order], places
+
+
+def _rises(parts: Sequence[Linear], grid: Real, voltage: Real) -> Real:
+    """Return the rise of straight pieces from each time of a grid to the next [V], shape (m,)."""
+    steps = np.diff(grid)
+    slopes = sum((part.slope(grid[:-1] + steps / 2) for part in parts), start=np.zeros(len(steps)))
+    return np.append(np.where(steps > 0, slopes * steps, np.diff(voltage)), 0.0)
+
+
+def shared_drive(scenario: Scenario, free: tuple[str, ...], time: Real, *, settled: bool) -> SharedDrive:
+    """Find the fixed drives whose sum is the drive of every finger, `free` being the stored paths of its free parameters.
+
+    `time` (n,) [s].
+    """
+    base = excitation(scenario.drive, time, settled=settled)
+    if not free:
+        return SharedDrive(fixed=base, shares={})
+    begin = {path: _value(scenario, path) for path in free}
+    slopes, rest = {}, base.row
+    own = slice(2 * len(time) + len(base.moments.time), None)  # what precedes it follows from it
+    for path in free:
+        nudged = 0.5 * begin[path] or 0.5 * quantity_at(scenario, path).high
+        other = _with(scenario, begin | {path: nudged}, base)  # a level may follow another
+        slopes[path] = (other.row - base.row) / (nudged - begin[path])
+        rest = rest - slopes[path] * begin[path]
+    sizes = [float(np.max(np.abs(slope[own]))) * abs(begin[path]) for path, slope in slopes.items()]
+    size = max([float(np.max(np.abs(base.row[own]), initial=0.0)), *sizes])
+    for look in _LOOKS:
+        point = {
+            path: begin[path] * look[place % 2] or look[2] * quantity_at(scenario, path).high
+            for place, path in enumerate(free)
+        }
+        expected = rest + sum(slopes[path] * point[path] for path in free)
+        seen = _with(scenario, point, base).row[own]
+        if np.any(np.abs(seen - expected[own]) > _SAME * max(size, float(np.max(np.abs(seen), initial=0.0)))):
+            raise NotInArraysError(f"the drive is not linear in {', '.join(free)}")
+    fixed = None if np.all(np.abs(rest[own]) <= _SAME * size) else Excitation(base.moments, rest)
+    shares = {path: Excitation(base.moments, slope) for path, slope in slopes.items()}
+    return SharedDrive(fixed=fixed, shares=shares)
+
+
+def _with(scenario: Scenario, point: Mapping[str, float], base: Excitation) -> Excitation:
+    """Return the drive at other values of its parameters, which has to have the moments of the first."""
+    try:
+        changed = scenario.replace(dict(point)).drive
+    except InputError as error:
+        listed = ", ".join(point)
+        raise NotInArraysError(f"the range of {listed} depends on other parameters: {error}") from None
+    found = excitation(changed, base.moments.outputs, settled=base.moments.settled)
+    if not found.moments.agrees_with(base.moments):
+        raise NotInArraysError(f"{', '.join(point)} changes more of the drive than its amplitude")
+    return found
+
+
+def _value(scenario: Scenario, path: str) -> float:
+    value = value_at(scenario, path)
+    if not isinstance(value, float):
+        raise NotInArraysError(f"{path} has no value in the scenario")
+    return value
 
 
 def respond(transfers: Mapping[K, Transfer], terms: Sequence[tuple[Any, Excitation]]) -> dict[K, Real]:

@@ -13,8 +13,7 @@ from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.pieces import SLACK
 from electrovib.solve.population import population
 from electrovib.solve.population.arrays import _agree
-from electrovib.solve.population.drives import excitation
-from electrovib.solve.population.response import respond, settled_state
+from electrovib.solve.population.response import excitation, respond, settled_state
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integrated
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))

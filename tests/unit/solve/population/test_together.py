@@ -14,8 +14,7 @@ import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.solve.population import arrays, population
-from electrovib.solve.population.columns import check_values, with_columns
-from electrovib.solve.population.reduced import shared_reductions
+from electrovib.solve.population.columns import check_values, shared_reductions, with_columns
 from electrovib.solve.stack.transfer import NotInArraysError
 
 _SPEC = importlib.util.spec_from_file_location("fingers_of", Path(__file__).with_name("fingers_of.py"))
