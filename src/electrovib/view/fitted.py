@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from electrovib.recordings.fit import ScenarioFit
-    from electrovib.recordings.fit.compared import FitComparison
     from electrovib.recordings.fit.posterior import Posterior
-    from electrovib.recordings.fit.residuals import Residuals
+    from electrovib.recordings.fit.prediction import Residuals
+    from electrovib.recordings.fit.separate import FitComparison
     from electrovib.recordings.fit.table import EstimatedParameter
     from electrovib.scenario import Scenario
 

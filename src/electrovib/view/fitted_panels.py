@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from electrovib.recordings.fit.residuals import Residuals
+    from electrovib.recordings.fit.prediction import Residuals
 
 _MOST_POINTS: Final = 600
 """Samples of a recording that a figure shows."""

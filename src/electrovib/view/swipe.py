@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.data.marks import Form
-from electrovib.recordings.swipe.table import swipe_rows
+from electrovib.recordings.swipe.reduce import swipe_rows
 from electrovib.study.reproduction import REFERENCE, Curve, Page, Panel, Table
 from electrovib.view.envelope import envelope
 from electrovib.view.measured import measured_page, numbers_csv, numbers_table

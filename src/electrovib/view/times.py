@@ -15,7 +15,7 @@ from electrovib.view.units import pretty_quantity
 if TYPE_CHECKING:
     from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
     from electrovib.recordings.transitions.estimate import Interval
-    from electrovib.recordings.transitions.result import DirectionTimes
+    from electrovib.recordings.transitions.times import DirectionTimes
 
 FILES: Final[dict[str, Form]] = {"report.html": Form.PAGE, "times.csv": Form.TABLE}
 """Files of measured times and their forms."""

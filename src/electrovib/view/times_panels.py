@@ -10,7 +10,7 @@ from electrovib.study.reproduction import REFERENCE, Curve, Panel
 
 if TYPE_CHECKING:
     from electrovib.recordings.transitions import MeasuredRing, MeasuredRings, MeasuredTimes
-    from electrovib.recordings.transitions.result import DirectionTimes
+    from electrovib.recordings.transitions.times import DirectionTimes
 
 _MOST_EDGES: Final = 3
 _AFTER: Final = 8.0

@@ -12,7 +12,7 @@ from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.material import ColeCole
-from electrovib.recordings.spectra.form_names import forms_of
+from electrovib.recordings.spectra.forms import forms_of
 from electrovib.recordings.spectra.instrument import InstrumentError, error_by_resistor
 
 SHARED = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"

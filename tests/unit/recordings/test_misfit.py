@@ -8,10 +8,9 @@ from twins import COEFFICIENT, COULOMB, GAP, LAGGING, LEAK, PAIRS, TIMES, exact,
 import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.components import Components, Sign, _around
 from electrovib.recordings.fit.measured import Observed
-from electrovib.recordings.fit.misfit import significant
-from electrovib.recordings.fit.residuals import Residuals
+from electrovib.recordings.fit.misfit import Components, Sign, _around, significant
+from electrovib.recordings.fit.prediction import Residuals
 from electrovib.recordings.fit.table import parameter_table
 
 FORCE = "electrostatic_force"

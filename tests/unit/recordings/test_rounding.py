@@ -6,7 +6,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.resolution import (
+from electrovib.recordings.fit.rounding import (
     coherence_of,
     least_noise,
     resolution_of,

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
-    from electrovib.recordings.fit.sampling import Sampling
+    from electrovib.recordings.fit.posterior import Sampling
     from electrovib.scenario import Source
 
 
@@ -135,7 +135,7 @@ def _stated(changes: list[str] | None) -> dict[str, Any]:
 def _sampling(seed: int | None, steps: int, update: Callable[[int, int], None]) -> Sampling:
     """Read the options of the posterior distribution."""
     from electrovib.core.errors import InputError
-    from electrovib.recordings.fit.sampling import Sampling
+    from electrovib.recordings.fit.posterior import Sampling
 
     if seed is None:
         raise InputError("--posterior: state --seed, so that the samples can be repeated")

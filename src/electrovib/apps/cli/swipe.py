@@ -49,7 +49,7 @@ def command(
     """
     from electrovib.core.files import inputs_noted
     from electrovib.recordings.swipe import reduce_swipes
-    from electrovib.recordings.swipe.table import swipe_rows
+    from electrovib.recordings.swipe.reduce import swipe_rows
     from electrovib.recordings.transitions.table import with_interval
     from electrovib.view.measured import check_measured_folder, write_measured
     from electrovib.view.swipe import FILES, swipe_files

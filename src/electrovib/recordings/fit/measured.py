@@ -14,7 +14,7 @@ from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
 from electrovib.recordings.calibration_error import CalibrationError
 from electrovib.recordings.fit.prescribed import PRESCRIBING
-from electrovib.recordings.fit.resolution import resolution_of
+from electrovib.recordings.fit.rounding import resolution_of
 
 if TYPE_CHECKING:
     import xarray

@@ -1,4 +1,4 @@
-"""What a scenario predicts for recordings, as one vector over the unknown numbers, and its derivatives."""
+"""What a scenario predicts for recordings, as one vector over the unknown numbers, its derivatives, and the residuals."""
 
 from __future__ import annotations
 
@@ -10,19 +10,25 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.recordings.fit.axes import along, over_time, signals_over_frequency
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
+from electrovib.solve.closed_form.repeated import Repeated
+from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.mechanics.lateral import INDEPENDENT, proportional_to_friction
 from electrovib.solve.one_by_one import ParametricScenario
+from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
+    from electrovib.recordings.fit.measured import Observed
     from electrovib.scenario import Scenario
+    from electrovib.solve.one_by_one import ParametricScenario
 
 STEP: Final = 1e-6
 """Relative step of the one-sided derivatives: truncation and rounding are both below 1e-6 of them."""
@@ -240,3 +246,76 @@ class Prediction:
 
 def _flat(values: NDArray[Any]) -> Real:
     return np.concatenate([values.real, values.imag]) if np.iscomplexobj(values) else np.asarray(values)
+
+
+def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list[str]]:
+    """Return which signals are over one axis, all values of that axis, increasing [s or Hz], and the names of the signals."""
+    there = [number for number, each in enumerate(columns) if each.axis == axis]
+    stamps = [columns[number].x for number in there]
+    same = all(each is stamps[0] or np.array_equal(each, stamps[0]) for each in stamps[1:])
+    names = list(dict.fromkeys(columns[number].signal for number in there))
+    return there, stamps[0] if same else np.unique(np.concatenate(stamps)), names
+
+
+def over_time(prepared: ParametricScenario, columns: Sequence[Observed]) -> Repeated | None:
+    """Prepare the signals of a recording over time; None where none is over time."""
+    if all(each.axis != "time" for each in columns):
+        return None
+    _, stamps, names = along(columns, "time")
+    return Repeated(prepared, names, stamps)
+
+
+def signals_over_frequency(
+    scenario: Scenario, frequency: Real, names: Sequence[str]
+) -> dict[str, NDArray[Any]]:
+    """Predict signals over frequency, exactly, for the materials as declared."""
+    variables = over_frequency(scenario, phasors(scenario, frequency))
+    absent = [name for name in names if name not in variables or variables[name][0] != ("frequency",)]
+    if absent:
+        known = ", ".join(name for name, (dims, _) in variables.items() if dims == ("frequency",))
+        raise ElectrovibError(
+            f"'{absent[0]}' is not predicted over frequency by this scenario. Known: {known}."
+        )
+    return {name: np.asarray(variables[name][1]) for name in names}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Residuals:
+    """What is left of one signal of one recording; `noise` is the standard deviation over the scale of the data."""
+
+    recording: str
+    observed: Observed
+    predicted: NDArray[np.float64] | NDArray[np.complex128]
+    noise: float
+
+    @property
+    def values(self) -> NDArray[np.float64] | NDArray[np.complex128]:
+        """Data less prediction, shape (n,), in the signal's unit."""
+        return np.asarray(self.observed.y - self.predicted)
+
+    @property
+    def root_mean_square(self) -> float:
+        """Of the residuals over the scale of the data, of each part where they are complex."""
+        return float(np.sqrt(np.mean(np.abs(self.values / self.observed.scale) ** 2) / self.observed.parts))
+
+
+def residuals_of(
+    prediction: Prediction, values: Mapping[str, float], noise: Sequence[float]
+) -> list[Residuals]:
+    """Collect the residuals of every signal of every recording."""
+    found, at = prediction(values), 0
+    residuals = []
+    names = [
+        measured.name
+        for measured, group in zip(prediction.measured, prediction.columns, strict=True)
+        for _ in group
+    ]
+    columns = [each for group in prediction.columns for each in group]
+    for name, column, sigma in zip(names, columns, noise, strict=True):
+        size = column.x.size
+        row: NDArray[np.float64] | NDArray[np.complex128] = found[at : at + size]
+        if column.parts == 2:
+            row = row + 1j * found[at + size : at + 2 * size]
+        at += size * column.parts
+        residuals.append(Residuals(recording=name, observed=column, predicted=row, noise=sigma))
+    return residuals

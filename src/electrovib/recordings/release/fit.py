@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import itertools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.readback import WholeVoltage
+from electrovib.physics.drive.readback import OneOfTwoInAntiphase, WholeVoltage
 from electrovib.physics.drive.sampled import Refuse
 from electrovib.recordings.correlated import line
 from electrovib.recordings.recording import increasing, without_missing
 from electrovib.recordings.release.least_squares import plain_release, resonant_release
 from electrovib.recordings.release.parts import Decay, Extremum, damped_sine, drive_end, find_extrema
-from electrovib.recordings.release.result import FittedRelease
-from electrovib.recordings.release.statements import statements_on_fit, statements_on_record
 from electrovib.recordings.release.uncertainty import uncertainties, with_change
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from electrovib.physics.drive.readback import Readback
     from electrovib.physics.drive.sampled import StampTreatment
     from electrovib.recordings.release.least_squares import Release
+    from electrovib.recordings.release.parts import Decay, Extremum
+    from electrovib.recordings.release.uncertainty import Uncertainty
 
 _REMAINS = 0.05
 """Fraction of its initial amplitude to which the fitted oscillation has fallen at the end of the fit."""
@@ -233,3 +235,179 @@ def _decays(
     starts = (extrema[0].time, extrema[0].time + _LATER * period)
     early, late = (damped_sine(stamps, force, start=start, end=start + _PERIODS * period) for start in starts)
     return early, late
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FittedRelease:
+    """A fitted release and the damped oscillation after it; times are after the end of the drive unless stated otherwise.
+
+    - `drive_end`: end of the drive on the clock of the record: mean of its last sample and the next.
+    - `delay`: mean delay of the fall of the force: the dead time plus the time constant of the exponential
+      decay after it. A record rarely determines the two separately.
+    - `fall_time`: time constant of the decay that fits best; `fall_time_interval` has the lowest and highest
+      one that fit as well, 95 % on either side, the lowest 0 if a discontinuity fits as well.
+    - `frequency`, `quality`: of the one resonance that fits best. It is that of the load cell with its load,
+      which is lower than that of the bare cell.
+    - `misfit`, `misfit_without`: rms of the residual over the rms of the force about its last level, after
+      the end of the drive: with the resonance, and for the best exponential release recorded by a sensor
+      without resonance.
+    - `held`, `after`, `scatter`: force before the release, long after it, and its standard deviation before
+      it.
+    - `missing`: number of rows that were omitted because they held a NaN.
+    - `early`, `late`: damped sines fitted from the first turning point on, and from three quarters of a
+      period later, or None.
+    """
+
+    drive_end: float
+    delay: float
+    fall_time: float
+    fall_time_interval: tuple[float, float]
+    held: float
+    after: float
+    frequency: float
+    quality: float
+    uncertainty: Mapping[str, Uncertainty]
+    misfit: float
+    misfit_without: float
+    scatter: float
+    missing: int
+    extrema: tuple[Extremum, ...]
+    early: Decay | None
+    late: Decay | None
+    time: NDArray[np.float64]
+    force: NDArray[np.float64]
+    model: NDArray[np.float64]
+    model_without: NDArray[np.float64]
+    words: tuple[str, ...]
+
+    @property
+    def half_periods(self) -> tuple[float, ...]:
+        """Frequencies from the intervals between successive turning points [Hz]."""
+        times = [extremum.time for extremum in self.extrema]
+        return tuple(1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times))
+
+    def __repr__(self) -> str:
+        return "\n".join(self.words)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and texts for JSON, in SI, without the samples."""
+        plain = (
+            "drive_end", "delay", "fall_time", "held", "after", "frequency", "quality", "misfit", "misfit_without",
+            "scatter", "missing",
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in plain} | {
+            "fall_time_interval": list(self.fall_time_interval),
+            "uncertainty": {name: found.to_dict() for name, found in self.uncertainty.items()},
+            "extrema": [{"time": extremum.time, "force": extremum.force} for extremum in self.extrema],
+            "half_periods": list(self.half_periods),
+            "early": self.early.to_dict() if self.early else None,
+            "late": self.late.to_dict() if self.late else None,
+            "words": list(self.words),
+        }
+
+
+_APART = 3.0
+"""Distance of two numbers in standard uncertainties above which they differ."""
+_KNOWN = 0.3
+"""Relative uncertainty of the frequency from which on the resonance counts as not determined."""
+_CALLED = {
+    "noise": "noise",
+    "window": "start of the fit",
+    "fall time": "fall times that fit as well",
+    "end": "end of the drive",
+    "change": "change during the decay",
+}
+"""Name of each component of an uncertainty in a sentence."""
+
+
+def statements_on_fit(
+    best: Release,
+    uncertainty: Mapping[str, Uncertainty],
+    *,
+    falls: tuple[float, float],
+    without: float,
+    extrema: Sequence[Extremum],
+    decays: tuple[Decay | None, Decay | None],
+) -> tuple[str, ...]:
+    """Write what a fitted release determines: on the resonance, the delay, and the change of the frequency."""
+    return (
+        *_resonance(best, uncertainty, without),
+        *_delay(best, uncertainty["delay"], falls),
+        *_change(extrema, decays),
+    )
+
+
+def statements_on_record(readback: Readback | None, missing: int) -> tuple[str, ...]:
+    """Write how many rows were omitted from a record, and what its drive column does not determine."""
+    said = []
+    if missing:
+        rows = "1 row that holds" if missing == 1 else f"{missing} rows that hold"
+        said.append(f"{rows} a NaN {'was' if missing == 1 else 'were'} omitted.")
+    if isinstance(readback, OneOfTwoInAntiphase) and readback.stop is None:
+        said.append(
+            "The drive is taken to end at the last fall of the electrode that was read back. If the other electrode was"
+            " driven after that, the drive ended later and the delay is shorter by the same time; readback.stop states when."
+        )
+    return tuple(said)
+
+
+def _resonance(best: Release, uncertainty: Mapping[str, Uncertainty], without: float) -> tuple[str, ...]:
+    of_frequency, of_quality = uncertainty["frequency"], uncertainty["quality"]
+    if not of_frequency.total < _KNOWN * best.frequency:
+        return (
+            f"The record does not determine a resonance: the best fit, {best.frequency:.0f} Hz, has a standard uncertainty"
+            f" of {of_frequency.total:.2g} Hz.",
+        )
+    return (
+        f"One resonance of the loaded assembly (load cell with its load) is fitted: {best.frequency:.0f} Hz with a"
+        f" standard uncertainty of {of_frequency.total:.2g} Hz ({_parts(of_frequency, 1, 'Hz')}), quality factor"
+        f" {best.quality:.1f} with {of_quality.total:.2g} ({_parts(of_quality, 1, '')}). Its residual is {best.misfit:.1%} of"
+        f" the force after the end of the drive; without the resonance the residual is {without:.1%}.",
+    )
+
+
+def _delay(best: Release, uncertainty: Uncertainty, falls: tuple[float, float]) -> tuple[str, ...]:
+    said = (
+        f"The force falls {best.delay * 1e3:.2f} ms after the end of the drive, with a standard uncertainty of"
+        f" {uncertainty.total * 1e3:.2g} ms ({_parts(uncertainty, 1e3, 'ms')})."
+    )
+    low, high = falls
+    if low == 0:
+        return (
+            said,
+            f"The time constant of the fall is not determined: any value up to {high * 1e3:.2g} ms fits as well.",
+        )
+    return said, (
+        f"The time constant of the fall is {best.fall_time * 1e3:.2g} ms; values between {low * 1e3:.2g} and"
+        f" {high * 1e3:.2g} ms fit as well."
+    )
+
+
+def _parts(uncertainty: Uncertainty, factor: float, unit: str) -> str:
+    return ", ".join(
+        f"{_CALLED[name]} {value * factor:.2g} {unit}".rstrip()
+        for name, value in uncertainty.components.items()
+    )
+
+
+def _change(extrema: Sequence[Extremum], decays: tuple[Decay | None, Decay | None]) -> list[str]:
+    said = []
+    times = [extremum.time for extremum in extrema]
+    halves = [1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times)]
+    if len(halves) >= 2:
+        said.append(f"Successive turning points give {', '.join(f'{value:.0f}' for value in halves)} Hz.")
+    early, late = decays
+    if early and late:
+        said.append(
+            f"A damped sine fitted from the first turning point on has {early.frequency:.0f} ±"
+            f" {early.frequency_uncertainty:.2g} Hz (quality factor {early.quality:.1f}); fitted from three quarters of a"
+            f" period later, {late.frequency:.0f} ± {late.frequency_uncertainty:.2g} Hz (quality factor {late.quality:.1f})."
+        )
+        error = float(np.hypot(early.frequency_uncertainty, late.frequency_uncertainty))
+        if abs(late.frequency - early.frequency) > max(_APART * error, 0.01 * early.frequency):
+            change = "falls" if late.frequency < early.frequency else "rises"
+            said.append(
+                f"The frequency {change} during the decay, which no single linear resonance reproduces: part of the"
+                " misfit is due to it and not to noise."
+            )
+    return said

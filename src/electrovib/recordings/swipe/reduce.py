@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +12,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
 from electrovib.recordings.rail import about_rails
+from electrovib.recordings.recording import recording_of
 from electrovib.recordings.swipe.baseline import (
     BLOCKS,
     Estimate,
@@ -18,17 +21,18 @@ from electrovib.recordings.swipe.baseline import (
     standard_error,
     zeros_beside,
 )
-from electrovib.recordings.swipe.opened import recording_of
 from electrovib.recordings.swipe.parts import find_contacts, find_slides, middle, sliding_speed, travel
-from electrovib.recordings.swipe.result import SwipeResult
+from electrovib.recordings.transitions.estimate import Interval, none
+from electrovib.recordings.transitions.table import TimeRow
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray
 
-    from electrovib.recordings.recording import Recording
+    from electrovib.recordings.recording import Channels, Recorded, Recording
     from electrovib.recordings.spans import Span
-    from electrovib.recordings.swipe.baseline import Zero
-    from electrovib.recordings.swipe.opened import Channels, Recorded
+    from electrovib.recordings.swipe.baseline import Estimate, Zero
     from electrovib.recordings.swipe.parts import Touch
 
 _BEST_FIRST = ("interpolated", "before", "after")
@@ -269,4 +273,77 @@ def _trace(
             "swipe": json.dumps(result),
             "words": "\n".join(words),
         },
+    )
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SwipeResult:
+    """One swipe, reduced to forces and friction.
+
+    - `normal_force`, `lateral_force`: means over the window [N]; the lateral force is positive in the
+      direction of the friction of this swipe.
+    - `direction`: 1 if the position increases, else -1; without a position, the sign of the lateral force.
+    - `speed`, `distance`: mean speed in the window and sliding distance of the whole slide. Without a
+      position the speed is the declared one; None if not known.
+    - `trace`: whole record, with the baseline of this swipe subtracted.
+    """
+
+    normal_force: Estimate
+    lateral_force: Estimate
+    friction: Estimate
+    direction: int
+    speed: float | None
+    distance: float | None
+    contact: tuple[float, float]
+    window: tuple[float, float]
+    words: tuple[str, ...]
+    trace: xarray.Dataset
+
+    def __repr__(self) -> str:
+        return "\n".join(self.words)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and texts for JSON, in SI, without the Trace."""
+        return {
+            "normal_force": self.normal_force.to_dict(),
+            "lateral_force": self.lateral_force.to_dict(),
+            "friction": self.friction.to_dict(),
+            "direction": self.direction,
+            "speed": self.speed,
+            "distance": self.distance,
+            "contact": list(self.contact),
+            "window": list(self.window),
+            "words": list(self.words),
+        }
+
+
+def swipe_rows(swipes: Sequence[SwipeResult]) -> list[TimeRow]:
+    """List the numbers of swipes."""
+    rows = []
+    for number, swipe in enumerate(swipes, start=1):
+        group = f"swipe {number}" if len(swipes) > 1 else "swipe"
+        note = "; ".join(text.removeprefix("Warning: ") for text in swipe.words if text.startswith("Warning"))
+        for name, unit, found in (
+            ("friction", "1", swipe.friction),
+            ("normal force", "N", swipe.normal_force),
+            ("lateral force", "N", swipe.lateral_force),
+        ):
+            rows.append(TimeRow(group=group, name=name, unit=unit, number=_interval(found), note=note))
+        measured = swipe.distance is not None
+        for name, unit, value in (("speed", "m/s", swipe.speed), ("distance", "m", swipe.distance)):
+            if value is not None:
+                how = "from the position" if measured else "as declared"
+                rows.append(TimeRow(group=group, name=name, unit=unit, number=none(value, how)))
+    return rows
+
+
+def _interval(found: Estimate) -> Interval:
+    lower, upper = found.interval
+    return Interval(
+        value=found.value,
+        lower=lower,
+        upper=upper,
+        standard_error=found.standard_error,
+        scatter=math.nan,
+        method="choices of the zero of the sensors, and scatter within the window",
     )

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
+    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
 
 ONE: Final = "one mode"
 DRIFTING: Final = "one drifting mode"

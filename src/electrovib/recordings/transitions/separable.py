@@ -1,17 +1,21 @@
-"""Least squares of a model that is linear in its amplitudes, with the correlation of the noise."""
+"""Least squares of a model that is linear in its amplitudes, with the correlation of the noise, and the choice of a form."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
 from electrovib.recordings.correlated import autocovariance, covariance
-from electrovib.recordings.fit.estimate import LeastSquaresEstimate, estimate_at
-from electrovib.recordings.fit.least_squares import FreeParameter, least_squares
+from electrovib.recordings.fit.least_squares import (
+    FreeParameter,
+    LeastSquaresEstimate,
+    estimate_at,
+    least_squares,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -173,3 +177,23 @@ def _with_correlation(found: LeastSquaresEstimate, slopes: Real, left: Real) -> 
     whole = np.zeros_like(found.covariance)
     whole[np.ix_(inside, inside)] = alike
     return whole
+
+
+Name = TypeVar("Name")
+
+SUPPORTED: Final = 2.0
+"""Difference of the criterion up to which a form has substantial support (Burnham and Anderson 2002)."""
+
+
+def chosen_form(criterion: Mapping[Name, float]) -> Name:
+    """Choose the first form, from the simplest on, whose criterion is at most 2 above the lowest."""
+    lowest = min(criterion.values())
+    return next(
+        name for name, value in criterion.items() if value <= lowest + SUPPORTED or not math.isfinite(lowest)
+    )
+
+
+def above_lowest(criterion: Mapping[str, float]) -> dict[str, float]:
+    """Return the differences of a criterion from the lowest, dimensionless."""
+    lowest = min(criterion.values())
+    return {name: value - lowest if math.isfinite(lowest) else 0.0 for name, value in criterion.items()}

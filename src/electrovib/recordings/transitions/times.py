@@ -3,21 +3,36 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+import numpy as np
+
 from electrovib.core.errors import InputError
-from electrovib.recordings.transitions.chosen import columns_of
-from electrovib.recordings.transitions.edges import edge_record, reference_times
-from electrovib.recordings.transitions.measurement import Measurement
-from electrovib.recordings.transitions.result import EdgeTimes, MeasuredTimes
+from electrovib.recordings.transitions.edges import (
+    EdgeRecord,
+    columns_of,
+    edge_record,
+    of_change,
+    reference_times,
+)
+from electrovib.recordings.transitions.estimate import Interval, from_noise, none, over_edges
+from electrovib.recordings.transitions.relaxation import EXPONENTIAL, INSTANTANEOUS, fit_forms, forms
 from electrovib.recordings.transitions.sensor import Sensor, read_sensor
-from electrovib.recordings.transitions.statements import in_few
+from electrovib.recordings.transitions.separable import above_lowest, chosen_form
+from electrovib.recordings.transitions.table import in_few, statements
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import xarray
 
     from electrovib.physics.drive.readback import Readback
+    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
+    from electrovib.recordings.transitions.edges import EdgeRecord
+    from electrovib.recordings.transitions.estimate import Interval
+    from electrovib.recordings.transitions.relaxation import FittedForm
 
 SensorSource: TypeAlias = Sensor | str | None
 """A declared sensor, as an object or as text, ``"estimate"``, or none."""
@@ -151,3 +166,242 @@ def _check_numbers(*, exponentials: int, window: float | None, before: float | N
         problems.append(f"edges = {edges}: expected both, rising or falling")
     if problems:
         raise InputError(problems)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement:
+    """Measurement of the edges of one record at fractions of the range, counted from the lower level."""
+
+    levels: tuple[float, float]
+    sensor: Sensor | None
+    estimated: bool
+    driven: bool
+
+    def measured(self, edge: EdgeRecord, exponentials: int) -> EdgeTimes:
+        """Measure one edge."""
+        fractions = of_change(self.levels, rising=edge.direction == "rising")
+        fitted = fit_forms(
+            edge,
+            forms=forms(exponentials, sensor=self.sensor is not None or self.estimated),
+            fractions=fractions,
+            sensor=self.sensor,
+            estimated=self.estimated,
+        )
+        passed = edge.passages
+        recorded = from_noise(passed.time, passed.standard_error, freedom=passed.freedom)
+        return EdgeTimes(record=edge, recorded=recorded, fitted=fitted)
+
+    def summary(self, edges: Sequence[EdgeTimes]) -> DirectionTimes | None:
+        """Choose the form for all edges of a direction, and average over them."""
+        if not edges:
+            return None
+        names = [name for name in edges[0].fitted if all(name in each.fitted for each in edges)]
+        sums = {name: sum(each.fitted[name].aicc for each in edges) for name in names}
+        form = chosen_form(sums)
+        rejected = {
+            name: reason
+            for name in names
+            if (
+                reason := next(
+                    (each.fitted[name].rejected for each in edges if each.fitted[name].rejected), ""
+                )
+            )
+        }
+        fractions = of_change(self.levels, rising=edges[0].record.direction == "rising")
+        found = DirectionTimes(
+            direction=edges[0].record.direction,
+            edges=tuple(edges),
+            recorded=over_edges([each.recorded for each in edges]),
+            without_sensor=self.without_sensor(edges, form, fractions),
+            form=form,
+            criteria=above_lowest(sums),
+            rejected=rejected,
+            parameters=self.parameters(edges, form),
+            exponential=self.parameters(edges, EXPONENTIAL.name),
+            sensor_limit=self.limit(edges, form, fractions),
+            misfit=max(each.fitted[form].misfit for each in edges),
+            words=(),
+        )
+        return replace(found, words=statements(found, sensor=self.sensor, estimated=self.estimated))
+
+    def without_sensor(
+        self, edges: Sequence[EdgeTimes], form: str, fractions: tuple[float, float]
+    ) -> Interval:
+        """Average the time between the levels of the fitted force."""
+        if form == INSTANTANEOUS.name:
+            others = [each.fitted[EXPONENTIAL.name].between for each in edges]
+            uppers = [each.upper for each in others]
+            if not np.isfinite(uppers).all():
+                return none(0.0, "an instantaneous change fits; an exponential has no upper end")
+            return Interval(
+                value=0.0, lower=0.0, upper=float(np.mean(uppers)), standard_error=math.nan, count=len(edges),
+                method="an instantaneous change fits best; upper end from the profile of an exponential",
+            )  # fmt: skip
+        mean = over_edges([each.fitted[form].between for each in edges])
+        return self.with_sensor_error(mean, edges, form, fractions)
+
+    def with_sensor_error(
+        self, mean: Interval, edges: Sequence[EdgeTimes], form: str, fractions: tuple[float, float]
+    ) -> Interval:
+        """Add what the uncertainty of a declared sensor contributes, which is common to all edges."""
+        sensor = self.sensor
+        if sensor is None or not (sensor.frequency_error or sensor.quality_error):
+            return mean
+        changed = [
+            replace(sensor, frequency=sensor.frequency + sensor.frequency_error),
+            replace(sensor, quality=sensor.quality + sensor.quality_error),
+        ]
+        moved = []
+        for other in changed:
+            each = [
+                fit_forms(one.record, forms=[one.fitted[form].form], fractions=fractions, sensor=other)[form]
+                for one in edges
+            ]
+            moved.append(float(np.mean([one.between.value for one in each])) - mean.value)
+        half = math.hypot((mean.upper - mean.lower) / 2, 1.96 * math.hypot(*moved))
+        centre = (mean.upper + mean.lower) / 2
+        return replace(
+            mean, lower=max(centre - half, 0.0), upper=centre + half,
+            standard_error=math.hypot(mean.standard_error, *moved), method=f"{mean.method}, and the declared sensor",
+        )  # fmt: skip
+
+    def parameters(self, edges: Sequence[EdgeTimes], form: str) -> dict[str, Interval]:
+        """Average the parameters of the form over the edges."""
+        per_edge = [parameters_of(each, form, driven=self.driven, estimated=self.estimated) for each in edges]
+        return {name: over_edges([each[name] for each in per_edge]) for name in per_edge[0]}
+
+    def limit(self, edges: Sequence[EdgeTimes], form: str, fractions: tuple[float, float]) -> float:
+        """Compute the time that an instantaneous change would show through the sensor."""
+        seen = [each.fitted[form].sensor for each in edges]
+        times = [
+            Sensor(frequency=one[0], quality=one[1]).shortest_time(fractions)
+            for one in seen
+            if one is not None
+        ]
+        return float(np.mean(times)) if times else math.nan
+
+
+@dataclass(frozen=True, kw_only=True)
+class EdgeTimes:
+    """Times of one edge: the time between the levels as recorded, and the forms of relaxation by name."""
+
+    record: EdgeRecord
+    recorded: Interval
+    fitted: Mapping[str, FittedForm]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionTimes:
+    """Times of all edges of one direction, ``rising`` or ``falling``.
+
+    - `recorded`: time between the levels as recorded, as a mean over the edges.
+    - `without_sensor`: that of the fitted force, the sensor taken out; without a sensor, of the fitted
+      signal.
+    - `form`: simplest form of relaxation whose criterion is at most 2 above the lowest.
+    - `criteria`: AICc of each form over the lowest, summed over the edges; infinite for one of those in
+      `rejected`.
+    - `parameters`: of the best form as means over the edges, in SI: ``delay`` (with a drive),
+      ``time_constant`` or ``time_constant_1`` and ``share_1`` and so on from the shortest, ``stretching``,
+      and ``frequency`` and ``quality`` of an estimated sensor; `exponential` has those of the exponential,
+      whichever form is best.
+    - `sensor_limit`: time between the levels that an instantaneous change would show through the sensor; NaN
+      without a sensor.
+    - `misfit`: largest rms residual over the noise before the edge.
+    """
+
+    direction: str
+    edges: tuple[EdgeTimes, ...]
+    recorded: Interval
+    without_sensor: Interval
+    form: str
+    criteria: Mapping[str, float]
+    rejected: Mapping[str, str]
+    parameters: Mapping[str, Interval]
+    exponential: Mapping[str, Interval]
+    sensor_limit: float
+    misfit: float
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredTimes:
+    """Times between levels of the edges of a recorded signal; a direction without edges is None.
+
+    `levels` are fractions of the range between the levels before and after an edge, counted from the lower
+    one. `sensor` was ``none``, ``declared`` or ``estimated``; `driven` says whether the edges are those of a
+    drive. `skipped` says which edges were not evaluated, and why.
+    """
+
+    signal: str
+    unit: str
+    levels: tuple[float, float]
+    rising: DirectionTimes | None
+    falling: DirectionTimes | None
+    sensor: str
+    driven: bool
+    skipped: tuple[str, ...]
+
+    @property
+    def directions(self) -> tuple[DirectionTimes, ...]:
+        """The directions that have edges, rising before falling."""
+        return tuple(each for each in (self.rising, self.falling) if each is not None)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """All sentences."""
+        return (*(text for each in self.directions for text in each.words), *in_few(self.skipped))
+
+
+def parameters_of(edge: EdgeTimes, form: str, *, driven: bool, estimated: bool) -> dict[str, Interval]:
+    """Return the parameters of a form fitted to one edge, each with its interval, by the names of `DirectionTimes`."""
+    fitted = edge.fitted[form]
+    estimate, errors = fitted.estimate, fitted.estimate.standard_deviations
+    freedom = estimate.degrees_of_freedom
+    found = {}
+    if driven:
+        error = math.hypot(errors["start"], edge.record.reference_error)
+        found["delay"] = from_noise(estimate.values["start"], error, freedom=freedom)
+    ordered = sorted(fitted.form.time_constants, key=lambda name: estimate.values[name])
+    for place, name in enumerate(ordered, start=1):
+        own = "time_constant" if len(ordered) == 1 else f"time_constant_{place}"
+        found[own] = _from_profile(fitted, estimate.values[name]) or _plain(estimate, name)
+        if len(ordered) > 1:
+            share, error = _share(
+                estimate, fitted.form.amplitudes[:-1], name.replace("time_constant", "change")
+            )
+            found[f"share_{place}"] = from_noise(share, error, freedom=freedom)
+    for name in ("stretching", *(("frequency", "quality") if estimated else ())):
+        if name in estimate.values:
+            found[name] = _plain(estimate, name)
+    return found
+
+
+def _plain(estimate: LeastSquaresEstimate, name: str) -> Interval:
+    """Return a parameter of a fit with its interval, or none on a bound."""
+    if name in estimate.on_bound:
+        return none(math.nan, f"on its {estimate.on_bound[name]} bound")
+    error = estimate.standard_deviations[name]
+    return from_noise(estimate.values[name], error, freedom=estimate.degrees_of_freedom)
+
+
+def _share(estimate: LeastSquaresEstimate, changes: Sequence[str], own: str) -> tuple[float, float]:
+    """Return the share of one term in the whole change, and its standard error."""
+    whole = sum(estimate.values[name] for name in changes)
+    share = estimate.values[own] / whole
+    if estimate.covariance is None:
+        return share, math.nan
+    names = list(estimate.values)
+    at = [names.index(name) for name in changes]
+    slopes = np.array([((name == own) - share) / whole for name in changes])
+    return share, math.sqrt(max(float(slopes @ estimate.covariance[np.ix_(at, at)] @ slopes), 0.0))
+
+
+def _from_profile(fitted: FittedForm, value: float) -> Interval | None:
+    """Return the interval of the time constant of an exponential whose time between levels has a profile."""
+    if fitted.form is not EXPONENTIAL or not fitted.between.method.startswith("profile"):
+        return None
+    factor = value / fitted.between.value
+    ends = {
+        name: getattr(fitted.between, name) * factor for name in ("value", "lower", "upper", "standard_error")
+    }
+    return replace(fitted.between, **ends)
