@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from electrovib.recordings.transitions.table import TimeRow
+    from electrovib.recordings.interval import NumberRow
 
 
 def check_measured_folder(
@@ -45,7 +45,7 @@ def write_measured(
     return list(outputs)
 
 
-def numbers_csv(rows: Sequence[TimeRow]) -> str:
+def numbers_csv(rows: Sequence[NumberRow]) -> str:
     """Write the table as CSV, in SI units, with full precision."""
     text = io.StringIO()
     text.write(f"# {unsigned(Form.TABLE)}\n")
@@ -59,7 +59,7 @@ def numbers_csv(rows: Sequence[TimeRow]) -> str:
     return text.getvalue()
 
 
-def numbers_table(title: str, rows: Sequence[TimeRow], *, first: str = "") -> Table:
+def numbers_table(title: str, rows: Sequence[NumberRow], *, first: str = "") -> Table:
     """Write the table for a page, `first` being the heading of the groups."""
     shown = []
     for row in rows:

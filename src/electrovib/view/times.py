@@ -13,8 +13,8 @@ from electrovib.view.times_panels import times_panels
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
+    from electrovib.recordings.interval import Interval
     from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
-    from electrovib.recordings.transitions.estimate import Interval
     from electrovib.recordings.transitions.times import DirectionTimes
 
 FILES: Final[dict[str, Form]] = {"report.html": Form.PAGE, "times.csv": Form.TABLE}

@@ -50,7 +50,6 @@ def command(
     from electrovib.core.files import inputs_noted
     from electrovib.recordings.swipe import reduce_swipes
     from electrovib.recordings.swipe.reduce import swipe_rows
-    from electrovib.recordings.transitions.table import with_interval
     from electrovib.view.measured import check_measured_folder, write_measured
     from electrovib.view.swipe import FILES, swipe_files
 
@@ -59,7 +58,7 @@ def command(
         found = reduce_swipes(record, channels=channels, speed=speed, trim=trim / 100)
     if folder is not None:
         check_measured_folder(folder, FILES, inputs, force=force)
-    say(*(f"{row.group}, {with_interval(row)}" for row in swipe_rows(found)))
+    say(*(f"{row.group}, {row.sentence}" for row in swipe_rows(found)))
     for number, each in enumerate(found, start=1):
         name = f"swipe {number}: " if len(found) > 1 else ""
         say(*(f"{name}{text}" for text in each.words))

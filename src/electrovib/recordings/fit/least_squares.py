@@ -11,6 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.identifiability import identifiability
+from electrovib.recordings.interval import Interval, from_noise
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -283,6 +284,20 @@ class LeastSquaresEstimate:
     def bic(self) -> float:
         """Criterion of Schwarz."""
         return bic(self._deviance, counted=self._counted, data=self.count)
+
+    def parameter(self, name: str) -> Interval:
+        """Interval of one parameter by the noise; none on a bound."""
+        if name in self.on_bound:
+            return Interval(value=math.nan, method=f"on its {self.on_bound[name]} bound")
+        return self.derived(self.values[name], {name: 1.0})
+
+    def derived(self, value: float, slopes: Mapping[str, float]) -> Interval:
+        """Interval of a number that depends on parameters, to first order by its derivatives after them."""
+        if self.covariance is None:
+            return from_noise(value, math.nan)
+        row = np.array([slopes.get(name, 0.0) for name in self.values])
+        error = math.sqrt(max(float(row @ self.covariance @ row), 0.0))
+        return from_noise(value, error, freedom=self.degrees_of_freedom)
 
     def quantile(self, level: float) -> float:
         """Return half the width of an interval of this probability [1] over the standard deviation, by Student's t."""

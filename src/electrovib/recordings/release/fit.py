@@ -13,9 +13,8 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase, WholeVoltage
 from electrovib.physics.drive.sampled import Refuse
 from electrovib.recordings.correlated import line
 from electrovib.recordings.recording import increasing, without_missing
-from electrovib.recordings.release.least_squares import plain_release, resonant_release
-from electrovib.recordings.release.parts import Decay, Extremum, damped_sine, drive_end, find_extrema
-from electrovib.recordings.release.uncertainty import uncertainties, with_change
+from electrovib.recordings.release.model import Release, uncertainties
+from electrovib.recordings.release.parts import Extremum, damped_sine, drive_end, find_extrema
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,9 +23,9 @@ if TYPE_CHECKING:
 
     from electrovib.physics.drive.readback import Readback
     from electrovib.physics.drive.sampled import StampTreatment
-    from electrovib.recordings.release.least_squares import Release
-    from electrovib.recordings.release.parts import Decay, Extremum
-    from electrovib.recordings.release.uncertainty import Uncertainty
+    from electrovib.recordings.interval import Interval
+    from electrovib.recordings.release.parts import Extremum
+    from electrovib.recordings.transitions.modes import RingSection
 
 _REMAINS = 0.05
 """Fraction of its initial amplitude to which the fitted oscillation has fallen at the end of the fit."""
@@ -104,16 +103,15 @@ def fit_release(
     )
     scatter = _scatter(since, measured, duration)
     best, here, window = _fitted(since, measured, duration)
-    uncertainty, interval = uncertainties(stamps=since[here], force=measured[here], window=window, best=best)
-    without, plain = plain_release(stamps=since[here], force=measured[here], window=window)
+    plain = Release.of(since[here], measured[here], window, resonant=False)
     period = 1 / best.frequency
     extrema = find_extrema(
         since, measured, start=best.delay, period=period, level=best.after, scatter=scatter, end=duration
     )
     early, late = _decays(since, measured, extrema, period)
-    uncertainty = with_change(uncertainty, (early, late))
+    uncertainty, interval = uncertainties(best, (early, late))
     words = statements_on_fit(
-        best, uncertainty, falls=interval, without=without, extrema=extrema, decays=(early, late)
+        best, uncertainty, falls=interval, without=plain.misfit, extrema=extrema, decays=(early, late)
     )
     words += statements_on_record(readback if enabled is None else None, missing)
     return FittedRelease(
@@ -127,7 +125,7 @@ def fit_release(
         quality=best.quality,
         uncertainty=uncertainty,
         misfit=best.misfit,
-        misfit_without=without,
+        misfit_without=plain.misfit,
         scatter=scatter,
         missing=missing,
         extrema=tuple(extrema),
@@ -136,7 +134,7 @@ def fit_release(
         time=since[here],
         force=measured[here],
         model=best.model,
-        model_without=plain,
+        model_without=plain.model,
         words=words,
     )
 
@@ -148,7 +146,7 @@ def _fitted(
     window, best = duration, None
     for _ in range(6):
         here = (since > -duration / 2) & (since < window)
-        best = resonant_release(stamps=since[here], force=measured[here], window=window)
+        best = Release.of(since[here], measured[here], window)
         wanted = min(duration, best.start + np.log(1 / _REMAINS) * best.quality / (np.pi * best.frequency))
         if abs(wanted - window) < 0.02 * window:
             break
@@ -229,7 +227,7 @@ def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: 
 
 def _decays(
     stamps: NDArray[np.float64], force: NDArray[np.float64], extrema: list[Extremum], period: float
-) -> tuple[Decay | None, Decay | None]:
+) -> tuple[RingSection | None, RingSection | None]:
     if not extrema:
         return None, None
     starts = (extrema[0].time, extrema[0].time + _LATER * period)
@@ -266,14 +264,14 @@ class FittedRelease:
     after: float
     frequency: float
     quality: float
-    uncertainty: Mapping[str, Uncertainty]
+    uncertainty: Mapping[str, Interval]
     misfit: float
     misfit_without: float
     scatter: float
     missing: int
     extrema: tuple[Extremum, ...]
-    early: Decay | None
-    late: Decay | None
+    early: RingSection | None
+    late: RingSection | None
     time: NDArray[np.float64]
     force: NDArray[np.float64]
     model: NDArray[np.float64]
@@ -297,13 +295,27 @@ class FittedRelease:
         )  # fmt: skip
         return {name: getattr(self, name) for name in plain} | {
             "fall_time_interval": list(self.fall_time_interval),
-            "uncertainty": {name: found.to_dict() for name, found in self.uncertainty.items()},
+            "uncertainty": {
+                name: {**found.components, "total": found.standard_error}
+                for name, found in self.uncertainty.items()
+            },
             "extrema": [{"time": extremum.time, "force": extremum.force} for extremum in self.extrema],
             "half_periods": list(self.half_periods),
-            "early": self.early.to_dict() if self.early else None,
-            "late": self.late.to_dict() if self.late else None,
+            "early": _plain(self.early),
+            "late": _plain(self.late),
             "words": list(self.words),
         }
+
+
+def _plain(decay: RingSection | None) -> dict[str, float] | None:
+    """Return plain numbers for JSON."""
+    if decay is None:
+        return None
+    found = {"start": decay.start, "misfit": decay.misfit}
+    for name in ("frequency", "quality"):
+        number = getattr(decay, name)
+        found |= {name: number.value, f"{name}_uncertainty": number.standard_error}
+    return found
 
 
 _APART = 3.0
@@ -322,12 +334,12 @@ _CALLED = {
 
 def statements_on_fit(
     best: Release,
-    uncertainty: Mapping[str, Uncertainty],
+    uncertainty: Mapping[str, Interval],
     *,
     falls: tuple[float, float],
     without: float,
     extrema: Sequence[Extremum],
-    decays: tuple[Decay | None, Decay | None],
+    decays: tuple[RingSection | None, RingSection | None],
 ) -> tuple[str, ...]:
     """Write what a fitted release determines: on the resonance, the delay, and the change of the frequency."""
     return (
@@ -351,25 +363,25 @@ def statements_on_record(readback: Readback | None, missing: int) -> tuple[str, 
     return tuple(said)
 
 
-def _resonance(best: Release, uncertainty: Mapping[str, Uncertainty], without: float) -> tuple[str, ...]:
-    of_frequency, of_quality = uncertainty["frequency"], uncertainty["quality"]
-    if not of_frequency.total < _KNOWN * best.frequency:
+def _resonance(best: Release, uncertainty: Mapping[str, Interval], without: float) -> tuple[str, ...]:
+    frequency, quality = uncertainty["frequency"], uncertainty["quality"]
+    if not frequency.standard_error < _KNOWN * best.frequency:
         return (
             f"The record does not determine a resonance: the best fit, {best.frequency:.0f} Hz, has a standard uncertainty"
-            f" of {of_frequency.total:.2g} Hz.",
+            f" of {frequency.standard_error:.2g} Hz.",
         )
     return (
         f"One resonance of the loaded assembly (load cell with its load) is fitted: {best.frequency:.0f} Hz with a"
-        f" standard uncertainty of {of_frequency.total:.2g} Hz ({_parts(of_frequency, 1, 'Hz')}), quality factor"
-        f" {best.quality:.1f} with {of_quality.total:.2g} ({_parts(of_quality, 1, '')}). Its residual is {best.misfit:.1%} of"
-        f" the force after the end of the drive; without the resonance the residual is {without:.1%}.",
+        f" standard uncertainty of {frequency.standard_error:.2g} Hz ({_parts(frequency, 1, 'Hz')}), quality factor"
+        f" {best.quality:.1f} with {quality.standard_error:.2g} ({_parts(quality, 1, '')}). Its residual is"
+        f" {best.misfit:.1%} of the force after the end of the drive; without the resonance the residual is {without:.1%}.",
     )
 
 
-def _delay(best: Release, uncertainty: Uncertainty, falls: tuple[float, float]) -> tuple[str, ...]:
+def _delay(best: Release, uncertainty: Interval, falls: tuple[float, float]) -> tuple[str, ...]:
     said = (
         f"The force falls {best.delay * 1e3:.2f} ms after the end of the drive, with a standard uncertainty of"
-        f" {uncertainty.total * 1e3:.2g} ms ({_parts(uncertainty, 1e3, 'ms')})."
+        f" {uncertainty.standard_error * 1e3:.2g} ms ({_parts(uncertainty, 1e3, 'ms')})."
     )
     low, high = falls
     if low == 0:
@@ -383,14 +395,14 @@ def _delay(best: Release, uncertainty: Uncertainty, falls: tuple[float, float]) 
     )
 
 
-def _parts(uncertainty: Uncertainty, factor: float, unit: str) -> str:
+def _parts(uncertainty: Interval, factor: float, unit: str) -> str:
     return ", ".join(
         f"{_CALLED[name]} {value * factor:.2g} {unit}".rstrip()
         for name, value in uncertainty.components.items()
     )
 
 
-def _change(extrema: Sequence[Extremum], decays: tuple[Decay | None, Decay | None]) -> list[str]:
+def _change(extrema: Sequence[Extremum], decays: tuple[RingSection | None, RingSection | None]) -> list[str]:
     said = []
     times = [extremum.time for extremum in extrema]
     halves = [1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times)]
@@ -398,14 +410,15 @@ def _change(extrema: Sequence[Extremum], decays: tuple[Decay | None, Decay | Non
         said.append(f"Successive turning points give {', '.join(f'{value:.0f}' for value in halves)} Hz.")
     early, late = decays
     if early and late:
+        first, last = early.frequency, late.frequency
         said.append(
-            f"A damped sine fitted from the first turning point on has {early.frequency:.0f} ±"
-            f" {early.frequency_uncertainty:.2g} Hz (quality factor {early.quality:.1f}); fitted from three quarters of a"
-            f" period later, {late.frequency:.0f} ± {late.frequency_uncertainty:.2g} Hz (quality factor {late.quality:.1f})."
+            f"A damped sine fitted from the first turning point on has {first.value:.0f} ± {first.standard_error:.2g} Hz"
+            f" (quality factor {early.quality.value:.1f}); fitted from three quarters of a period later,"
+            f" {last.value:.0f} ± {last.standard_error:.2g} Hz (quality factor {late.quality.value:.1f})."
         )
-        error = float(np.hypot(early.frequency_uncertainty, late.frequency_uncertainty))
-        if abs(late.frequency - early.frequency) > max(_APART * error, 0.01 * early.frequency):
-            change = "falls" if late.frequency < early.frequency else "rises"
+        error = float(np.hypot(first.standard_error, last.standard_error))
+        if abs(last.value - first.value) > max(_APART * error, 0.01 * first.value):
+            change = "falls" if last.value < first.value else "rises"
             said.append(
                 f"The frequency {change} during the decay, which no single linear resonance reproduces: part of the"
                 " misfit is due to it and not to noise."

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.recordings.interval import Interval
 from electrovib.recordings.swipe.parts import SHORTEST
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from electrovib.recordings.recording import Recording
@@ -23,34 +26,17 @@ _COVERAGE = 2.262
 """Standard errors on either side of an interval: 95 % for a mean of ten parts (Student's t)."""
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """A measured number by the interpolated baseline, its value for every choice of it, and its statistical error."""
-
-    value: float
-    by_baseline: dict[str, float]
-    standard_error: float
-
-    @property
-    def baseline_interval(self) -> tuple[float, float]:
-        """Lowest and highest value over the choices of the baseline."""
-        return min(self.by_baseline.values()), max(self.by_baseline.values())
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """The same, extended by 2.26 standard errors (95 %) on either side: the stated uncertainty."""
-        low, high = self.baseline_interval
-        return low - _COVERAGE * self.standard_error, high + _COVERAGE * self.standard_error
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers for JSON."""
-        return {
-            "value": self.value,
-            "interval": list(self.interval),
-            "baseline_interval": list(self.baseline_interval),
-            "by_baseline": dict(self.by_baseline),
-            "standard_error": self.standard_error,
-        }
+def over_baselines(choices: Mapping[str, float], best: str, standard_error: float) -> Interval:
+    """Make the interval of a number over the choices of the baseline, extended by 2.26 standard errors (95 %) on either side."""
+    half = _COVERAGE * standard_error
+    return Interval(
+        value=choices[best],
+        lower=min(choices.values()) - half,
+        upper=max(choices.values()) + half,
+        standard_error=standard_error,
+        choices=choices,
+        method="choices of the zero of the sensors, and scatter within the window",
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

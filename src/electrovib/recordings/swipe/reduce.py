@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,19 +10,18 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
+from electrovib.recordings.interval import Interval, NumberRow
 from electrovib.recordings.rail import about_rails
 from electrovib.recordings.recording import recording_of
 from electrovib.recordings.swipe.baseline import (
     BLOCKS,
-    Estimate,
     block_means,
     choices_of,
+    over_baselines,
     standard_error,
     zeros_beside,
 )
 from electrovib.recordings.swipe.parts import find_contacts, find_slides, middle, sliding_speed, travel
-from electrovib.recordings.transitions.estimate import Interval, none
-from electrovib.recordings.transitions.table import TimeRow
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +30,7 @@ if TYPE_CHECKING:
 
     from electrovib.recordings.recording import Channels, Recorded, Recording
     from electrovib.recordings.spans import Span
-    from electrovib.recordings.swipe.baseline import Estimate, Zero
+    from electrovib.recordings.swipe.baseline import Zero
     from electrovib.recordings.swipe.parts import Touch
 
 _BEST_FIRST = ("interpolated", "before", "after")
@@ -155,7 +153,7 @@ def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, sw
     speed = recording.channels.speed if inner is None else inner / (inside[1] - inside[0])
     words = railed + _words(recording, zeros, contact, distance, inside, swipes, estimates)
     result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
-    trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
+    trace = _trace(recording, zeros, {name: _plain(value) for name, value in result.items()}, words)
     return SwipeResult(
         **result,
         direction=direction,
@@ -170,7 +168,7 @@ def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, sw
 
 def _estimates(
     recording: Recording, zeros: dict[str, Zero], window: Span
-) -> tuple[Estimate, Estimate, Estimate]:
+) -> tuple[Interval, Interval, Interval]:
     choices = choices_of(zeros, at=float(np.mean(recording.time[slice(*window)])))
     at = block_means(recording.time, window)
     normal, lateral = (
@@ -197,9 +195,9 @@ def _estimates(
         standard_error(lateral - ratio[best] * normal), np.hypot(lateral_zero, ratio[best] * normal_zero)
     )
     return (
-        Estimate(pressed[best], pressed, float(np.hypot(standard_error(normal), normal_zero))),
-        Estimate(pulled[best], pulled, float(np.hypot(standard_error(lateral), lateral_zero))),
-        Estimate(ratio[best], ratio, float(of_ratio) / min(pressed.values())),
+        over_baselines(pressed, best, float(np.hypot(standard_error(normal), normal_zero))),
+        over_baselines(pulled, best, float(np.hypot(standard_error(lateral), lateral_zero))),
+        over_baselines(ratio, best, float(of_ratio) / min(pressed.values())),
     )
 
 
@@ -210,7 +208,7 @@ def _words(
     distance: float | None,
     window: tuple[float, float],
     swipes: int,
-    estimates: tuple[Estimate, Estimate, Estimate],
+    estimates: tuple[Interval, Interval, Interval],
 ) -> tuple[str, ...]:
     normal, lateral, friction = estimates
     first, last = (recording.time[place] for place in (contact.span[0], contact.span[1] - 1))
@@ -218,8 +216,8 @@ def _words(
         f"The finger presses from {first:.2f} to {last:.2f} s and {_slide(recording, distance)};"
         f" the forces are averaged from {window[0]:.2f} to {window[1]:.2f} s.",
         f"Normal force {normal.value:.3f} N, lateral force {lateral.value:.3f} N, friction {friction.value:.3f}"
-        f" ({friction.interval[0]:.3f} to {friction.interval[1]:.3f}; due to the choice of the baseline alone"
-        f" {friction.baseline_interval[0]:.3f} to {friction.baseline_interval[1]:.3f}).",
+        f" ({friction.ends[0]:.3f} to {friction.ends[1]:.3f}; due to the choice of the baseline alone"
+        f" {friction.choice_ends[0]:.3f} to {friction.choice_ends[1]:.3f}).",
     ]
     if len(zeros) == 2:
         drift = zeros["after"].lateral - zeros["before"].lateral
@@ -288,9 +286,9 @@ class SwipeResult:
     - `trace`: whole record, with the baseline of this swipe subtracted.
     """
 
-    normal_force: Estimate
-    lateral_force: Estimate
-    friction: Estimate
+    normal_force: Interval
+    lateral_force: Interval
+    friction: Interval
     direction: int
     speed: float | None
     distance: float | None
@@ -305,9 +303,7 @@ class SwipeResult:
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and texts for JSON, in SI, without the Trace."""
         return {
-            "normal_force": self.normal_force.to_dict(),
-            "lateral_force": self.lateral_force.to_dict(),
-            "friction": self.friction.to_dict(),
+            **{name: _plain(getattr(self, name)) for name in ("normal_force", "lateral_force", "friction")},
             "direction": self.direction,
             "speed": self.speed,
             "distance": self.distance,
@@ -317,7 +313,18 @@ class SwipeResult:
         }
 
 
-def swipe_rows(swipes: Sequence[SwipeResult]) -> list[TimeRow]:
+def _plain(found: Interval) -> dict[str, Any]:
+    """Return plain numbers for JSON."""
+    return {
+        "value": found.value,
+        "interval": list(found.ends),
+        "baseline_interval": list(found.choice_ends),
+        "by_baseline": dict(found.choices),
+        "standard_error": found.standard_error,
+    }
+
+
+def swipe_rows(swipes: Sequence[SwipeResult]) -> list[NumberRow]:
     """List the numbers of swipes."""
     rows = []
     for number, swipe in enumerate(swipes, start=1):
@@ -328,22 +335,12 @@ def swipe_rows(swipes: Sequence[SwipeResult]) -> list[TimeRow]:
             ("normal force", "N", swipe.normal_force),
             ("lateral force", "N", swipe.lateral_force),
         ):
-            rows.append(TimeRow(group=group, name=name, unit=unit, number=_interval(found), note=note))
+            rows.append(NumberRow(group=group, name=name, unit=unit, number=found, note=note))
         measured = swipe.distance is not None
         for name, unit, value in (("speed", "m/s", swipe.speed), ("distance", "m", swipe.distance)):
             if value is not None:
                 how = "from the position" if measured else "as declared"
-                rows.append(TimeRow(group=group, name=name, unit=unit, number=none(value, how)))
+                rows.append(
+                    NumberRow(group=group, name=name, unit=unit, number=Interval(value=value, method=how))
+                )
     return rows
-
-
-def _interval(found: Estimate) -> Interval:
-    lower, upper = found.interval
-    return Interval(
-        value=found.value,
-        lower=lower,
-        upper=upper,
-        standard_error=found.standard_error,
-        scatter=math.nan,
-        method="choices of the zero of the sensors, and scatter within the window",
-    )

@@ -11,13 +11,14 @@ import numpy as np
 
 from electrovib.physics.relaxation import stretched_exponential, stretched_seen_by_sensor, time_of_progress
 from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.recordings.correlated import autocovariance
 from electrovib.recordings.fit.least_squares import FreeParameter
-from electrovib.recordings.transitions.estimate import Interval, from_noise, none
+from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
+from electrovib.recordings.interval import Interval, profile_interval
 from electrovib.recordings.transitions.sensor import INSTANT
-from electrovib.recordings.transitions.separable import Separable, Whitening
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Real
     from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
@@ -92,7 +93,7 @@ def _fitted(
     )
     rms = float(np.sqrt(np.mean(left[since] ** 2))) if since.any() else math.nan
     rejected = _rejected(form, estimate)
-    between = _between(problem, form, estimate) if not rejected else none(math.nan, rejected)
+    between = _between(problem, form, estimate) if not rejected else Interval(value=math.nan, method=rejected)
     filtered = problem.separable(form).solve([values], whitening=white)
     return FittedForm(
         form=form,
@@ -127,24 +128,23 @@ def _between(problem: EdgeProblem, form: RelaxationForm, estimate: LeastSquaresE
     """Compute the time between the levels with its interval: to first order, or from a profile where it may be 0."""
     value = form.time_between(estimate.values, problem.fractions)
     if form is INSTANTANEOUS:
-        return none(0.0, "an instantaneous change has no time to be estimated")
+        return Interval(value=0.0, method="an instantaneous change has no time to be estimated")
     if estimate.covariance is None:
-        return none(value, estimate.why_no_covariance)
-    slopes = []
-    for name, at in estimate.values.items():
-        step = 1e-5 * (abs(at) or 1.0)
-        if name == "start" or name in {"frequency", "quality", "after"}:
-            slopes.append(0.0)
-            continue
+        return Interval(value=value, method=estimate.why_no_covariance)
+    slopes = {}
+    for name in (*form.time_constants, *form.amplitudes[:-1], *(["stretching"] if form.stretched else [])):
+        step = 1e-5 * (abs(estimate.values[name]) or 1.0)
         more, less = (
-            form.time_between({**estimate.values, name: at + sign * step}, problem.fractions)
+            form.time_between(
+                {**estimate.values, name: estimate.values[name] + sign * step}, problem.fractions
+            )
             for sign in (1, -1)
         )
-        slopes.append((more - less) / (2 * step))
-    error = math.sqrt(max(float(np.array(slopes) @ estimate.covariance @ np.array(slopes)), 0.0))
-    if form is EXPONENTIAL and (error > 0.2 * value or "time_constant" in estimate.on_bound):
-        return profile_of_time(problem, estimate, error)
-    return from_noise(value, error, freedom=estimate.degrees_of_freedom)
+        slopes[name] = (more - less) / (2 * step)
+    found = estimate.derived(value, slopes)
+    if form is EXPONENTIAL and (found.standard_error > 0.2 * value or "time_constant" in estimate.on_bound):
+        return _profile_of_time(problem, estimate, found.standard_error)
+    return found
 
 
 @dataclass(frozen=True)
@@ -272,23 +272,17 @@ class EdgeProblem:
             low, high = _STRETCHINGS
             found["stretching"] = FreeParameter(start=1.0, lower=low, upper=high, logarithmic=True)
         if self.estimated:
-            slow, fast = 0.5 / self.window, 1 / (6 * self.step)
-            found["frequency"] = FreeParameter(
-                start=math.sqrt(slow * fast), lower=slow, upper=fast, logarithmic=True
-            )
-            found["quality"] = FreeParameter(start=2.0, lower=0.6, upper=100.0, logarithmic=True)
+            found |= resonance_parameters(self.window, self.step)
         return found
 
-    def separable(
-        self, form: RelaxationForm, *, coarse: bool = False, free: dict[str, FreeParameter] | None = None
-    ) -> Separable:
+    def separable(self, form: RelaxationForm, *, coarse: bool = False) -> Separable:
         """Return the problem of one form, on few samples to compare starts."""
         every = max(1, len(self.edge.fit_time) // _COARSE) if coarse else 1
         time, values = self.edge.fit_time[::every], self.edge.fit_values[::every]
         return Separable(
             columns=lambda at: form.columns(time, at, self.seen_by(at)),
             data=values,
-            free=self.free(form) if free is None else free,
+            free=self.free(form),
             names=form.amplitudes,
             ranges={"start": self.rough},
         )
@@ -302,7 +296,7 @@ class EdgeProblem:
 
 def starts(
     problem: EdgeProblem, form: RelaxationForm, found: Mapping[str, LeastSquaresEstimate]
-) -> list[dict[str, float]]:
+) -> list[Mapping[str, float]]:
     """Compare many starts of a search on few samples, and return the best of them."""
     passages, rough = problem.edge.passages, problem.rough
     coarse = problem.separable(form, coarse=True)
@@ -311,10 +305,12 @@ def starts(
     if problem.estimated and known is not None:
         sensors = [{name: known.values[name] for name in ("frequency", "quality")}]
     elif problem.estimated:
-        slow, fast = 0.5 / problem.window, 1 / (6 * problem.step)
+        band = coarse.free["frequency"]
         sensors = [
             {"frequency": float(frequency), "quality": quality}
-            for frequency in np.geomspace(max(1.2 * slow, 0.02 / rough), min(fast / 1.2, 0.5 / rough), 14)
+            for frequency in np.geomspace(
+                max(1.2 * band.lower, 0.02 / rough), min(band.upper / 1.2, 0.5 / rough), 14
+            )
             for quality in (1.0, 3.0, 10.0)
         ]
     shift = 0.0 if problem.seen_by(sensors[0]) is None else 0.7 * rough
@@ -339,51 +335,37 @@ def starts(
         for ratio in ratios
         for extra in ([{"stretching": 0.6}, {"stretching": 1.0}] if form.stretched else [{}])
     ]
-    moved = [
-        {name: each.starting_at(start[name]).start for name, each in coarse.free.items()} for start in grid
-    ]
-    costs = [coarse.sum_of_squares(start) for start in moved]
-    return [moved[at] for at in np.argsort(costs)[:_BEST_STARTS]]
+    return coarse.best_starts([coarse.inside(start) for start in grid], _BEST_STARTS)
 
 
-def profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error: float) -> Interval:
+def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error: float) -> Interval:
     """Find the times between levels with which an exponential fits as well; from 0 where an instantaneous change does."""
     from scipy.stats import t
 
+    separable, values = problem.separable(EXPONENTIAL), estimate.values
     factor = EXPONENTIAL.time_between({"time_constant": 1.0}, problem.fractions)
-    best = estimate.values["time_constant"]
-    allowed = float(t.ppf(0.975, estimate.degrees_of_freedom)) ** 2 * estimate.variance
-    allowed *= problem.separable(EXPONENTIAL).inflation(estimate, "start", Whitening())
-    free = problem.free(EXPONENTIAL)
-    lowest, highest = free["time_constant"].lower, free["time_constant"].upper
-    others = {name: each for name, each in free.items() if name != "time_constant"}
+    best, free = values["time_constant"], separable.free["time_constant"]
+    left = separable.predicted(values) - separable.data
+    alike = autocovariance(left, fitted=len(values) - len(estimate.on_bound))
+    unit = estimate.variance * separable.inflation(values, "start", alike, estimate.on_bound)
 
-    def excess(fall: float) -> float:
-        part = problem.separable(EXPONENTIAL, free=others)
-        fixed = Separable(
-            columns=lambda at: part.columns({**at, "time_constant": fall}),
-            data=part.data, free=others, names=part.names, ranges=part.ranges,
-        )  # fmt: skip
+    def rise(fall: float) -> float:
         # a longer fall starts earlier by about as much
-        start = {**estimate.values, "start": estimate.values["start"] + best - fall}
-        return fixed.solve([start, estimate.values]).sum_of_squares - estimate.sum_of_squares - allowed
+        start = {**values, "start": values["start"] + best - fall}
+        found = separable.holding(time_constant=fall).solve([start, values])
+        return (found.sum_of_squares - estimate.sum_of_squares) / unit
 
-    lower = 0.0 if excess(lowest) <= 0 else _root(excess, lowest, best)
-    if excess(highest) <= 0:
-        return none(best * factor, "any time constant fits as well")
-    upper = _root(excess, highest, best)
+    found = profile_interval(
+        rise,
+        best,
+        deviation=error / factor,
+        bounds=(free.lower, free.upper),
+        allowed=float(t.ppf(0.975, estimate.degrees_of_freedom)) ** 2,
+        logarithmic=True,
+    )
+    if found.open_above:
+        return Interval(value=best * factor, method="any time constant fits as well")
     return Interval(
-        value=best * factor, lower=lower * factor, upper=upper * factor, standard_error=error,
-        method="profile of the time constant in one edge",
+        value=best * factor, lower=0.0 if found.open_below else found.lower * factor, upper=found.upper * factor,
+        standard_error=error, method="profile of the time constant in one edge",
     )  # fmt: skip
-
-
-def _root(excess: Callable[[float], float], outside: float, inside: float) -> float:
-    """Bisect between a time constant that fits worse and one that fits as well, in their logarithms."""
-    for _ in range(14):
-        middle = math.sqrt(outside * inside)
-        if excess(middle) > 0:
-            outside = middle
-        else:
-            inside = middle
-    return math.sqrt(outside * inside)

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.recordings.fit.separable import above_lowest, chosen_form
+from electrovib.recordings.interval import mean_of
 from electrovib.recordings.transitions.edges import Columns, columns_of, reference_times
-from electrovib.recordings.transitions.estimate import over_edges
 from electrovib.recordings.transitions.impacts import LONGER, Impact, end_of_ring, find_impacts
 from electrovib.recordings.transitions.modes import (
     CONSTANT,
@@ -21,9 +22,9 @@ from electrovib.recordings.transitions.modes import (
     ONE,
     TWO,
     FittedModes,
+    RingSection,
     fit_modes,
 )
-from electrovib.recordings.transitions.separable import above_lowest, chosen_form
 from electrovib.recordings.transitions.table import MISFIT, in_few
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.readback import Readback
-    from electrovib.recordings.transitions.estimate import Interval
+    from electrovib.recordings.interval import Interval
 
 _FEWEST: Final = 20
 """Fewest samples of a section."""
@@ -257,7 +258,8 @@ def _sections(
         of = fitted.parameters()
         if not of["quality"].standard_error < _KNOWN * of["quality"].value:
             break
-        found.append(RingSection(start=start, frequency=of["frequency"], quality=of["quality"]))
+        left = float(np.std(fitted.model - values[part]))
+        found.append(RingSection(start, of["frequency"], of["quality"], left))
     return tuple(found)
 
 
@@ -321,15 +323,6 @@ def _of_level(found: FittedModes, unit: str) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RingSection:
-    """One damped oscillation, fitted from `start` after the reference on, by natural frequency [Hz] and quality factor."""
-
-    start: float
-    frequency: Interval
-    quality: Interval
-
-
-@dataclass(frozen=True, kw_only=True)
 class MeasuredRing:
     """Resonance, quality factor and drift of a damped oscillation after an impact or a release, at the time `reference`.
 
@@ -380,7 +373,7 @@ class MeasuredRings:
         return self._mean("quality")
 
     def _mean(self, name: str) -> Interval:
-        return over_edges([each.parameters[name] for each in self.rings], of="impact")
+        return mean_of([each.parameters[name] for each in self.rings], of="impact")
 
     @property
     def words(self) -> tuple[str, ...]:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.units import KINDS, digits_of_interval, format_quantity
-from electrovib.recordings.transitions.estimate import none
+from electrovib.recordings.interval import Interval, NumberRow
 from electrovib.recordings.transitions.relaxation import INSTANTANEOUS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from electrovib.recordings.transitions.estimate import Interval
     from electrovib.recordings.transitions.ring import MeasuredRing, MeasuredRings
     from electrovib.recordings.transitions.sensor import Sensor
     from electrovib.recordings.transitions.times import DirectionTimes, MeasuredTimes
@@ -29,43 +26,9 @@ UNITS: Final = {
 """Units of parameters; those that are absent are dimensionless."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class TimeRow:
-    """One number of a measurement, in its SI unit, and why it may be wrong."""
-
-    group: str
-    name: str
-    unit: str
-    number: Interval
-    note: str = ""
-
-
-def with_interval(row: TimeRow) -> str:
-    """Write a number with its 95 % interval, the method, and what may be wrong with it."""
-    number = row.number
-    if not math.isfinite(number.value):
-        return f"{row.name}: none, {number.method}"
-    digits = digits_of_interval(number.value, number.lower, number.upper)
-    value, lower, upper = (
-        _shown(each, row.unit, digits) for each in (number.value, number.lower, number.upper)
-    )
-    text = f"{row.name}: {value}"
-    if math.isfinite(number.upper):
-        text += f", 95 % interval {lower} to {upper} ({number.method})"
-        if math.isfinite(number.scatter):
-            text += f", scatter {_shown(number.scatter, row.unit)}"
-    else:
-        text += f", no interval: {number.method}"
-    return f"{text}; {row.note}" if row.note else text
-
-
-def _shown(value: float, unit: str, digits: int = 4) -> str:
-    return format_quantity(value, unit, digits=digits) if unit in KINDS else f"{value:.{digits}g} {unit}"
-
-
-def time_rows(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[TimeRow]:
+def time_rows(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[NumberRow]:
     """List the numbers of a measurement."""
-    rows: list[TimeRow] = []
+    rows: list[NumberRow] = []
     if found is not None:
         shown = "-".join(f"{100 * each:g}" for each in found.levels)
         for each in found.directions:
@@ -85,7 +48,7 @@ def time_rows(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -
     return rows
 
 
-def _of_ring(ring: MeasuredRing) -> list[TimeRow]:
+def _of_ring(ring: MeasuredRing) -> list[NumberRow]:
     rows = [
         _parameter("ring", name, each, ring.form, _misfit(ring.misfit))
         for name, each in ring.parameters.items()
@@ -101,7 +64,7 @@ def _of_ring(ring: MeasuredRing) -> list[TimeRow]:
     return rows
 
 
-def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[TimeRow]:
+def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[NumberRow]:
     interpolated = any(each.record.passages.interpolated for each in found.edges)
     few = "interpolated between two samples" if interpolated else ""
     drifts = (
@@ -110,22 +73,22 @@ def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[T
     warning = "; ".join(filter(None, [_misfit(found.misfit), drifts]))
     without = "without the sensor" if sensor else "of the fitted form"
     rows = [
-        TimeRow(
+        NumberRow(
             group=found.direction, name=f"{levels} % time as recorded", unit="s", number=found.recorded,
             note="; ".join(filter(None, [few, drifts])),
         ),
-        TimeRow(
+        NumberRow(
             group=found.direction, name=f"{levels} % time {without} ({found.form})", unit="s",
             number=found.without_sensor, note=warning,
         ),
     ]  # fmt: skip
     if not math.isnan(found.sensor_limit):
         rows.append(
-            TimeRow(
+            NumberRow(
                 group=found.direction,
                 name=f"{levels} % time of an instantaneous change through the sensor",
                 unit="s",
-                number=none(found.sensor_limit, "closed form of the sensor"),
+                number=Interval(value=found.sensor_limit, method="closed form of the sensor"),
             )
         )
     rows += [
@@ -140,10 +103,10 @@ def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[T
     return rows
 
 
-def _parameter(group: str, name: str, number: Interval, form: str, note: str) -> TimeRow:
+def _parameter(group: str, name: str, number: Interval, form: str, note: str) -> NumberRow:
     words = name.replace("_", " ")
     unit = next((unit for key, unit in UNITS.items() if words.startswith(key)), "1")
-    return TimeRow(group=group, name=f"{words} ({form})", unit=unit, number=number, note=note)
+    return NumberRow(group=group, name=f"{words} ({form})", unit=unit, number=number, note=note)
 
 
 def _misfit(misfit: float) -> str:

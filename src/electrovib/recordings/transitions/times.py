@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.recordings.fit.separable import above_lowest, chosen_form
+from electrovib.recordings.interval import Interval, from_noise, mean_of
 from electrovib.recordings.transitions.edges import (
     EdgeRecord,
     columns_of,
@@ -17,10 +19,8 @@ from electrovib.recordings.transitions.edges import (
     of_change,
     reference_times,
 )
-from electrovib.recordings.transitions.estimate import Interval, from_noise, none, over_edges
 from electrovib.recordings.transitions.relaxation import EXPONENTIAL, INSTANTANEOUS, fit_forms, forms
 from electrovib.recordings.transitions.sensor import Sensor, read_sensor
-from electrovib.recordings.transitions.separable import above_lowest, chosen_form
 from electrovib.recordings.transitions.table import in_few, statements
 
 if TYPE_CHECKING:
@@ -29,9 +29,7 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.physics.drive.readback import Readback
-    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
     from electrovib.recordings.transitions.edges import EdgeRecord
-    from electrovib.recordings.transitions.estimate import Interval
     from electrovib.recordings.transitions.relaxation import FittedForm
 
 SensorSource: TypeAlias = Sensor | str | None
@@ -199,19 +197,15 @@ class Measurement:
         sums = {name: sum(each.fitted[name].aicc for each in edges) for name in names}
         form = chosen_form(sums)
         rejected = {
-            name: reason
+            name: reasons[0]
             for name in names
-            if (
-                reason := next(
-                    (each.fitted[name].rejected for each in edges if each.fitted[name].rejected), ""
-                )
-            )
+            if (reasons := [each.fitted[name].rejected for each in edges if each.fitted[name].rejected])
         }
         fractions = of_change(self.levels, rising=edges[0].record.direction == "rising")
         found = DirectionTimes(
             direction=edges[0].record.direction,
             edges=tuple(edges),
-            recorded=over_edges([each.recorded for each in edges]),
+            recorded=mean_of([each.recorded for each in edges]),
             without_sensor=self.without_sensor(edges, form, fractions),
             form=form,
             criteria=above_lowest(sums),
@@ -232,12 +226,14 @@ class Measurement:
             others = [each.fitted[EXPONENTIAL.name].between for each in edges]
             uppers = [each.upper for each in others]
             if not np.isfinite(uppers).all():
-                return none(0.0, "an instantaneous change fits; an exponential has no upper end")
+                return Interval(
+                    value=0.0, method="an instantaneous change fits; an exponential has no upper end"
+                )
             return Interval(
                 value=0.0, lower=0.0, upper=float(np.mean(uppers)), standard_error=math.nan, count=len(edges),
                 method="an instantaneous change fits best; upper end from the profile of an exponential",
             )  # fmt: skip
-        mean = over_edges([each.fitted[form].between for each in edges])
+        mean = mean_of([each.fitted[form].between for each in edges])
         return self.with_sensor_error(mean, edges, form, fractions)
 
     def with_sensor_error(
@@ -268,7 +264,7 @@ class Measurement:
     def parameters(self, edges: Sequence[EdgeTimes], form: str) -> dict[str, Interval]:
         """Average the parameters of the form over the edges."""
         per_edge = [parameters_of(each, form, driven=self.driven, estimated=self.estimated) for each in edges]
-        return {name: over_edges([each[name] for each in per_edge]) for name in per_edge[0]}
+        return {name: mean_of([each[name] for each in per_edge]) for name in per_edge[0]}
 
     def limit(self, edges: Sequence[EdgeTimes], form: str, fractions: tuple[float, float]) -> float:
         """Compute the time that an instantaneous change would show through the sensor."""
@@ -354,54 +350,35 @@ class MeasuredTimes:
 
 def parameters_of(edge: EdgeTimes, form: str, *, driven: bool, estimated: bool) -> dict[str, Interval]:
     """Return the parameters of a form fitted to one edge, each with its interval, by the names of `DirectionTimes`."""
-    fitted = edge.fitted[form]
-    estimate, errors = fitted.estimate, fitted.estimate.standard_deviations
-    freedom = estimate.degrees_of_freedom
-    found = {}
+    fitted, found = edge.fitted[form], {}
+    estimate, values = fitted.estimate, fitted.estimate.values
     if driven:
-        error = math.hypot(errors["start"], edge.record.reference_error)
-        found["delay"] = from_noise(estimate.values["start"], error, freedom=freedom)
-    ordered = sorted(fitted.form.time_constants, key=lambda name: estimate.values[name])
+        error = math.hypot(estimate.standard_deviations["start"], edge.record.reference_error)
+        found["delay"] = from_noise(values["start"], error, freedom=estimate.degrees_of_freedom)
+    ordered = sorted(fitted.form.time_constants, key=lambda name: values[name])
+    changes = fitted.form.amplitudes[:-1]
+    whole = sum(values[name] for name in changes)
     for place, name in enumerate(ordered, start=1):
-        own = "time_constant" if len(ordered) == 1 else f"time_constant_{place}"
-        found[own] = _from_profile(fitted, estimate.values[name]) or _plain(estimate, name)
-        if len(ordered) > 1:
-            share, error = _share(
-                estimate, fitted.form.amplitudes[:-1], name.replace("time_constant", "change")
-            )
-            found[f"share_{place}"] = from_noise(share, error, freedom=freedom)
+        if len(ordered) == 1:
+            found["time_constant"] = _from_profile(fitted) or estimate.parameter(name)
+            continue
+        found[f"time_constant_{place}"] = estimate.parameter(name)
+        own = name.replace("time_constant", "change")
+        share = values[own] / whole
+        slopes = {each: ((each == own) - share) / whole for each in changes}
+        found[f"share_{place}"] = estimate.derived(share, slopes)
     for name in ("stretching", *(("frequency", "quality") if estimated else ())):
-        if name in estimate.values:
-            found[name] = _plain(estimate, name)
+        if name in values:
+            found[name] = estimate.parameter(name)
     return found
 
 
-def _plain(estimate: LeastSquaresEstimate, name: str) -> Interval:
-    """Return a parameter of a fit with its interval, or none on a bound."""
-    if name in estimate.on_bound:
-        return none(math.nan, f"on its {estimate.on_bound[name]} bound")
-    error = estimate.standard_deviations[name]
-    return from_noise(estimate.values[name], error, freedom=estimate.degrees_of_freedom)
-
-
-def _share(estimate: LeastSquaresEstimate, changes: Sequence[str], own: str) -> tuple[float, float]:
-    """Return the share of one term in the whole change, and its standard error."""
-    whole = sum(estimate.values[name] for name in changes)
-    share = estimate.values[own] / whole
-    if estimate.covariance is None:
-        return share, math.nan
-    names = list(estimate.values)
-    at = [names.index(name) for name in changes]
-    slopes = np.array([((name == own) - share) / whole for name in changes])
-    return share, math.sqrt(max(float(slopes @ estimate.covariance[np.ix_(at, at)] @ slopes), 0.0))
-
-
-def _from_profile(fitted: FittedForm, value: float) -> Interval | None:
+def _from_profile(fitted: FittedForm) -> Interval | None:
     """Return the interval of the time constant of an exponential whose time between levels has a profile."""
-    if fitted.form is not EXPONENTIAL or not fitted.between.method.startswith("profile"):
+    between, value = fitted.between, fitted.estimate.values["time_constant"]
+    if fitted.form is not EXPONENTIAL or not between.method.startswith("profile"):
         return None
-    factor = value / fitted.between.value
-    ends = {
-        name: getattr(fitted.between, name) * factor for name in ("value", "lower", "upper", "standard_error")
-    }
-    return replace(fitted.between, **ends)
+    lower, upper, error = (
+        each * value / between.value for each in (between.lower, between.upper, between.standard_error)
+    )
+    return replace(between, value=value, lower=lower, upper=upper, standard_error=error)
