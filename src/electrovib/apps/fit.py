@@ -14,7 +14,8 @@ from electrovib.recordings.fit import ScenarioFit, fit_scenario
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.fit.posterior import Posterior, Sampling, require_emcee, sample_posterior
 from electrovib.recordings.fit.separate import FitComparison, compare_fits
-from electrovib.recordings.fit.table import EstimatedParameter, parameter_table
+from electrovib.recordings.fit.table import parameter_table
+from electrovib.recordings.interval import EstimatedParameter
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:

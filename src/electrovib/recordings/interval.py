@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 NORMAL: Final = 1.959963984540054
 """Standard deviations of a normal distribution that hold 95 % of it on both sides."""
+MISFIT: Final = "misfit"
+"""State of every parameter of a model that does not describe the recordings."""
 _UPPER: Final = 0.975
 _FURTHEST: Final = 1e6
 """Factor between an estimate and a value, or distance in estimates, beyond which an interval counts as open."""
@@ -186,6 +188,35 @@ def _crossing(height: Callable[[float], float], inner: float, outer: float) -> f
     from scipy.optimize import brentq
 
     return float(brentq(height, inner, outer, xtol=_ACCURACY * outer))
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatedParameter(Interval):
+    """One parameter of a fit with its interval, in the SI unit `unit`; NaN where there is none, for the reason in `note`.
+
+    - `name`: dotted path, with the session where the parameter varies between sessions.
+    - `method`: ``"symmetric"``, ``"profile"``, ``"sessions"`` or ``"recordings"``; empty without an interval.
+    - `state`: how the data determine it, as in `ScenarioFit.states`.
+    - `systematic`: standard deviation by the calibration errors of the signals, in addition to that by noise.
+    - `low`: lowest value that the parameter may have, below which no interval reaches.
+    """
+
+    name: str
+    unit: str
+    state: str = "well"
+    note: str = ""
+    systematic: float = math.nan
+    low: float = -math.inf
+
+    @property
+    def systematic_ends(self) -> tuple[float, float]:
+        """95 % interval by the calibration errors alone, in SI; NaN where none is stated."""
+        half = NORMAL * self.systematic
+        return max(self.value - half, self.low), self.value + half
+
+    def shown(self, write: Callable[..., str]) -> tuple[str, str]:
+        """Write the estimate, and both ends of its interval or nothing, each by a function of value, unit and digits."""
+        return self.texts(self.unit, write=write)
 
 
 @dataclass(frozen=True, kw_only=True)

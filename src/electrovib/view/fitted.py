@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.signals import SIGNALS
 from electrovib.data.marks import Form
-from electrovib.recordings.fit.misfit import LEVEL, MISFIT
+from electrovib.recordings.fit.misfit import LEVEL
+from electrovib.recordings.interval import MISFIT
 from electrovib.study.reproduction import Table
 from electrovib.view.fitted_files import parameters_csv, scenario_toml, space_toml
 from electrovib.view.units import pretty_quantity
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from electrovib.recordings.fit.posterior import Posterior
     from electrovib.recordings.fit.prediction import Residuals
     from electrovib.recordings.fit.separate import FitComparison
-    from electrovib.recordings.fit.table import EstimatedParameter
+    from electrovib.recordings.interval import EstimatedParameter
     from electrovib.scenario import Scenario
 
 FILES: Final[dict[str, Form]] = {
@@ -142,16 +143,13 @@ def fit_answer(
 
 def with_interval(row: EstimatedParameter) -> str:
     """Write an estimate with its 95 % interval, or the reason why it has none."""
-    value = pretty_quantity(row.value, row.unit, digits=row.digits)
-    if not row.method:
-        return f"{value}, without an interval: {row.note}"
-    lower, upper = (pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper))
-    return f"{value} ({lower} to {upper})"
+    value, ends = row.shown(pretty_quantity)
+    return f"{value} ({ends})" if ends else f"{value}, without an interval: {row.note}"
 
 
 def by_calibration(row: EstimatedParameter) -> str:
     """Write the interval of an estimate by calibration errors alone; ``not stated`` without any."""
-    ends = row.systematic_interval
+    ends = row.systematic_ends
     if not math.isfinite(row.systematic):
         return "not stated"
     return " to ".join(pretty_quantity(end, row.unit, digits=max(row.digits, 4)) for end in ends)
@@ -160,16 +158,10 @@ def by_calibration(row: EstimatedParameter) -> str:
 def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
     shown = []
     for row in rows:
-        interval = "none"
-        if row.method:
-            interval = " to ".join(
-                pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper)
-            )
-        deviation = (
-            pretty_quantity(row.deviation, row.unit, digits=2) if math.isfinite(row.deviation) else "none"
-        )
-        value = pretty_quantity(row.value, row.unit, digits=row.digits)
-        cells = (value, deviation, interval, row.method or "none", by_calibration(row), DETERMINED[row.state])
+        error, (value, ends) = row.standard_error, row.shown(pretty_quantity)
+        deviation = pretty_quantity(error, row.unit, digits=2) if math.isfinite(error) else "none"
+        told = (row.method or "none", by_calibration(row), DETERMINED[row.state])
+        cells = (value, deviation, ends or "none", *told)
         shown.append((row.name, *cells, row.note))
     headings = (
         "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "95 % by calibration", "Determined",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.recordings.fit import ScenarioFit
-    from electrovib.recordings.fit.table import EstimatedParameter
+    from electrovib.recordings.interval import EstimatedParameter
 
 
 def parameters_csv(rows: Sequence[EstimatedParameter], diagnostics: Sequence[Diagnostic], *said: str) -> str:
@@ -27,7 +27,7 @@ def parameters_csv(rows: Sequence[EstimatedParameter], diagnostics: Sequence[Dia
     names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "systematic", "note")
     writer.writerow(names)
     for row in rows:
-        cells = [getattr(row, name) for name in names]
+        cells = [row.standard_error if name == "deviation" else getattr(row, name) for name in names]
         writer.writerow([repr(cell) if isinstance(cell, float) else cell for cell in cells])
     return text.getvalue()
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.recordings.fit.posterior import Posterior
-    from electrovib.recordings.fit.table import EstimatedParameter
+    from electrovib.recordings.interval import EstimatedParameter
 
 EMCEE: Final = (
     "D. Foreman-Mackey, D. W. Hogg, D. Lang, J. Goodman, emcee: The MCMC Hammer,"

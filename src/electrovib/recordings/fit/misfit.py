@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 LEVEL: Final = 0.003
 """Probability that noise makes residuals of the right model count as a misfit, over all tests of a fit."""
-MISFIT: Final = "misfit"
-"""State of every parameter of a model that does not describe the recordings."""
 _MOST: Final = 3
 """Reasons that are told."""
 _VANISHES: Final = 1e-6

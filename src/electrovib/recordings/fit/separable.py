@@ -38,7 +38,8 @@ _FEWEST: Final = 50
 class Whitening:
     """A filter that makes noise of a second-order autoregression independent.
 
-    `coefficients` are a1, a2 of e_k = y_k + a1 y_(k-1) + a2 y_(k-2); zeros leave independent noise as it is.
+    `coefficients` are a1, a2 of e_k = y_k + a1 y_(k-1) + a2 y_(k-2); zeros leave independent noise as it is, less the
+    two samples that every filter takes, so that both kinds of fits have the same samples.
     """
 
     coefficients: tuple[float, float] = (0.0, 0.0)

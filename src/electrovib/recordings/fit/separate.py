@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
-from electrovib.recordings.fit.misfit import MISFIT
 from electrovib.recordings.fit.result import ScenarioFit
 from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
-from electrovib.recordings.fit.table import LEVEL, EstimatedParameter
+from electrovib.recordings.interval import EstimatedParameter
 from electrovib.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -83,49 +82,28 @@ class SeparateFits:
         Its systematic error is the mean of theirs: the sensors are the same, and their error does not average
         out.
         """
-        units = {row.name: row.unit for each in self.fits for row in each.rows}
         found = []
         for path, spread in self.spreads.items():
-            lower, upper = spread.interval(level=LEVEL)
-            low = quantity_at(self.scenario, path).low
             missed = [record for record in self.misfits if record in spread.values]
-            why = (
-                f"the model does not describe {len(missed)} of the {len(spread.values)} recordings"
-                if missed
-                else ""
-            )
-            found.append(
-                EstimatedParameter(
-                    name=path,
-                    unit=units[path],
-                    value=spread.mean,
-                    deviation=spread.standard_error,
-                    lower=max(lower, low),
-                    upper=upper,
-                    method="recordings",
-                    state=MISFIT if missed else "well",
-                    note="; ".join(filter(None, [why, spread.in_words(units[path])])),
-                    low=low,
-                    systematic=statistics.fmean(
-                        row.systematic
-                        for each in self.fits
-                        for row in each.rows
-                        if row.name == path and each.record in spread.values
-                    ),
-                )
-            )
+            counted = f"{len(missed)} of the {len(spread.values)} recordings"
+            why = f"the model does not describe {counted}" if missed else ""
+            errors = [
+                row.systematic
+                for each in self.fits
+                for row in each.rows
+                if row.name == path and each.record in spread.values
+            ]
+            mean = spread.estimated(path, quantity_at(self.scenario, path), why)
+            found.append(replace(mean, systematic=statistics.fmean(errors)))
         return tuple(found)
 
 
 def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter, ...]:
     """Make the rows of a recording that could not be fitted."""
-    none = math.nan
     return tuple(
-        EstimatedParameter(
-            name=path, unit=unit, value=none, deviation=none, lower=none, upper=none, method="", state=FAILED, note=why
-        )
+        EstimatedParameter(name=path, unit=unit, value=math.nan, state=FAILED, note=why)
         for path, unit in paths.items()
-    )  # fmt: skip
+    )
 
 
 def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, BetweenSessions]:
@@ -139,11 +117,11 @@ def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, Be
             if row.name == path
             and each.found is not None
             and each.found.determined[path] in {"well", "weakly"}
-            and math.isfinite(row.deviation)
+            and math.isfinite(row.standard_error)
         }
         if len(own) > 1:
             values = {record: row.value for record, row in own.items()}
-            found[path] = spread_of(values, [row.deviation for row in own.values()], group="recording")
+            found[path] = spread_of(values, [row.standard_error for row in own.values()], group="recording")
     return found
 
 

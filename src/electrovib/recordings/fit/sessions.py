@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.units import format_quantity
+from electrovib.recordings.interval import MISFIT, EstimatedParameter, from_noise
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
+    from electrovib.core.quantity import Quantity
     from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
 
 
@@ -38,12 +40,24 @@ class BetweenSessions:
     standard_error: float
     group: str = "session"
 
-    def interval(self, *, level: float = 0.95) -> tuple[float, float]:
-        """Interval of the mean over sessions, by Student's t with one degree of freedom less than sessions."""
-        from scipy.stats import t
+    def estimated(self, name: str, quantity: Quantity, verdict: str) -> EstimatedParameter:
+        """Return the mean with its interval, by Student's t with one degree of freedom less than groups.
 
-        half = float(t.ppf(0.5 + level / 2, len(self.values) - 1)) * self.standard_error
-        return self.mean - half, self.mean + half
+        `verdict` says that the model does not describe recordings; empty where it does.
+        """
+        mean = from_noise(self.mean, self.standard_error, freedom=len(self.values) - 1)
+        return EstimatedParameter(
+            name=name,
+            unit=quantity.unit,
+            value=self.mean,
+            standard_error=self.standard_error,
+            lower=max(mean.lower, quantity.low),
+            upper=mean.upper,
+            method=f"{self.group}s",
+            state=MISFIT if verdict else "well",
+            note="; ".join(filter(None, [verdict, self.in_words(quantity.unit)])),
+            low=quantity.low,
+        )
 
     def in_words(self, unit: str) -> str:
         """State both scatters with their unit, and which of them limits the mean."""

@@ -143,9 +143,9 @@ def fit_modes(
             starts = _starts(problem, name, one, time)
         else:
             starts = _with_level(problem, [dict(fitted[name].estimate.values)], time)
-        estimate = problem.solve(starts)
+        estimate = problem.solve(starts, whitening=Whitening())
         if name == TWO and estimate.values["early_rate"] < estimate.values["rate"]:
-            estimate = problem.solve([_swapped(estimate.values)])
+            estimate = problem.solve([_swapped(estimate.values)], whitening=Whitening())
         one = one or estimate
         found[name] = FittedModes(
             form=name,

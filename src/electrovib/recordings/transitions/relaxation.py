@@ -75,7 +75,7 @@ def fit_forms(
     for form in forms:
         if form.exponentials > 2 and _rejected(fewer, found[fewer.name]):
             continue  # more terms than are found already in a sum of fewer
-        found[form.name] = problem.separable(form).solve(starts(problem, form, found))
+        found[form.name] = problem.separable(form).solve(starts(problem, form, found), whitening=Whitening())
         fewer = form
     return {
         form.name: _fitted(problem, form, found[form.name], white) for form in forms if form.name in found
@@ -352,7 +352,7 @@ def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error
     def rise(fall: float) -> float:
         # a longer fall starts earlier by about as much
         start = {**values, "start": values["start"] + best - fall}
-        found = separable.holding(time_constant=fall).solve([start, values])
+        found = separable.holding(time_constant=fall).solve([start, values], whitening=Whitening())
         return (found.sum_of_squares - estimate.sum_of_squares) / unit
 
     found = profile_interval(
