@@ -15,7 +15,7 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig_channels import TribometerChannels
 from electrovib.recordings.recording import read_recording
 from electrovib.recordings.release import fit_release
-from electrovib.recordings.release.parts import damped_sine
+from electrovib.recordings.release.model import damped_sine
 from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"

@@ -18,9 +18,6 @@ from electrovib.physics.rig_channels import EvenSamples, TimeColumn, TribometerC
 from electrovib.recordings.rail import at_rail
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
     import xarray
     from numpy.typing import NDArray
 

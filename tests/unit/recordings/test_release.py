@@ -13,7 +13,7 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.drive.sampled import KeepIncreasing
 from electrovib.physics.resonance import release_seen_by_sensor
 from electrovib.recordings.release import fit_release
-from electrovib.recordings.release.parts import damped_sine, drive_end
+from electrovib.recordings.release.model import damped_sine, drive_end
 
 
 def made(

@@ -14,7 +14,7 @@ from electrovib.physics.rig_channels import TribometerChannels
 from electrovib.recordings.rail import at_rail
 from electrovib.recordings.recording import calibrated, read_recording
 from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
-from electrovib.recordings.swipe.baseline import block_means, over_baselines, standard_error
+from electrovib.recordings.swipe.reduce import block_means, over_baselines, standard_error
 
 STEP = 0.5e-6
 

@@ -23,13 +23,10 @@ from electrovib.recordings.fit.sessions import BetweenSessions, between_sessions
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     import xarray
 
     from electrovib.core.arrays import Real
     from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate
-    from electrovib.recordings.fit.problem import WeightedProblem
 
 _FEW: Final = 400
 """Samples of each recording with which a search begins; the last steps take all of them."""

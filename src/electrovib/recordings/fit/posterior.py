@@ -14,8 +14,6 @@ from electrovib.core.errors import InputError
 from electrovib.recordings.fit.problem import CancelledError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import xarray
 
     from electrovib.core.arrays import Real

@@ -21,14 +21,10 @@ from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.measured import Observed
     from electrovib.scenario import Scenario
-    from electrovib.solve.one_by_one import ParametricScenario
 
 STEP: Final = 1e-6
 """Relative step of the one-sided derivatives: truncation and rounding are both below 1e-6 of them."""

@@ -21,9 +21,8 @@ from electrovib.recordings.fit.prediction import Prediction, residuals_of
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate
+    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
     from electrovib.recordings.fit.measured import Observed
-    from electrovib.recordings.fit.prediction import Prediction
 
 SEARCHED: Final = 1e-9
 """Relative change at which the search for parameters of a scenario ends: the precision of its derivatives."""

@@ -17,9 +17,7 @@ from electrovib.recordings.interval import EstimatedParameter
 from electrovib.scenario import Scenario
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
 
-    from electrovib.recordings.fit.result import ScenarioFit
 
 FAILED = "failed"
 """Status of the parameters of a recording that could not be fitted."""

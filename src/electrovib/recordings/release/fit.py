@@ -13,8 +13,14 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase, WholeVoltage
 from electrovib.physics.drive.sampled import Refuse
 from electrovib.recordings.correlated import line
 from electrovib.recordings.recording import increasing, without_missing
-from electrovib.recordings.release.model import Release, uncertainties
-from electrovib.recordings.release.parts import Extremum, damped_sine, drive_end, find_extrema
+from electrovib.recordings.release.model import (
+    Extremum,
+    Release,
+    damped_sine,
+    drive_end,
+    find_extrema,
+    uncertainties,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,7 +30,6 @@ if TYPE_CHECKING:
     from electrovib.physics.drive.readback import Readback
     from electrovib.physics.drive.sampled import StampTreatment
     from electrovib.recordings.interval import Interval
-    from electrovib.recordings.release.parts import Extremum
     from electrovib.recordings.transitions.modes import RingSection
 
 _REMAINS = 0.05

@@ -11,47 +11,28 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import exact_text, format_quantity
+from electrovib.recordings.interval import NORMAL, EstimatedParameter
 from electrovib.recordings.spectra.forms import forms_of
 from electrovib.recordings.spectra.material import consistency, fit_material, slopes_of
+from electrovib.scenario.toml import model_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.core.model import Model
     from electrovib.recordings.importing.sample import SampleSpectrum
     from electrovib.recordings.spectra.instrument import InstrumentError
     from electrovib.recordings.spectra.material import MaterialFit
 
 
-@dataclass(frozen=True, kw_only=True)
-class MaterialParameter:
-    """One parameter of a fitted material, by its dotted path within it.
-
-    The interval is statistical, 95 %, NaN where there is none, for which `note` gives the reason.
-    `systematic` is the standard deviation by the error of the instrument; NaN where that is not stated.
-    """
-
-    path: str
-    unit: str
-    value: float
-    lower: float
-    upper: float
-    systematic: float
-    note: str
-
-    @property
-    def sentence(self) -> str:
-        """Both uncertainties in words."""
-        if self.note:
-            text = f"no statistical interval: {self.note}"
-        else:
-            ends = (format_quantity(end, self.unit, digits=4) for end in (self.lower, self.upper))
-            text = f"statistical 95 % interval {' to '.join(ends)}"
-        if math.isnan(self.systematic):
-            return f"{text}; systematic error of the instrument not stated"
-        half = format_quantity(1.96 * self.systematic, self.unit, digits=2)
-        return f"{text}; systematic error of the instrument +- {half} (95 %)"
+def both_uncertainties(parameter: EstimatedParameter) -> str:
+    """Write the statistical interval of a parameter, and the systematic error of the instrument."""
+    _, ends = parameter.texts(parameter.unit, digits=4)
+    text = f"statistical 95 % interval {ends}" if ends else f"no statistical interval: {parameter.note}"
+    if math.isnan(parameter.systematic):
+        return f"{text}; systematic error of the instrument not stated"
+    half = format_quantity(NORMAL * parameter.systematic, parameter.unit, digits=2)
+    return f"{text}; systematic error of the instrument +- {half} (95 %)"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +41,7 @@ class FittedMaterial:
 
     fits: tuple[MaterialFit, ...]
     origin: str
-    parameters: tuple[MaterialParameter, ...]
+    parameters: tuple[EstimatedParameter, ...]
     thickness: float | None
     history: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -85,7 +66,7 @@ class FittedMaterial:
     def sources(self, layer: str = "stratum_corneum") -> dict[str, str]:
         """Return the origin of each parameter, by its path in a scenario."""
         return {
-            f"stack.{layer}.material.{each.path}": f"{self.form} fitted to {self.origin}; {each.sentence}"
+            f"stack.{layer}.material.{each.name}": f"{self.form} fitted to {self.origin}; {both_uncertainties(each)}"
             for each in self.parameters
         }
 
@@ -97,7 +78,7 @@ class FittedMaterial:
         lines = [
             "A material fitted to measured data; put these tables into a scenario in place of its layer of this name.",
             *self.history,
-            *(f"{each.path}: {each.sentence}" for each in self.parameters),
+            *(f"{each.name}: {both_uncertainties(each)}" for each in self.parameters),
             *(f"{each.state}: {each.text}" for each in self.diagnostics),
         ]
         for line in lines:
@@ -105,7 +86,7 @@ class FittedMaterial:
         stack, found = tomlkit.table(is_super_table=True), tomlkit.table()
         if self.thickness is not None:
             found.add("thickness", exact_text(self.thickness, "m"))
-        found.add("material", tomlkit.item(_table_of(self.material)))
+        found.add("material", model_table(self.material))
         stack.add(layer, found)
         document.add("stack", stack)
         return tomlkit.dumps(document)
@@ -173,7 +154,7 @@ def _noise_of(samples: Mapping[str, SampleSpectrum], noise: Mapping[str, float])
     return np.concatenate([np.full(each.frequency.size, noise[name]) for name, each in samples.items()])
 
 
-def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> Iterator[MaterialParameter]:
+def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> Iterator[EstimatedParameter]:
     estimate = best.estimate
     units = {path: quantity.unit for path, _, quantity in best.material.parameters() if quantity is not None}
     for path, value in estimate.values.items():
@@ -181,43 +162,22 @@ def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> It
         if path in estimate.on_bound:
             note = f"the estimate lies on the {estimate.on_bound[path]} bound of the parameter"
         lower, upper = (math.nan, math.nan) if note else estimate.interval(path)
-        yield MaterialParameter(
-            path=path,
+        systematic = math.nan if deviations is None else deviations[path]
+        yield EstimatedParameter(
+            name=path,
             unit=units[path],
             value=value,
             lower=lower,
             upper=upper,
-            systematic=math.nan if deviations is None else deviations[path],
+            systematic=systematic,
             note=note,
         )
     if best.loss != "measured":
-        yield MaterialParameter(
-            path="conductivity",
-            unit=units["conductivity"],
-            value=0.0,
-            lower=math.nan,
-            upper=math.nan,
-            systematic=math.nan,
-            note="0 as stated with the loss"
-            if best.loss == "none"
-            else "not measured, because a permittivity does not show it; 0 was taken",
-        )
-
-
-def _table_of(model: Model) -> dict[str, Any]:
-    """Return a material as plain tables, each number with its unit where it reads back exactly."""
-    found: dict[str, Any] = {"model": type(model).__name__} if model.is_member else {}
-    quantities = {path: quantity for path, _, quantity in model.parameters()}
-    for name, value in model:
-        if value is None:
-            continue
-        if isinstance(value, tuple):
-            found[name] = [_table_of(item) for item in value]
-        elif isinstance(value, float) and (quantity := quantities.get(name)) is not None:
-            found[name] = exact_text(value, quantity.unit)
-        else:
-            found[name] = value
-    return found
+        note = {
+            "none": "0 as stated with the loss",
+            "unknown": "not measured, because a permittivity does not show it; 0 was taken",
+        }[best.loss]
+        yield EstimatedParameter(name="conductivity", unit=units["conductivity"], value=0.0, note=note)
 
 
 INCONSISTENT: Final = 0.02

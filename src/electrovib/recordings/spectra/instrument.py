@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.least_squares import FreeParameter, least_squares
+from electrovib.recordings.fit.function import fit_function
+from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.importing.phase_offset import CERTAIN, LARGEST_PHASE_OFFSET
 from electrovib.recordings.spectra.material import shift_of
 
@@ -193,23 +194,9 @@ def _estimate(grid: Real, data: Complex) -> LeastSquaresEstimate:
         ),
         "phase_offset": FreeParameter(start=0.0),
     }
-    turns = 2 * math.pi * grid
-
-    def residual(values: Mapping[str, float]) -> Real:
-        ratio = np.log(_model(grid, values) / data)
-        return np.concatenate([ratio.real, ratio.imag])
-
-    def derivatives(values: Mapping[str, float]) -> Real:
-        resistance, capacitance = values["resistance"], values["capacitance"]
-        loaded = 1 + 1j * turns * resistance * capacitance
-        columns = [
-            1 / resistance - 1j * turns * capacitance / loaded,
-            -1j * turns * resistance / loaded,
-            np.full(grid.size, 1j),
-        ]
-        return np.column_stack([np.concatenate([column.real, column.imag]) for column in columns])
-
-    return least_squares(residual, free, derivatives=derivatives, noise_is_known=False)
+    return fit_function(
+        lambda x, **at: np.log(_model(x, at) / data), grid, np.zeros(grid.size, complex), start=free
+    )
 
 
 def _systematic(grid: Real, values: Mapping[str, float]) -> float:

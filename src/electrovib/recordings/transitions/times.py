@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.physics.drive.readback import Readback
-    from electrovib.recordings.transitions.edges import EdgeRecord
     from electrovib.recordings.transitions.relaxation import FittedForm
 
 SensorSource: TypeAlias = Sensor | str | None
