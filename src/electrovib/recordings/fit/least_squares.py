@@ -73,7 +73,6 @@ def least_squares(
     *,
     derivatives: Callable[[Mapping[str, float]], Real],
     noise_is_known: bool,
-    final_derivatives: Callable[[Mapping[str, float]], Real] | None = None,
     converged: float = CONVERGED,
     most_evaluations: int = MOST_EVALUATIONS,
     judged: bool = True,
@@ -82,10 +81,10 @@ def least_squares(
     """Minimise the sum of squares of a weighted residual.
 
     `residual` takes values by name and gives shape (n,), in units of the standard deviation if
-    `noise_is_known`; `derivatives` gives (n, parameters), and `final_derivatives` those for the covariance,
-    which is computed if `judged`. The search ends at the relative change `converged` of the sum of squares
-    and of the parameters, after `most_evaluations`, or by `stall`. Fewer residuals than parameters, and
-    residuals that are not finite at the start, are refused.
+    `noise_is_known`; `derivatives` gives (n, parameters). The covariance is computed if `judged`. The search
+    ends at the relative change `converged` of the sum of squares and of the parameters, after
+    `most_evaluations`, or by `stall`. Fewer residuals than parameters, and residuals that are not finite at
+    the start, are refused.
     """
     begin = {name: each.start for name, each in free.items()}
     first = np.asarray(residual(begin), dtype=float)
@@ -100,29 +99,16 @@ def least_squares(
     except StalledError as stalled:
         values, evaluations, ended = stalled.values, search.evaluations, False
     left = np.asarray(residual(values), dtype=float)
-    if not judged:
-        return LeastSquaresEstimate(
-            values=values,
-            covariance=None,
-            why_no_covariance="it was not asked for",
-            sum_of_squares=float(left @ left),
-            count=left.size,
-            noise_is_known=noise_is_known,
-            on_bound={},
-            evaluations=evaluations,
-            converged=ended,
-            stalled=search.stalled,
-        )
-    return estimate_at(
-        values,
-        residual=left,
-        derivatives=np.asarray((final_derivatives or derivatives)(values), dtype=float),
+    estimate = LeastSquaresEstimate(
+        values=values,
+        sum_of_squares=float(left @ left),
+        count=left.size,
         noise_is_known=noise_is_known,
-        on_bound={name: bound for name in free if (bound := free[name].bound_at(values[name]))},
         evaluations=evaluations,
         converged=ended,
         stalled=search.stalled,
     )
+    return estimate.judged(left, np.asarray(derivatives(values), dtype=float), free) if judged else estimate
 
 
 @dataclass
@@ -229,15 +215,34 @@ class LeastSquaresEstimate:
     """
 
     values: Mapping[str, float]
-    covariance: Real | None
-    why_no_covariance: str
+    covariance: Real | None = None
+    why_no_covariance: str = "it was not asked for"
     sum_of_squares: float
     count: int
     noise_is_known: bool
-    on_bound: Mapping[str, str]
+    on_bound: Mapping[str, str] = field(default_factory=dict)
     evaluations: int
     converged: bool
     stalled: bool = False
+
+    def judged(
+        self, residual: Real, derivatives: Real, free: Mapping[str, FreeParameter]
+    ) -> LeastSquaresEstimate:
+        """Judge the parameters by residuals (n,) and their derivatives (n, parameters); those on a bound have variance 0."""
+        names = tuple(self.values)
+        on_bound = {name: on for name in free if (on := free[name].bound_at(self.values[name]))}
+        inside = [at for at, name in enumerate(names) if name not in on_bound]
+        found = dataclasses.replace(
+            self, sum_of_squares=float(residual @ residual), count=residual.size, on_bound=on_bound
+        )
+        covariance, why = np.zeros((len(names), len(names))), ""
+        if inside:
+            inner, why = _inverse(derivatives[:, inside], tuple(names[at] for at in inside))
+            if not why and found.degrees_of_freedom <= 0 and not self.noise_is_known:
+                why = "as many parameters as data leave no scatter to judge by: state the noise"
+            if not why:
+                covariance[np.ix_(inside, inside)] = inner * (1.0 if self.noise_is_known else found.variance)
+        return dataclasses.replace(found, covariance=None if why else covariance, why_no_covariance=why)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -312,47 +317,6 @@ class LeastSquaresEstimate:
         """Interval of one parameter from its standard deviation and Student's t; NaN where there is no standard deviation."""
         half = self.quantile(level) * self.standard_deviations[name]
         return self.values[name] - half, self.values[name] + half
-
-
-def estimate_at(
-    values: Mapping[str, float],
-    *,
-    residual: Real,
-    derivatives: Real,
-    noise_is_known: bool,
-    on_bound: Mapping[str, str],
-    evaluations: int,
-    converged: bool,
-    stalled: bool = False,
-) -> LeastSquaresEstimate:
-    """Judge the parameters at which a search has ended; those on a bound have variance 0."""
-    inside = [at for at, name in enumerate(values) if name not in on_bound]
-    squares = float(residual @ residual)
-    left = residual.size - len(values)
-    variance = 1.0 if noise_is_known else (squares / left if left > 0 else math.nan)
-    covariance: Real | None = np.zeros((len(values), len(values)))
-    why = ""
-    if inside:
-        inner, undetermined = _inverse(derivatives[:, inside], tuple(np.array(list(values))[inside]))
-        if undetermined:
-            covariance, why = None, undetermined
-        elif left <= 0 and not noise_is_known:
-            covariance, why = None, "as many parameters as data leave no scatter to judge by: state the noise"
-        else:
-            assert covariance is not None
-            covariance[np.ix_(inside, inside)] = inner * variance
-    return LeastSquaresEstimate(
-        values=dict(values),
-        covariance=covariance,
-        why_no_covariance=why,
-        sum_of_squares=squares,
-        count=residual.size,
-        noise_is_known=noise_is_known,
-        on_bound=dict(on_bound),
-        evaluations=evaluations,
-        converged=converged,
-        stalled=stalled,
-    )
 
 
 def _inverse(derivatives: Real, names: tuple[str, ...]) -> tuple[Real, str]:

@@ -12,8 +12,8 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.recordings.fit.least_squares import (
     FreeParameter,
+    LeastSquaresEstimate,
     Stall,
-    estimate_at,
     least_squares,
     newton_step,
 )
@@ -21,7 +21,6 @@ from electrovib.recordings.fit.prediction import Prediction, residuals_of
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
     from electrovib.recordings.fit.measured import Observed
 
 SEARCHED: Final = 1e-9
@@ -90,59 +89,37 @@ class WeightedProblem:
         converged: float = SEARCHED,
     ) -> LeastSquaresEstimate:
         """Minimise the sum of squares over the free unknowns, without covariance if `converged` is above `SEARCHED`."""
-        held, names, judged = dict(fixed or {}), tuple(free), converged <= SEARCHED
-        separated = Separated(self, free, held)
-        if separated.is_useful:
-            try:
-                return self._minimum_of_others(separated, free, held, known=known, converged=converged)
-            except OutsideBoundsError:
-                pass  # the bound is found by the search for all unknowns
-        return least_squares(
-            lambda values: self.residual(held | dict(values)),
-            free,
-            derivatives=lambda values: self.derivatives(held | dict(values), names=names),
-            noise_is_known=known,
-            converged=converged,
-            judged=judged,
-            stall=self._stall(free, 1.0 if known else None),
-        )
+        held, names = dict(fixed or {}), tuple(free)
+        whole, apart = Separated(self, free, held, separate=False), Separated(self, free, held)
+        variance = 1.0 if known else None
+        try:
+            separated = apart if apart.is_useful else whole
+            found = self._searched(separated, variance, converged)
+        except OutsideBoundsError:  # the bound is found by the search for all unknowns
+            separated = whole
+            found = self._searched(separated, variance, converged)
+        best = {**found.values, **separated.best(found.values)[0]}
+        values = {name: best[name] for name in names}
+        found = dataclasses.replace(found, values=values)
+        if converged > SEARCHED:
+            return found
+        return found.judged(self.residual(held | values), self.derivatives(held | values, names=names), free)
 
-    def _stall(self, free: Mapping[str, FreeParameter], variance: float | None) -> Stall:
-        zeros = [each.name for each in self.prediction.unknowns if each.is_offset and each.name in free]
-        return Stall(variance, zeros)
-
-    def _minimum_of_others(
-        self,
-        separated: Separated,
-        free: Mapping[str, FreeParameter],
-        held: Mapping[str, float],
-        *,
-        known: bool,
-        converged: float,
+    def _searched(
+        self, separated: Separated, variance: float | None, converged: float
     ) -> LeastSquaresEstimate:
-        """Search for the unknowns that are not linear, and judge all of them together."""
-        found = least_squares(
+        """Search for the unknowns that are not separated; `variance` is that of the residuals where it is known."""
+        zeros = [
+            each.name for each in self.prediction.unknowns if each.is_offset and each.name in separated.others
+        ]
+        return least_squares(
             separated.residual,
             separated.others,
             derivatives=separated.derivatives,
-            noise_is_known=known,
+            noise_is_known=variance is not None,
             converged=converged,
             judged=False,
-            stall=self._stall(separated.others, 1.0 if known else None),
-        )
-        best, _, _ = separated.best(found.values)
-        values = {name: found.values[name] if name in found.values else best[name] for name in free}
-        if converged > SEARCHED:
-            return dataclasses.replace(found, values=values)
-        return estimate_at(
-            values,
-            residual=self.residual(dict(held) | dict(values)),
-            derivatives=self.derivatives(dict(held) | dict(values), names=tuple(free)),
-            noise_is_known=known,
-            on_bound={name: bound for name in free if (bound := free[name].bound_at(values[name]))},
-            evaluations=found.evaluations,
-            converged=found.converged,
-            stalled=found.stalled,
+            stall=Stall(variance, zeros),
         )
 
     def minimum_near(self, free: Mapping[str, FreeParameter], *, known: bool) -> LeastSquaresEstimate:
@@ -163,15 +140,10 @@ class WeightedProblem:
             scatter = 1.0 if known else np.sqrt(squares / max(left.size - len(values), 1))
             small = np.maximum(_CLOSE * scatter * deviations, _PRECISION * np.abs(now))
             if (np.abs(step) < small).all():
-                return estimate_at(
-                    values,
-                    residual=left,
-                    derivatives=self.derivatives(values),
-                    noise_is_known=known,
-                    on_bound={},
-                    evaluations=count,
-                    converged=True,
-                )
+                return LeastSquaresEstimate(
+                    values=values, sum_of_squares=squares, count=left.size, noise_is_known=known,
+                    evaluations=count, converged=True,
+                ).judged(left, self.derivatives(values), free)  # fmt: skip
             moved = dict(zip(values, (now + step).tolist(), strict=True))
             if any(not each.lower < moved[name] < each.upper for name, each in free.items()):
                 break
@@ -198,15 +170,7 @@ class WeightedProblem:
             if not separated.others:
                 left = separated.residual({})
                 return float(left @ left) if np.isfinite(left).all() else np.inf
-            return least_squares(
-                separated.residual,
-                separated.others,
-                derivatives=separated.derivatives,
-                noise_is_known=True,
-                converged=_ROUGHLY,
-                judged=False,
-                stall=self._stall(separated.others, variance),
-            ).sum_of_squares
+            return self._searched(separated, variance, _ROUGHLY).sum_of_squares
         except InputError:
             return np.inf
 
@@ -218,11 +182,12 @@ class OutsideBoundsError(ElectrovibError):
 class Separated:
     """A weighted problem as a function of the unknowns that are not linear in it, with the best values of the others.
 
-    `fixed` values are in SI. Linear unknowns are kept `within_bounds`; else a best value outside them is an
-    error. For given values of the other unknowns the best values of the linear ones solve a linear
-    least-squares problem with the columns G. The derivatives of the remaining residual are those of the
-    predictions at these values, less their projection on G (Golub and Pereyra 1973, in the form of Kaufman
-    1975); columns of unknowns on a bound are omitted from G. The minimum is that of all unknowns together.
+    `fixed` values are in SI; without `separate` no unknown counts as linear. Linear unknowns are kept
+    `within_bounds`; else a best value outside them is an error. For given values of the other unknowns the
+    best values of the linear ones solve a linear least-squares problem with the columns G. The derivatives of
+    the remaining residual are those of the predictions at these values, less their projection on G (Golub and
+    Pereyra 1973, in the form of Kaufman 1975); columns of unknowns on a bound are omitted from G. The minimum
+    is that of all unknowns together.
     """
 
     def __init__(
@@ -232,12 +197,13 @@ class Separated:
         fixed: Mapping[str, float],
         *,
         within_bounds: bool = False,
+        separate: bool = True,
     ) -> None:
         self._problem, self._fixed, self._within_bounds = problem, dict(fixed), within_bounds
         prediction = problem.prediction
         by_name = {each.name: each for each in prediction.unknowns}
         rows = {name: prediction.linear_rows(by_name[name]) for name in free}
-        found = {name: row for name, row in rows.items() if row is not None}
+        found = {name: row for name, row in rows.items() if row is not None and separate}
         self._factors = {name: row for name, row in found.items() if not by_name[name].is_offset}
         overlapping = sum(
             (row.astype(int) for row in self._factors.values()), np.zeros(problem.data.size, int)

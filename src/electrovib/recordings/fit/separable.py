@@ -15,7 +15,6 @@ from electrovib.recordings.correlated import autocovariance, covariance
 from electrovib.recordings.fit.least_squares import (
     FreeParameter,
     LeastSquaresEstimate,
-    estimate_at,
     least_squares,
 )
 
@@ -101,21 +100,12 @@ class Separable:
         self, starts: Sequence[Mapping[str, float]], *, whitening: Whitening | None = None
     ) -> LeastSquaresEstimate:
         """Search the nonlinear parameters from several starts, and return the best estimate of all parameters."""
-        found = [self._minimum(self.inside(start), whitening) for start in starts if self.free]
-        best = min(found, key=lambda each: each.sum_of_squares, default=None)
-        values = {} if best is None else dict(best.values)
-        _, amplitudes, left = self._solved(values, whitening)
-        values |= zip(self.names, map(float, amplitudes), strict=True)
+        found = [self._minimum(self.inside(start), whitening) for start in starts]
+        best = min(found, key=lambda each: each.sum_of_squares)
+        _, amplitudes, left = self._solved(best.values, whitening)
+        values = {**best.values, **dict(zip(self.names, map(float, amplitudes), strict=True))}
         slopes = self.jacobian(values, whitening)
-        estimate = estimate_at(
-            values,
-            residual=left,
-            derivatives=slopes,
-            noise_is_known=False,
-            on_bound={name: on for name, each in self.free.items() if (on := each.bound_at(values[name]))},
-            evaluations=1 if best is None else best.evaluations,
-            converged=best is None or best.converged,
-        )
+        estimate = dataclasses.replace(best, values=values).judged(left, slopes, self.free)
         return dataclasses.replace(estimate, covariance=_with_correlation(estimate, slopes, left))
 
     def _minimum(self, start: Mapping[str, float], whitening: Whitening | None) -> LeastSquaresEstimate:

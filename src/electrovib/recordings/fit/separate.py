@@ -6,7 +6,7 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
@@ -15,9 +15,6 @@ from electrovib.recordings.fit.result import ScenarioFit
 from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
 from electrovib.recordings.interval import EstimatedParameter
 from electrovib.scenario import Scenario
-
-if TYPE_CHECKING:
-
 
 FAILED = "failed"
 """Status of the parameters of a recording that could not be fitted."""
