@@ -105,7 +105,7 @@ def test_the_ratio_of_a_brief_misfit_is_that_of_its_span_to_all_samples():
     """4 of 1600 samples hold all of the sum of squares, 1600 times what a mean of 4 has on average."""
     noise = 1e-6 * np.random.default_rng(42).normal(size=1600)
     noise[800:804] += 1.0
-    brief = left(noise, stated=None)._of_brief("")[0]
+    brief = left(noise, stated=None)._of_brief()
     assert brief.ratio == pytest.approx(1600, rel=0.01)
 
 

@@ -93,6 +93,11 @@ class Observed:
         """Real numbers for each sample: 2 of a complex signal."""
         return 2 if np.iscomplexobj(self.y) else 1
 
+    @property
+    def size(self) -> int:
+        """Number of real numbers."""
+        return self.x.size * self.parts
+
 
 def observed(measured: MeasuredTrace, signals: Sequence[str] | None = None) -> tuple[Observed, ...]:
     """Collect the signals of a recording that a scenario predicts; samples that are no number are omitted."""

@@ -93,24 +93,19 @@ def misfit_of(
     """
     slopes = problem.derivatives(values)
     parts = _parts(slopes, residuals)
-    recordings = len(problem.prediction.measured)
-    if all(each.is_computed for each in parts):
-        return Misfit(
-            reasons=(), inflation=1.0, independent=math.inf, computed=True, between={}, recordings=recordings
-        )
     real = [each for each in parts if not each.is_computed]
-    between, scatter = _between(problem, values, slopes, parts)
+    between, scatter = _between(problem, values, slopes, parts) if real else ({}, [])
     tests = [sign for each in real for sign in each.signs()] + scatter
     signs = significant(tests)
-    inflation = max([*(each.ratio for each in signs), *(each.correlated for each in real)])
+    inflation = max([1.0, *(each.ratio for each in signs), *(each.correlated for each in real)])
     first = {each.subject: each for each in reversed(signs)}
     return Misfit(
         reasons=tuple(f"{each.subject}: {each.reason}" for each in signs if each is first[each.subject]),
-        inflation=max(inflation, 1.0),
-        independent=sum(each.residual.size for each in real) / max(inflation, 1.0),
-        computed=False,
+        inflation=inflation,
+        independent=sum(each.residual.size for each in real) / inflation if real else math.inf,
+        computed=not real,
         between=between if any(each in signs for each in scatter) else {},
-        recordings=recordings,
+        recordings=len(problem.prediction.measured),
     )
 
 
@@ -134,9 +129,8 @@ def _basis(columns: Real) -> Real:
 def _parts(slopes: Real, residuals: Sequence[Residuals]) -> list[Components]:
     basis, at, found = _basis(slopes), 0, []
     for each in residuals:
-        size = each.observed.x.size * each.observed.parts
-        found.append(Components(of=each, sloped=basis[at : at + size]))
-        at += size
+        found.append(Components(of=each, sloped=basis[at : at + each.observed.size]))
+        at += each.observed.size
     return found
 
 
@@ -148,7 +142,7 @@ def _between(
 
     prediction = problem.prediction
     left = np.concatenate([each.residual.ravel() for each in parts])
-    ends = np.cumsum([sum(each.x.size * each.parts for each in group) for group in prediction.columns])
+    ends = np.cumsum([sum(each.size for each in group) for group in prediction.columns])
     own = list(zip(np.split(slopes, ends[:-1]), np.split(left, ends[:-1]), strict=True))
     removed = [_basis(sloped) for sloped, _ in own]
     joint = _basis(slopes)
@@ -327,60 +321,60 @@ class Components:
 
     def signs(self) -> list[Sign]:
         """Test the sum of squares where the noise is stated, the slow components, the periodic and the brief ones."""
-        observed = self.of.observed
-        subject = f"{observed.signal} of {self.of.recording}"
         tests = (self._of_sum, self._of_slow, self._of_periodic, self._of_brief)
-        return [sign for test in tests for sign in test(subject)]
+        return [sign for test in tests if (sign := test()) is not None]
 
-    def _of_sum(self, subject: str) -> list[Sign]:
+    def _sign(self, chance: float, ratio: float, why: str, *, weight: float = 1.0) -> Sign:
+        observed, size = self.of.observed, self._size(self.of.root_mean_square)
+        return Sign(
+            chance=chance,
+            ratio=ratio,
+            subject=f"{observed.signal} of {self.of.recording}",
+            reason=f"residuals of {size} rms {why}",
+            weight=weight,
+        )
+
+    def _of_sum(self) -> Sign | None:
         from scipy.stats import chi2
 
         mean, freedom = self._mean(self.risen, 0)
         if self.of.observed.noise is None or freedom < 1:
-            return []
+            return None
         ratio, counted = mean / self.variance, max(freedom / self.correlated, 1.0)
-        left = f"residuals of {self._size(self.of.root_mean_square)} rms where the noise is stated as {self._size(self.of.noise)}"
-        chance = float(chi2.sf(ratio / STATED * counted, counted))
-        return [Sign(chance=chance, ratio=ratio, subject=subject, reason=f"{left}{self._where()}")]
+        why = f"where the noise is stated as {self._size(self.of.noise)}{self._where()}"
+        return self._sign(float(chi2.sf(ratio / STATED * counted, counted)), ratio, why)
 
-    def _of_slow(self, subject: str) -> list[Sign]:
+    def _of_slow(self) -> Sign | None:
         from scipy.stats import chi2
         from scipy.stats import f as fisher
 
         slow, taken = self._mean(self.risen, 0, self.slow)
         beside, left = self._mean(self.energy, self.slow, 4 * self.slow)
         if taken < 1 or left < 3:
-            return []
-        chance, noise = float(fisher.sf(slow / (beside or np.inf), taken, left)), 1.0
+            return None
+        above = slow / beside if beside else np.inf
+        chance, noise = float(fisher.sf(above, taken, left)), self._mean(self.energy, 0)[0]
         if self.of.observed.noise is not None:
             noise = self.variance
             chance = max(chance, float(chi2.sf(slow / noise / STATED * taken, taken)))
-        else:
-            noise = self._mean(self.energy, 0)[0]
-        left_over = (
-            f"residuals of {self._size(self.of.root_mean_square)} rms that are no noise: their slow part has"
-        )
-        reason = f"{left_over} {slow / beside if beside else np.inf:.2g} times the variance of noise{self._where()}"
-        return [Sign(chance=chance, ratio=slow / noise, subject=subject, reason=reason)]
+        why = f"that are no noise: their slow part has {above:.2g} times the variance of noise{self._where()}"
+        return self._sign(chance, slow / noise, why)
 
-    def _of_periodic(self, subject: str) -> list[Sign]:
+    def _of_periodic(self) -> Sign | None:
         from scipy.ndimage import median_filter
         from scipy.stats import f as fisher
 
         parts, count = self.of.observed.parts, self.energy.size
         if count < 2 * _BESIDE:
-            return []
+            return None
         beside = median_filter(self.energy, size=2 * _BESIDE + 1, mode="reflect") / _MEDIAN[parts]
         three = np.convolve(self.risen, np.ones(3), mode="same") / 3 / np.maximum(beside, 1e-300)
         three[: self.slow] = 0.0
         at = int(np.argmax(three))
-        ratio = float(three[at])
-        chance = count * float(fisher.sf(ratio, 3 * parts, _BESIDE * parts))
-        size = self._size(self.of.root_mean_square)
-        reason = f"residuals of {size} rms that are no noise: they repeat{self._rate(at)}"
-        return [Sign(chance=chance, ratio=1.0, subject=subject, reason=reason)]
+        chance = count * float(fisher.sf(float(three[at]), 3 * parts, _BESIDE * parts))
+        return self._sign(chance, 1.0, f"that are no noise: they repeat{self._rate(at)}")
 
-    def _of_brief(self, subject: str) -> list[Sign]:
+    def _of_brief(self) -> Sign | None:
         """Test the means of short spans of samples against the median of their magnitudes, as Student's t.
 
         A misfit beside an edge fills few samples, which neither the slow nor the periodic components show.
@@ -400,19 +394,16 @@ class Components:
                 found.append((chance, first, length, risen, means.size))
             length *= 2
         if not found:
-            return []
+            return None
         chance, first, length, risen, _ = min(found, key=lambda each: each[0])
         begin, end = _around(risen)
         x = self.of.observed.x[first + begin * length : first + (end + 1) * length]
-        return [
-            Sign(
-                chance=min(2 * chance * sum(each[-1] for each in found), 1.0),
-                ratio=float(risen.max()) ** 2 / max(self._mean(self.energy, 0)[0], 1e-300),
-                subject=subject,
-                reason=f"residuals of {self._size(self.of.root_mean_square)} rms that are no noise{self._span(x)}",
-                weight=_BRIEF,
-            )
-        ]
+        return self._sign(
+            min(2 * chance * sum(each[-1] for each in found), 1.0),
+            float(risen.max()) ** 2 / max(self._mean(self.energy, 0)[0], 1e-300),
+            f"that are no noise{self._span(x)}",
+            weight=_BRIEF,
+        )
 
     def _rate(self, order: int) -> str:
         """Return the frequency of a component where the samples are even in time."""

@@ -98,20 +98,12 @@ class _Density:
         self.best = np.array(
             [each.coordinate(found.estimate.values[name]) for name, each in self.free.items()]
         )
-        bounds = [(each.coordinate(each.lower), each.coordinate(each.upper)) for each in self.free.values()]
-        wide = math.log(_WIDEST)
-        self.low = np.array(
-            [
-                max(low, at - wide) if each.logarithmic else low
-                for (low, _), at, each in zip(bounds, self.best, self.free.values(), strict=True)
-            ]
+        wide = [math.log(_WIDEST) if each.logarithmic else math.inf for each in self.free.values()]
+        bounds = np.array(
+            [(each.coordinate(each.lower), each.coordinate(each.upper)) for each in self.free.values()]
         )
-        self.high = np.array(
-            [
-                min(high, at + wide) if each.logarithmic else high
-                for (_, high), at, each in zip(bounds, self.best, self.free.values(), strict=True)
-            ]
-        )
+        self.low = np.maximum(bounds[:, 0], self.best - wide)
+        self.high = np.minimum(bounds[:, 1], self.best + wide)
 
     def __call__(self, place: Real) -> float:
         """Logarithm of the density, up to a constant; minus infinity outside the bounds."""

@@ -15,8 +15,9 @@ from electrovib.core.errors import InputError, gathered
 from electrovib.data.columns.column import kind_and_factor
 from electrovib.data.marks import Form, unsigned
 from electrovib.data.readers.registry import read_recorded
-from electrovib.recordings.fit.sessions import LEVEL, RandomEffects, random_effects
+from electrovib.recordings.fit.sessions import RandomEffects, random_effects
 from electrovib.recordings.importing.choice import column_of
+from electrovib.recordings.interval import from_noise
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -107,36 +108,25 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
     session share its mounting and are not independent. With one session it is that of Student's t with two degrees of freedom
     less than points, and holds for that session only.
     """
-    from scipy.stats import t
-
     voltage, force = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     groups = _groups(voltage, force, session)
     laws = {name: _law(np.log(voltage[rows]), np.log(force[rows])) for name, rows in groups.items()}
     own = list(laws.values())
-    if len(own) > 1:
-        found = random_effects(
-            [each.exponent for each in own],
-            [each.standard_error for each in own],
-            freedom=[each.degrees_of_freedom for each in own],
-        )
+    if len(own) == 1:
+        mean = from_noise(own[0].exponent, own[0].standard_error, freedom=own[0].degrees_of_freedom)
         return PowerLawFit(
-            exponent=found.mean,
-            standard_error=found.standard_error,
-            lower=found.lower,
-            upper=found.upper,
-            sessions=laws,
-            between=found,
-        )
-    only = own[0]
-    half = float(t.ppf(0.5 + LEVEL / 2, only.degrees_of_freedom)) * only.standard_error
-    return PowerLawFit(
-        exponent=only.exponent,
-        standard_error=only.standard_error,
-        lower=only.exponent - half,
-        upper=only.exponent + half,
-        sessions=laws,
-        between=None,
+            exponent=mean.value, standard_error=mean.standard_error, lower=mean.lower, upper=mean.upper,
+            sessions=laws, between=None,
+        )  # fmt: skip
+    found = random_effects(
+        [each.exponent for each in own],
+        [each.standard_error for each in own],
+        freedom=[each.degrees_of_freedom for each in own],
     )
+    return PowerLawFit(
+        exponent=found.mean, standard_error=found.standard_error, lower=found.lower, upper=found.upper,
+        sessions=laws, between=found,
+    )  # fmt: skip
 
 
 def _law(x: Real, y: Real) -> SessionLaw:

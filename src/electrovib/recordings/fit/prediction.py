@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -84,6 +84,14 @@ class Prediction:
         self._last: tuple[object, Real] | None = None
         self._linear: dict[str, NDArray[np.bool_] | None] = {}
         self._predicted = functools.lru_cache(maxsize=2 * len(measured) + 2)(self._of_record)
+
+    def pieces(self) -> Iterator[tuple[int, int, Observed, slice]]:
+        """Number each signal by recording and place there, and give it with its rows in one row of all data."""
+        end = 0
+        for record, columns in enumerate(self.columns):
+            for column, each in enumerate(columns):
+                begin, end = end, end + each.size
+                yield record, column, each, slice(begin, end)
 
     @property
     def data(self) -> Real:
@@ -219,25 +227,22 @@ class Prediction:
         return self._linear[unknown.name]
 
     def _proportional_rows(self, unknown: Unknown) -> NDArray[np.bool_] | None:
-        marks = []
-        for measured, prepared, columns in zip(self.measured, self.prepared, self.columns, strict=True):
-            concerned = unknown.session in ("", measured.session)
-            scaled = proportional_to_friction(prepared.base, unknown.path)
-            for each in columns:
-                if concerned and not (scaled and each.signal in scaled | INDEPENDENT):
-                    return None
-                marks.append(np.full(each.x.size * each.parts, concerned and each.signal in scaled))
-        return np.concatenate(marks)
+        marks = np.zeros(self.data.size, bool)
+        for record, _, each, rows in self.pieces():
+            concerned = unknown.session in ("", self.measured[record].session)
+            scaled = proportional_to_friction(self.prepared[record].base, unknown.path)
+            if concerned and not (scaled and each.signal in scaled | INDEPENDENT):
+                return None
+            marks[rows] = concerned and each.signal in scaled
+        return marks
 
     def _rows(self, unknown: Unknown) -> NDArray[np.bool_]:
         """Mark the real parts of the data of the signal that an offset belongs to."""
-        marks = []
-        for at, columns in enumerate(self.columns):
-            for column, each in enumerate(columns):
-                own = (at, column) == (unknown.record, unknown.column)
-                marks.append(np.full(each.x.size, own))
-                marks += [np.zeros(each.x.size, bool)] * (each.parts - 1)
-        return np.concatenate(marks)
+        marks = np.zeros(self.data.size, bool)
+        for record, column, each, rows in self.pieces():
+            if (record, column) == (unknown.record, unknown.column):
+                marks[rows.start : rows.start + each.x.size] = True
+        return marks
 
 
 def _flat(values: NDArray[Any]) -> Real:
@@ -299,19 +304,12 @@ def residuals_of(
     prediction: Prediction, values: Mapping[str, float], noise: Sequence[float]
 ) -> list[Residuals]:
     """Collect the residuals of every signal of every recording."""
-    found, at = prediction(values), 0
+    found = prediction(values)
     residuals = []
-    names = [
-        measured.name
-        for measured, group in zip(prediction.measured, prediction.columns, strict=True)
-        for _ in group
-    ]
-    columns = [each for group in prediction.columns for each in group]
-    for name, column, sigma in zip(names, columns, noise, strict=True):
-        size = column.x.size
-        row: NDArray[np.float64] | NDArray[np.complex128] = found[at : at + size]
-        if column.parts == 2:
-            row = row + 1j * found[at + size : at + 2 * size]
-        at += size * column.parts
-        residuals.append(Residuals(recording=name, observed=column, predicted=row, noise=sigma))
+    for (record, _, each, rows), sigma in zip(prediction.pieces(), noise, strict=True):
+        own, name = found[rows], prediction.measured[record].name
+        row: NDArray[np.float64] | NDArray[np.complex128] = own
+        if each.parts == 2:
+            row = own[: each.x.size] + 1j * own[each.x.size :]
+        residuals.append(Residuals(recording=name, observed=each, predicted=row, noise=sigma))
     return residuals

@@ -54,12 +54,9 @@ class WeightedProblem:
     count: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        columns = [each for group in self.prediction.columns for each in group]
+        pieces = zip(self.prediction.pieces(), self.noise, strict=True)
         self.weights: Real = np.concatenate(
-            [
-                np.tile(1 / (sigma * each.scale), each.parts)
-                for each, sigma in zip(columns, self.noise, strict=True)
-            ]
+            [np.tile(1 / (sigma * each.scale), each.parts) for (_, _, each, _), sigma in pieces]
         )
         self.data: Real = self.prediction.data
 
@@ -98,7 +95,7 @@ class WeightedProblem:
         except OutsideBoundsError:  # the bound is found by the search for all unknowns
             separated = whole
             found = self._searched(separated, variance, converged)
-        best = {**found.values, **separated.best(found.values)[0]}
+        best = dict(found.values) | (separated.best(found.values)[0] if separated.linear else {})
         values = {name: best[name] for name in names}
         found = dataclasses.replace(found, values=values)
         if converged > SEARCHED:
@@ -276,9 +273,11 @@ class Separated:
 
     def derivatives(self, values: Mapping[str, float]) -> Real:
         """Return its derivatives after the other unknowns, shape (n, others), in 1 over the unit of each."""
+        at = self._fixed | dict(values) | self._reference
+        slopes = self._problem.derivatives(at, names=tuple(self.others))
+        if not self.linear:
+            return slopes
         linear, orthonormal, _ = self.best(values)
-        names: Sequence[str] = tuple(self.others)
-        slopes = self._problem.derivatives(self._fixed | dict(values) | self._reference, names=names)
         for name, rows in self._factors.items():
             slopes[rows] *= linear[name] / self._reference[name]
         return np.asarray(slopes - orthonormal @ (orthonormal.T @ slopes))
@@ -302,7 +301,6 @@ def weighted(
         each if each is not None else 1.0 if alone else first_noise(column)
         for each, column in zip(stated, columns, strict=True)
     ]
-    sizes = np.array([each.x.size * each.parts for each in columns], dtype=float)
     free, evaluations = begin, 0
     for _ in range(_MOST_ROUNDS):
         problem = WeightedProblem(prediction, noise, progress)
@@ -311,7 +309,7 @@ def weighted(
         evaluations += estimate.evaluations
         free = {name: each.starting_at(estimate.values[name]) for name, each in prediction.free.items()}
         moved = prediction.rescale(estimate.values)
-        taken = len(free) / sizes.sum()
+        taken = len(free) / prediction.data.size
         left = [each.root_mean_square for each in residuals_of(prediction, estimate.values, noise)]
         scatter = [float(rms / np.sqrt(max(1 - taken, 1e-3))) for rms in left]
         after = [

@@ -126,7 +126,7 @@ def rounding_of(
     start = 0
     for each in residuals:
         observed, rounded, independent = each.observed, rounded_signal(each), 1.0
-        own = inverse[:, start : start + observed.x.size * observed.parts]
+        own = inverse[:, start : start + observed.size]
         start += own.shape[1]
         if rounded is not None:
             amplitudes = rounding_amplitudes(rounded.noise, rounded.resolution)

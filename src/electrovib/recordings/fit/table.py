@@ -123,17 +123,14 @@ _Source = tuple[str, "CalibrationError"]
 def _sources(found: ScenarioFit) -> dict[_Source, tuple[Real, Real]]:
     """Changes of all data by a gain error and by a zero error of 1, for each sensor."""
     prediction = found.problem.prediction
-    size, at = prediction.data.size, 0
+    size = prediction.data.size
     sources: dict[_Source, tuple[Real, Real]] = {}
-    for measured, columns in zip(prediction.measured, prediction.columns, strict=True):
-        for column in columns:
-            count = column.x.size
-            end = at + count * column.parts
-            if (error := measured.calibration_of(column.signal)) is not None:
-                gain, zero = sources.setdefault((column.signal, error), (np.zeros(size), np.zeros(size)))
-                gain[at:end] = prediction.data[at:end]
-                zero[at : at + count] = 1.0
-            at = end
+    for record, _, column, rows in prediction.pieces():
+        error = prediction.measured[record].calibration_of(column.signal)
+        if error is not None:
+            gain, zero = sources.setdefault((column.signal, error), (np.zeros(size), np.zeros(size)))
+            gain[rows] = prediction.data[rows]
+            zero[rows.start : rows.start + column.x.size] = 1.0
     return sources
 
 
