@@ -63,14 +63,13 @@ def numbers_table(title: str, rows: Sequence[NumberRow], *, first: str = "") -> 
     """Write the table for a page, `first` being the heading of the groups."""
     shown = []
     for row in rows:
-        value, lower, upper, scatter = (
-            pretty_quantity(getattr(row.number, name), row.unit if row.unit != "1" else "", digits=4)
-            if math.isfinite(getattr(row.number, name))
-            else "none"
-            for name in ("value", "lower", "upper", "scatter")
-        )
-        interval = f"{lower} to {upper}" if upper != "none" else "none"
-        shown.append((row.group, row.name, value, interval, scatter, row.number.method, row.note))
+        unit, number = row.unit if row.unit != "1" else "", row.number
+        value, ends = number.texts(unit, digits=4, write=pretty_quantity)
+        if not math.isfinite(number.value):
+            value = "none"
+        known = math.isfinite(number.scatter)
+        scatter = pretty_quantity(number.scatter, unit, digits=4) if known else "none"
+        shown.append((row.group, row.name, value, ends or "none", scatter, number.method, row.note))
     headings = (first, "Quantity", "Value", "95 % interval", "Scatter", "Interval from", "Note")
     return Table(title, headings, tuple(shown))
 

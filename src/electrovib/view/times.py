@@ -82,11 +82,8 @@ def _of_times(found: MeasuredTimes) -> list[str]:
 
 
 def _interval(number: Interval, unit: str = "") -> str:
-    value, lower, upper = (
-        pretty_quantity(each, unit, digits=3) if math.isfinite(each) else ""
-        for each in (number.value, number.lower, number.upper)
-    )
-    return f"{value} ({lower} to {upper})" if upper else f"{value} (no interval)"
+    value, ends = number.texts(unit, digits=3, write=pretty_quantity)
+    return f"{value} ({ends})" if ends else f"{value} (no interval)"
 
 
 def _criteria(found: DirectionTimes) -> Table:

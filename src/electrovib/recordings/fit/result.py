@@ -119,17 +119,21 @@ class ScenarioFit:
             )
         return ""
 
+    def _half_width(self, name: str, level: float) -> float:
+        """Half the width of the interval of one unknown by noise and rounding."""
+        quantile = self.estimate.quantile(level)
+        if self.rounding is None or name not in self.rounding.errors:
+            return quantile * self.estimate.standard_deviations[name]
+        half = self.rounding.half_width(name, level=level, quantile=quantile)
+        return half * math.sqrt(self.misfit.inflation)
+
     def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
         """Interval in SI of one unknown by its standard deviation and by rounding; NaN where the data do not determine it."""
         if self.why_no_interval(name):
             return math.nan, math.nan
         value, free = self.estimate.values[name], self.problem.prediction.free[name]
-        lower, upper = self.estimate.interval(name, level=level)
-        if self.rounding is not None and name in self.rounding.errors:
-            half = self.rounding.half_width(name, level=level, quantile=self.estimate.quantile(level))
-            half *= math.sqrt(self.misfit.inflation)
-            lower, upper = value - half, value + half
-        return max(lower, free.lower), min(upper, free.upper)
+        half = self._half_width(name, level)
+        return max(value - half, free.lower), min(value + half, free.upper)
 
     def deviation(self, name: str) -> float:
         """Return the standard deviation of one unknown by noise and rounding, in SI; NaN where there is none."""
@@ -148,35 +152,28 @@ class ScenarioFit:
         from scipy.stats import chi2
         from scipy.stats import f as fisher
 
-        estimate, free = self.estimate, self.problem.prediction.free
-        known = estimate.noise_is_known
+        estimate, free, own = self.estimate, self.problem.prediction.free, self.problem.prediction.free[name]
+        known, value = estimate.noise_is_known, estimate.values[name]
         allowed = chi2.ppf(level, 1) if known else fisher.ppf(level, 1, max(estimate.degrees_of_freedom, 1))
         unit = self.misfit.inflation * (1.0 if known else estimate.variance)
+
+        def rise(at: float) -> float:
+            squares = self.problem.rise(name, at, estimate.values, free, variance=unit)
+            return (squares - estimate.sum_of_squares) / unit
+
+        deviation = estimate.standard_deviations[name]
+        bounds, logarithmic = (own.lower, own.upper), own.logarithmic
         profiled = profile_interval(
-            lambda value: (
-                (
-                    self.problem.rise(name, value, estimate.values, free, variance=unit)
-                    - estimate.sum_of_squares
-                )
-                / unit
-            ),
-            estimate.values[name],
-            deviation=estimate.standard_deviations[name],
-            bounds=(free[name].lower, free[name].upper),
-            allowed=float(allowed),
-            logarithmic=free[name].logarithmic,
+            rise, value, deviation=deviation, bounds=bounds, allowed=float(allowed), logarithmic=logarithmic
         )
         if self.rounding is None or name not in self.rounding.errors:
             return profiled
-        value, bounds, quantile = estimate.values[name], free[name], estimate.quantile(level)
-        half = self.rounding.half_width(name, level=level, quantile=quantile) * math.sqrt(
-            self.misfit.inflation
-        )
-        further = math.sqrt(max(half**2 - (quantile * estimate.standard_deviations[name]) ** 2, 0.0))
+        half = self._half_width(name, level)
+        further = math.sqrt(max(half**2 - (estimate.quantile(level) * deviation) ** 2, 0.0))
         return dataclasses.replace(
             profiled,
-            lower=max(value - math.hypot(value - profiled.lower, further), bounds.lower),
-            upper=min(value + math.hypot(profiled.upper - value, further), bounds.upper),
+            lower=max(value - math.hypot(value - profiled.lower, further), own.lower),
+            upper=min(value + math.hypot(profiled.upper - value, further), own.upper),
         )
 
     @property

@@ -119,17 +119,12 @@ def fit_release(
         best, uncertainty, falls=interval, without=plain.misfit, extrema=extrema, decays=(early, late)
     )
     words += statements_on_record(readback if enabled is None else None, missing)
+    own = ("delay", "fall_time", "held", "after", "frequency", "quality", "misfit", "model")
     return FittedRelease(
+        **{name: getattr(best, name) for name in own},
         drive_end=end,
-        delay=best.delay,
-        fall_time=best.fall_time,
         fall_time_interval=interval,
-        held=best.held,
-        after=best.after,
-        frequency=best.frequency,
-        quality=best.quality,
         uncertainty=uncertainty,
-        misfit=best.misfit,
         misfit_without=plain.misfit,
         scatter=scatter,
         missing=missing,
@@ -138,7 +133,6 @@ def fit_release(
         late=late,
         time=since[here],
         force=measured[here],
-        model=best.model,
         model_without=plain.model,
         words=words,
     )
