@@ -11,6 +11,7 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
+from electrovib.recordings.correlated import rough_noise
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -97,7 +98,7 @@ def _of_signal(scenario: Scenario, measured: MeasuredTrace, signal: str) -> tupl
         )
     declared = _declared(scenario, part, time)
     each = part == "load" and "capacitance" in measured.trace  # which follows the load of each sample at once
-    spread = 0.0 if each else _noise(values)
+    spread = 0.0 if each else rough_noise(values)
     largest = float(np.max(np.abs(values)))
     limit = math.hypot(_DEVIATIONS * spread, _SHARE[part] * largest)
     course = f"the {part} has up to {format_quantity(largest, unit, digits=4)} in the recording, and"
@@ -121,10 +122,6 @@ def _declared(scenario: Scenario, part: str, time: Real) -> Real:
     if part == "drive":
         return scenario.drive.voltage(time)
     return scenario.load.forces(time) if part == "load" else scenario.motion.speeds(time)
-
-
-def _noise(values: Real) -> float:
-    return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / math.sqrt(20)) if values.size > 8 else 0.0
 
 
 def _neighbours(declared: Real) -> tuple[Real, Real]:

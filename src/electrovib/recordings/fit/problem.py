@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.recordings.correlated import rough_noise
 from electrovib.recordings.fit.least_squares import (
     FreeParameter,
     LeastSquaresEstimate,
@@ -332,13 +333,8 @@ def first_noise(column: Observed) -> float:
     """Return the noise of a signal over its scale [1], stated or from its third differences, in which a smooth course cancels."""
     if column.noise is not None:
         return column.noise
-    least = _least_noise(column)
-    if column.y.size > 8:
-        rough = np.diff(column.y / column.scale, 3)
-        found = float(np.median(np.abs(rough)) / 0.6745 / np.sqrt(20 * column.parts))
-        if found > least:
-            return found
-    return 1e6 * least
+    least, found = _least_noise(column), rough_noise(column.y / column.scale)
+    return found if found > least else 1e6 * least
 
 
 def _least_noise(column: Observed) -> float:

@@ -36,7 +36,6 @@ class RoundedSignal:
     recording: str
     resolution: float
     noise: float
-    is_stated: bool
 
     @property
     def sentence(self) -> str:
@@ -168,7 +167,6 @@ def rounded_signal(residuals: Residuals) -> RoundedSignal | None:
         recording=residuals.recording,
         resolution=observed.resolution,
         noise=noise,
-        is_stated=observed.noise_alone is not None,
     )
 
 

@@ -260,41 +260,27 @@ def history_of(
 def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, float]) -> Iterator[Diagnostic]:
     """Judge the Kramers-Kronig relations, a misfit above 5 %, and the conductivity at zero frequency."""
     limit = max(INCONSISTENT, 2 * max(noise.values(), default=0.0))
-    if best.loss == "unknown":
-        yield Diagnostic(
-            "Kramers-Kronig",
-            "unknown",
-            "without a measured loss the Kramers-Kronig relations are no test of the data",
+    state, text = "unknown", "without a measured loss the Kramers-Kronig relations are no test of the data"
+    if best.loss != "unknown" and math.isnan(consistent):
+        text = "too few or repeated frequencies to test the Kramers-Kronig relations"
+    elif best.loss != "unknown":
+        state, text = (
+            "ok",
+            f"the data deviate from the Kramers-Kronig relations by {100 * consistent:.2g} % rms",
         )
-    elif math.isnan(consistent):
-        yield Diagnostic(
-            "Kramers-Kronig",
-            "unknown",
-            "too few or repeated frequencies to test the Kramers-Kronig relations",
-        )
-    else:
-        text = f"the data deviate from the Kramers-Kronig relations by {100 * consistent:.2g} % rms"
-        bad = consistent > limit
-        more = (
-            f", more than {100 * limit:.2g} %: no form of dispersion represents them exactly" if bad else ""
-        )
-        yield Diagnostic("Kramers-Kronig", "warning" if bad else "ok", f"{text}{more}")
+        if consistent > limit:
+            state = "warning"
+            text += f", more than {100 * limit:.2g} %: no form of dispersion represents them exactly"
+    yield Diagnostic("Kramers-Kronig", state, text)
     if best.error > MISFIT:
-        yield Diagnostic(
-            "misfit",
-            "warning",
-            f"the form misses the data by {100 * best.error:.2g} % rms, more than {100 * MISFIT:g} %",
-        )
+        missed = f"{100 * best.error:.2g} % rms, more than {100 * MISFIT:g} %"
+        yield Diagnostic("misfit", "warning", f"the form misses the data by {missed}")
     if best.loss == "none":
-        yield Diagnostic(
-            "loss", "unknown", "the loss was stated to be 0, conduction included; it was not measured"
-        )
+        text = "the loss was stated to be 0, conduction included; it was not measured"
+        yield Diagnostic("loss", "unknown", text)
     if best.loss == "measured":
-        yield Diagnostic(
-            "conductivity at zero frequency",
-            "unknown",
-            "the conductivity is that of the form, extrapolated below the lowest frequency measured",
-        )
+        text = "the conductivity is that of the form, extrapolated below the lowest frequency measured"
+        yield Diagnostic("conductivity at zero frequency", "unknown", text)
 
 
 def loss_that_follows(fits: Sequence[MaterialFit], frequency: Real, allowed: float) -> Diagnostic:

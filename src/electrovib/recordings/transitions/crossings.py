@@ -37,8 +37,6 @@ class Passages:
 
     first: float
     last: float
-    first_error: float
-    last_error: float
     time: float
     standard_error: float
     freedom: float
@@ -76,11 +74,9 @@ def passages(
     low, high = int(below[-1]), middle + int(above[0])
     rough = max(float(time[high] - time[low]), float(time[1] - time[0]))
     noise = levels.alike / levels.change**2
-    first = _passage(
-        time, progress, smooth, at=low, level=fractions[0], rough=rough, span=fractions, noise=noise
-    )
-    last = _passage(
-        time, progress, smooth, at=high - 1, level=fractions[1], rough=rough, span=fractions, noise=noise
+    first, last = (
+        _passage(time, progress, smooth, at=at, level=level, rough=rough, span=fractions, noise=noise)
+        for at, level in zip((low, high - 1), fractions, strict=True)
     )
     errors = [each.error(noise) for each in (first, last)]
     # an error of the level before shifts the passage at fraction c by (1 - c), one of the level after by c, over the slope
@@ -90,7 +86,7 @@ def passages(
         levels.change
     )
     return Passages(
-        first=first.time, last=last.time, first_error=errors[0], last_error=errors[1],
+        first=first.time, last=last.time,
         time=last.time - first.time, standard_error=math.hypot(*errors, of_levels), freedom=levels.freedom,
         interpolated=first.interpolated or last.interpolated,
     )  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS
+from electrovib.recordings.correlated import averages
 from electrovib.recordings.importing.periods import find_edges
 from electrovib.recordings.spans import _closed
 from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, levels_of, passages
@@ -43,7 +44,8 @@ _PER_TIME: Final = 100.0
 class EdgeRecord:
     """One edge with its samples, times counted from `reference`: the edge of the drive, or the middle of the signal.
 
-    `reference_error` is the standard uncertainty of that time by the distance of its samples. Forms are
+    `reference_error` is the standard uncertainty of that time by the distance of its samples, `fractions` are
+    those of the change, from its beginning on, between which times are measured. Forms are
     fitted to `fit_values`, averages of neighbouring samples, of which `fit_noise` is the standard deviation
     before the edge.
     """
@@ -54,6 +56,7 @@ class EdgeRecord:
     time: Real
     values: Real
     levels: EdgeLevels
+    fractions: tuple[float, float]
     passages: Passages
     fit_time: Real
     fit_values: Real
@@ -133,8 +136,7 @@ def edge_record(
     own_time, own_values = time[here] - at, values[here]
     step = float(np.median(np.diff(own_time)))
     count = max(1, int(passed.time / step / _PER_TIME))
-    size = len(own_time) // count * count
-    averaged = [part[:size].reshape(-1, count).mean(axis=1) for part in (own_time, own_values)]
+    averaged = [averages(part, count) for part in (own_time, own_values)]
     return EdgeRecord(
         direction="rising" if level.change > 0 else "falling",
         reference=at,
@@ -142,6 +144,7 @@ def edge_record(
         time=own_time,
         values=own_values,
         levels=level,
+        fractions=_of_change(levels, rising=level.change > 0),
         passages=passed,
         fit_time=averaged[0],
         fit_values=averaged[1],
@@ -172,7 +175,7 @@ def _found(
     start = 0.0
     level = levels_of(part, own, edge=start if driven else -behind / 2, settled=0.75 * ahead)
     for _ in range(2):
-        fractions = of_change(levels, rising=level.change > 0)
+        fractions = _of_change(levels, rising=level.change > 0)
         passed = passages(part, own, level, fractions=fractions, edge=start if driven else -behind / 2)
         if driven:
             break
@@ -181,7 +184,7 @@ def _found(
     return here, level, passed
 
 
-def of_change(levels: tuple[float, float], *, rising: bool) -> tuple[float, float]:
+def _of_change(levels: tuple[float, float], *, rising: bool) -> tuple[float, float]:
     """Return the fractions of a change from its beginning on, dimensionless, of levels of the range from below."""
     return levels if rising else (1 - levels[1], 1 - levels[0])
 

@@ -55,7 +55,6 @@ def fit_forms(
     edge: EdgeRecord,
     *,
     forms: Sequence[RelaxationForm],
-    fractions: tuple[float, float],
     sensor: Sensor | None = None,
     estimated: bool = False,
 ) -> dict[str, FittedForm]:
@@ -67,7 +66,7 @@ def fit_forms(
     correlated samples count for what they are worth. Sums of more exponentials than one that is rejected are
     not fitted.
     """
-    problem = EdgeProblem(edge=edge, fractions=fractions, sensor=sensor, estimated=estimated)
+    problem = EdgeProblem(edge=edge, sensor=sensor, estimated=estimated)
     before = edge.fit_time < min(0.0, edge.passages.first - edge.passages.time)
     white = Whitening.of(edge.fit_values[before])
     found: dict[str, LeastSquaresEstimate] = {}
@@ -126,7 +125,7 @@ def _rejected(form: RelaxationForm, estimate: LeastSquaresEstimate) -> str:
 
 def _between(problem: EdgeProblem, form: RelaxationForm, estimate: LeastSquaresEstimate) -> Interval:
     """Compute the time between the levels with its interval: to first order, or from a profile where it may be 0."""
-    value = form.time_between(estimate.values, problem.fractions)
+    value = form.time_between(estimate.values, problem.edge.fractions)
     if form is INSTANTANEOUS:
         return Interval(value=0.0, method="an instantaneous change has no time to be estimated")
     if estimate.covariance is None:
@@ -136,7 +135,7 @@ def _between(problem: EdgeProblem, form: RelaxationForm, estimate: LeastSquaresE
         step = 1e-5 * (abs(estimate.values[name]) or 1.0)
         more, less = (
             form.time_between(
-                {**estimate.values, name: estimate.values[name] + sign * step}, problem.fractions
+                {**estimate.values, name: estimate.values[name] + sign * step}, problem.edge.fractions
             )
             for sign in (1, -1)
         )
@@ -239,10 +238,9 @@ _COARSE: Final = 400
 
 @dataclass(frozen=True, kw_only=True)
 class EdgeProblem:
-    """What the fits of all forms to one edge share; times are between the `fractions` of the change."""
+    """What the fits of all forms to one edge share."""
 
     edge: EdgeRecord
-    fractions: tuple[float, float]
     sensor: Sensor | None
     estimated: bool
 
@@ -343,7 +341,7 @@ def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error
     from scipy.stats import t
 
     separable, values = problem.separable(EXPONENTIAL), estimate.values
-    factor = EXPONENTIAL.time_between({"time_constant": 1.0}, problem.fractions)
+    factor = EXPONENTIAL.time_between({"time_constant": 1.0}, problem.edge.fractions)
     best, free = values["time_constant"], separable.free["time_constant"]
     left = separable.predicted(values) - separable.data
     alike = autocovariance(left, fitted=len(values) - len(estimate.on_bound))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
+from electrovib.recordings.correlated import averages
 from electrovib.recordings.fit.separable import above_lowest, chosen_form
 from electrovib.recordings.interval import mean_of
 from electrovib.recordings.transitions.edges import Columns, columns_of, reference_times
@@ -174,8 +175,7 @@ def _measured(
     step = float(np.median(np.diff(since)))
     count = max(1, int(min(span.period / _PER_PERIOD, (end - begin) / _AT_LEAST) / step))
     first = int(np.searchsorted(since, begin))
-    size = (since.size - first) // count * count
-    since, values = (part[first : first + size].reshape(-1, count).mean(axis=1) for part in (since, values))
+    since, values = (averages(part[first:], count) for part in (since, values))
     quarter = since > max(0.75 * since[-1], end)
     part = since <= end
     if np.count_nonzero(part) < _FEWEST:

@@ -16,7 +16,6 @@ from electrovib.recordings.transitions.edges import (
     EdgeRecord,
     columns_of,
     edge_record,
-    of_change,
     reference_times,
 )
 from electrovib.recordings.transitions.relaxation import EXPONENTIAL, INSTANTANEOUS, fit_forms, forms
@@ -98,12 +97,8 @@ def measure_times(
 
     With several edges the interval is Student's t over the edges. With one it follows from the noise of this edge alone.
     """
-    given = Measurement(
-        levels=_checked_levels(levels),
-        sensor=_sensor(sensor),
-        estimated=sensor == "estimate",
-        driven=by is not None,
-    )
+    given = Measurement(sensor=_sensor(sensor), estimated=sensor == "estimate", driven=by is not None)
+    fractions = _checked_levels(levels)
     _check_numbers(exponentials=exponentials, window=window, before=before, edges=edges)
     chosen = columns_of(record, signal=signal, by=by, readback=readback)
     references = reference_times(chosen.time, chosen.values, chosen.drive)
@@ -113,7 +108,7 @@ def measure_times(
         try:
             each = edge_record(
                 chosen.time, chosen.values, references, number,
-                levels=given.levels, driven=given.driven, window=window, before=before,
+                levels=fractions, driven=given.driven, window=window, before=before,
             )  # fmt: skip
             measured = given.measured(each, exponentials) if edges in ("both", each.direction) else None
         except InputError as error:
@@ -126,7 +121,7 @@ def measure_times(
     return MeasuredTimes(
         signal=chosen.signal,
         unit=chosen.unit,
-        levels=given.levels,
+        levels=fractions,
         rising=given.summary([each for each in found if each.record.direction == "rising"]),
         falling=given.summary([each for each in found if each.record.direction == "falling"]),
         sensor="estimated" if given.estimated else ("declared" if given.sensor else "none"),
@@ -167,23 +162,16 @@ def _check_numbers(*, exponentials: int, window: float | None, before: float | N
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """Measurement of the edges of one record at fractions of the range, counted from the lower level."""
+    """How the edges of one record are measured."""
 
-    levels: tuple[float, float]
     sensor: Sensor | None
     estimated: bool
     driven: bool
 
     def measured(self, edge: EdgeRecord, exponentials: int) -> EdgeTimes:
         """Measure one edge."""
-        fractions = of_change(self.levels, rising=edge.direction == "rising")
-        fitted = fit_forms(
-            edge,
-            forms=forms(exponentials, sensor=self.sensor is not None or self.estimated),
-            fractions=fractions,
-            sensor=self.sensor,
-            estimated=self.estimated,
-        )
+        compared = forms(exponentials, sensor=self.sensor is not None or self.estimated)
+        fitted = fit_forms(edge, forms=compared, sensor=self.sensor, estimated=self.estimated)
         passed = edge.passages
         recorded = from_noise(passed.time, passed.standard_error, freedom=passed.freedom)
         return EdgeTimes(record=edge, recorded=recorded, fitted=fitted)
@@ -200,26 +188,23 @@ class Measurement:
             for name in names
             if (reasons := [each.fitted[name].rejected for each in edges if each.fitted[name].rejected])
         }
-        fractions = of_change(self.levels, rising=edges[0].record.direction == "rising")
         found = DirectionTimes(
             direction=edges[0].record.direction,
             edges=tuple(edges),
             recorded=mean_of([each.recorded for each in edges]),
-            without_sensor=self.without_sensor(edges, form, fractions),
+            without_sensor=self.without_sensor(edges, form),
             form=form,
             criteria=above_lowest(sums),
             rejected=rejected,
             parameters=self.parameters(edges, form),
             exponential=self.parameters(edges, EXPONENTIAL.name),
-            sensor_limit=self.limit(edges, form, fractions),
+            sensor_limit=self.limit(edges, form),
             misfit=max(each.fitted[form].misfit for each in edges),
             words=(),
         )
         return replace(found, words=statements(found, sensor=self.sensor, estimated=self.estimated))
 
-    def without_sensor(
-        self, edges: Sequence[EdgeTimes], form: str, fractions: tuple[float, float]
-    ) -> Interval:
+    def without_sensor(self, edges: Sequence[EdgeTimes], form: str) -> Interval:
         """Average the time between the levels of the fitted force."""
         if form == INSTANTANEOUS.name:
             others = [each.fitted[EXPONENTIAL.name].between for each in edges]
@@ -233,11 +218,9 @@ class Measurement:
                 method="an instantaneous change fits best; upper end from the profile of an exponential",
             )  # fmt: skip
         mean = mean_of([each.fitted[form].between for each in edges])
-        return self.with_sensor_error(mean, edges, form, fractions)
+        return self.with_sensor_error(mean, edges, form)
 
-    def with_sensor_error(
-        self, mean: Interval, edges: Sequence[EdgeTimes], form: str, fractions: tuple[float, float]
-    ) -> Interval:
+    def with_sensor_error(self, mean: Interval, edges: Sequence[EdgeTimes], form: str) -> Interval:
         """Add what the uncertainty of a declared sensor contributes, which is common to all edges."""
         sensor = self.sensor
         if sensor is None or not (sensor.frequency_error or sensor.quality_error):
@@ -248,10 +231,7 @@ class Measurement:
         ]
         moved = []
         for other in changed:
-            each = [
-                fit_forms(one.record, forms=[one.fitted[form].form], fractions=fractions, sensor=other)[form]
-                for one in edges
-            ]
+            each = [fit_forms(one.record, forms=[one.fitted[form].form], sensor=other)[form] for one in edges]
             moved.append(float(np.mean([one.between.value for one in each])) - mean.value)
         half = math.hypot((mean.upper - mean.lower) / 2, 1.96 * math.hypot(*moved))
         centre = (mean.upper + mean.lower) / 2
@@ -265,12 +245,12 @@ class Measurement:
         per_edge = [parameters_of(each, form, driven=self.driven, estimated=self.estimated) for each in edges]
         return {name: mean_of([each[name] for each in per_edge]) for name in per_edge[0]}
 
-    def limit(self, edges: Sequence[EdgeTimes], form: str, fractions: tuple[float, float]) -> float:
+    def limit(self, edges: Sequence[EdgeTimes], form: str) -> float:
         """Compute the time that an instantaneous change would show through the sensor."""
-        seen = [each.fitted[form].sensor for each in edges]
+        seen = [(each.fitted[form].sensor, each.record.fractions) for each in edges]
         times = [
             Sensor(frequency=one[0], quality=one[1]).shortest_time(fractions)
-            for one in seen
+            for one, fractions in seen
             if one is not None
         ]
         return float(np.mean(times)) if times else math.nan
