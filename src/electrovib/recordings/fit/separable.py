@@ -85,22 +85,18 @@ class Separable:
         return dataclasses.replace(self, columns=lambda at: self.columns(at)[rows], data=self.data[rows])
 
     def best_starts(self, grid: Sequence[Mapping[str, float]], count: int) -> list[Mapping[str, float]]:
-        """Return those of many starts that have the least sums of squares over the amplitudes."""
-        costs = []
-        for start in grid:
-            _, _, left = self._solved(start, None)
-            costs.append(float(left @ left))
-        return [grid[at] for at in np.argsort(costs)[:count]]
-
-    def inside(self, start: Mapping[str, float]) -> dict[str, float]:
-        """Return a start moved between the bounds."""
-        return {name: each.starting_at(start[name]).start for name, each in self.free.items()}
+        """Return those of many starts, moved between the bounds, that have the least sums of squares over the amplitudes."""
+        inside: list[Mapping[str, float]] = [
+            {name: each.starting_at(start[name]).start for name, each in self.free.items()} for start in grid
+        ]
+        left = [self._solved(start, None)[2] for start in inside]
+        return [inside[at] for at in np.argsort([float(each @ each) for each in left])[:count]]
 
     def solve(
         self, starts: Sequence[Mapping[str, float]], *, whitening: Whitening | None = None
     ) -> LeastSquaresEstimate:
         """Search the nonlinear parameters from several starts, and return the best estimate of all parameters."""
-        found = [self._minimum(self.inside(start), whitening) for start in starts]
+        found = [self._minimum(start, whitening) for start in starts]
         best = min(found, key=lambda each: each.sum_of_squares)
         _, amplitudes, left = self._solved(best.values, whitening)
         values = {**best.values, **dict(zip(self.names, map(float, amplitudes), strict=True))}

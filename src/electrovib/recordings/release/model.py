@@ -62,7 +62,7 @@ class Release:
             ranges={"start": window},
         )
         grid = _with_resonance(free["frequency"]) if resonant else _without_resonance(window)
-        starts = problem.best_starts([problem.inside(each) for each in grid], 4 if resonant else 6)
+        starts = problem.best_starts(grid, 4 if resonant else 6)
         return cls(stamps=stamps, problem=problem, values=problem.solve(starts).values)
 
     def refined(self, *, kept: NDArray[np.bool_] | None = None, fall_time: float | None = None) -> Release:

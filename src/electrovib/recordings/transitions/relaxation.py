@@ -333,7 +333,7 @@ def starts(
         for ratio in ratios
         for extra in ([{"stretching": 0.6}, {"stretching": 1.0}] if form.stretched else [{}])
     ]
-    return coarse.best_starts([coarse.inside(start) for start in grid], _BEST_STARTS)
+    return coarse.best_starts(grid, _BEST_STARTS)
 
 
 def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error: float) -> Interval:

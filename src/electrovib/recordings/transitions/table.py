@@ -131,32 +131,23 @@ def in_few(reasons: Sequence[str]) -> list[str]:
 def statements(found: DirectionTimes, *, sensor: Sensor | None, estimated: bool) -> tuple[str, ...]:
     """Write what limits the times of one direction, warnings first."""
     which = found.direction.capitalize()
-    said = []
-    if not found.recorded.lower > 0:
-        said.append(
-            f"Warning: {which} edges: the record does not determine a time between the levels: its interval reaches 0. Choose the"
-            " window after an edge so that the signal reaches both levels, or measure the other edges alone."
-        )
-    if math.isinf(found.misfit):
-        said.append(
-            f"Warning: {which} edges: the record has no noise before an edge, as a computed one, so no error of the fitted form"
-            f" ({found.form}) is known; the intervals state none."
-        )
-    elif found.misfit > MISFIT:
-        said.append(
-            f"Warning: {which} edges: the best form ({found.form}) leaves a residual of {found.misfit:.2g} times the noise before"
-            " the edge, so the time from the fit has an error beyond its interval."
-        )
-    if any(each.record.levels.drift for each in found.edges):
-        said.append(
-            f"Warning: {which} edges: the signal drifts before an edge; both levels are taken as constant, which shifts the"
-            " times."
-        )
-    if any(each.record.passages.interpolated for each in found.edges):
-        said.append(
-            f"Warning: {which} edges: fewer than five samples lie near a level, so that the time as recorded is interpolated"
-            " between two samples and may be wrong by up to a sampling interval."
-        )
+    warnings = {
+        "the record does not determine a time between the levels: its interval reaches 0. Choose the window after an edge so"
+        " that the signal reaches both levels, or measure the other edges alone.": not found.recorded.lower
+        > 0,
+        "the record has no noise before an edge, as a computed one, so no error of the fitted form"
+        f" ({found.form}) is known; the intervals state none.": math.isinf(found.misfit),
+        f"the best form ({found.form}) leaves a residual of {found.misfit:.2g} times the noise before the edge, so the time"
+        " from the fit has an error beyond its interval.": MISFIT < found.misfit < math.inf,
+        "the signal drifts before an edge; both levels are taken as constant, which shifts the times.": any(
+            each.record.levels.drift for each in found.edges
+        ),
+        "fewer than five samples lie near a level, so that the time as recorded is interpolated between two samples and may"
+        " be wrong by up to a sampling interval.": any(
+            each.record.passages.interpolated for each in found.edges
+        ),
+    }
+    said = [f"Warning: {which} edges: {text}" for text, holds in warnings.items() if holds]
     said += _of_sensor(found, which, sensor=sensor, estimated=estimated)
     close = [
         name
