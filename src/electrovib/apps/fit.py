@@ -13,8 +13,8 @@ from electrovib.core.files import inputs_noted
 from electrovib.recordings.fit import ScenarioFit, fit_scenario
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.fit.posterior import Posterior, Sampling, require_emcee, sample_posterior
+from electrovib.recordings.fit.result import parameter_table
 from electrovib.recordings.fit.separate import FitComparison, compare_fits
-from electrovib.recordings.fit.table import parameter_table
 from electrovib.recordings.interval import EstimatedParameter
 from electrovib.scenario import Scenario, Source, read_scenario
 

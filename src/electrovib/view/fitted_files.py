@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from electrovib.core.diagnostics import comment_lines
 from electrovib.data.marks import Form, unsigned
-from electrovib.recordings.fit.table import omitted_from_space, space_correlations, space_tables
+from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -173,7 +173,7 @@ def _space_toml(found: SeparateFits) -> str:
     """Write the distribution of each parameter over recordings as the table ``space`` of a TOML file, in SI."""
     import tomlkit
 
-    from electrovib.recordings.fit.table import space_tables
+    from electrovib.recordings.fit.result import space_tables
 
     between = {path: each.between for path, each in found.spreads.items()}
     tables = space_tables(found.means, {path: path for path in found.spreads}, between=between)

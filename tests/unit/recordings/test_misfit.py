@@ -11,7 +11,7 @@ from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.recordings.fit.measured import Observed
 from electrovib.recordings.fit.misfit import Components, Sign, _around, significant
 from electrovib.recordings.fit.prediction import Residuals
-from electrovib.recordings.fit.table import parameter_table
+from electrovib.recordings.fit.result import parameter_table
 
 FORCE = "electrostatic_force"
 PLATE = plate()

@@ -7,7 +7,7 @@ from twins import GAP, LEAK, exact, noisy, plate
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit import CalibrationError, MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.table import parameter_table, systematic_deviations
+from electrovib.recordings.fit.result import parameter_table, systematic_deviations
 
 FORCE = "electrostatic_force"
 PLATE = plate()

@@ -126,7 +126,7 @@ def _base(scenario: str, changes: list[str] | None) -> Source:
 def _stated(changes: list[str] | None) -> dict[str, Any]:
     """Return the changes of the command that a recording may contradict."""
     from electrovib.apps.changes import read_changes
-    from electrovib.recordings.fit.prescribed import PRESCRIBING
+    from electrovib.recordings.fit.measured import PRESCRIBING
 
     stated = read_changes(changes) if changes else {}
     return {path: value for path, value in stated.items() if path.split(".")[0] in PRESCRIBING.values()}
