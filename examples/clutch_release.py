@@ -47,7 +47,7 @@ def draw(found: FittedRelease) -> Figure:
     figure = Figure(figsize=(7, 4), layout="constrained")
     axes = figure.subplots()
     axes.plot(1e3 * found.time, found.force, ".", ms=3, color="0.4", label="measured")
-    uncertain = found.uncertainty["frequency"].total
+    uncertain = found.uncertainty["frequency"].standard_error
     label = f"release, resonance of {found.frequency:.0f} ± {uncertain:.0f} Hz: residual {found.misfit:.1%}"
     axes.plot(1e3 * found.time, found.model, label=label)
     axes.plot(

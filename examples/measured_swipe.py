@@ -63,9 +63,9 @@ def draw(swipe: SwipeResult) -> Figure:
     left.set(xlabel="time [s]", ylabel="force [mN]")
     left.legend(fontsize=7)
     friction = swipe.friction
-    right.plot(list(friction.by_baseline.values()), range(len(friction.by_baseline)), "o")
-    right.axvspan(*friction.interval, color="0.9")
-    right.set_yticks(range(len(friction.by_baseline)), list(friction.by_baseline))
+    right.plot(list(friction.choices.values()), range(len(friction.choices)), "o")
+    right.axvspan(*friction.ends, color="0.9")
+    right.set_yticks(range(len(friction.choices)), list(friction.choices))
     right.set(xlabel="friction", title="by baseline")
     return figure
 
@@ -83,7 +83,7 @@ def main(file: str = "") -> SwipeResult:
 
 if __name__ == "__main__":
     found = main(*sys.argv[1:])
-    low, high = found.friction.interval
+    low, high = found.friction.ends
     print(f"friction {found.friction.value:.3f} ({low:.3f} to {high:.3f})")
     print("\n".join(found.words))
     draw(found).savefig("measured_swipe.png", dpi=150)

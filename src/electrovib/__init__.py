@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from electrovib.export.save import save as save
     from electrovib.export.scenario import export as export
     from electrovib.export.waveform import export_waveform as export_waveform
+    from electrovib.recordings.fit.posterior import Sampling as Sampling
     from electrovib.recordings.fit.power_law import fit_power_law as fit_power_law
-    from electrovib.recordings.fit.sampling import Sampling as Sampling
     from electrovib.recordings.importing import calibrate as calibrate
     from electrovib.recordings.importing import import_file as import_file
     from electrovib.recordings.importing import import_material as import_material
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from electrovib.view.sensitivity import sensitivity as sensitivity
 
 _PLACES = {
-    "Sampling": "electrovib.recordings.fit.sampling",
+    "Sampling": "electrovib.recordings.fit.posterior",
     "Scenario": "electrovib.scenario",
     "Sensor": "electrovib.recordings.transitions",
     "budget": "electrovib.core.budget",

@@ -15,7 +15,7 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.rig_channels import TribometerChannels
 from electrovib.recordings.recording import read_recording
 from electrovib.recordings.release import fit_release
-from electrovib.recordings.release.parts import damped_sine
+from electrovib.recordings.release.model import damped_sine
 from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
 
 SHARED = Path(__file__).parents[3] / "shared" / "data"
@@ -50,7 +50,7 @@ def test_the_swipe_has_the_expected_forces(recording):
     assert found.distance == pytest.approx(91e-3, rel=0.02)
     assert found.speed == pytest.approx(40e-3, rel=0.01)
     assert 0.523 * 0.98 < found.normal_force.value < 0.530 * 1.02
-    low, high = found.normal_force.baseline_interval
+    low, high = found.normal_force.choice_ends
     assert 0.523 * 0.98 < low < high < 0.530 * 1.02
     assert 0.18 < found.lateral_force.value < 0.24
     assert 0.34 < found.friction.value < 0.45
@@ -63,18 +63,18 @@ def test_the_interval_covers_the_three_simple_baselines(recording):
         (found.lateral_force, (0.237, 0.180, 0.208)),
         (found.friction, (0.447, 0.344, 0.396)),
     ):
-        low, high = estimate.interval
+        low, high = estimate.ends
         assert low < min(expected) < max(expected) < high
-        ours = [estimate.by_baseline[name] for name in ("before", "after", "mean")]
+        ours = [estimate.choices[name] for name in ("before", "after", "mean")]
         # theirs are means over a window of another choice
         assert ours == pytest.approx(expected, rel=0.01)
     # not wider than the data ask for: with one baseline alone it would be half as wide
-    assert found.friction.interval[1] - found.friction.interval[0] < 0.25
+    assert found.friction.ends[1] - found.friction.ends[0] < 0.25
 
 
 def test_the_choice_of_the_window_matters_less_than_the_baseline(recording):
     values = [reduce_swipe(recording, trim=trim).friction.value for trim in (0.02, 0.05, 0.1, 0.2)]
-    low, high = reduce_swipe(recording).friction.baseline_interval
+    low, high = reduce_swipe(recording).friction.choice_ends
     assert np.ptp(values) < (high - low) / 2
 
 
@@ -94,7 +94,7 @@ def test_without_its_encoder_the_swipe_has_the_same_friction_within_what_is_stat
     )
     with_it = reduce_swipe(recording)
     assert found.friction.value == pytest.approx(with_it.friction.value, rel=0.07)
-    low, high = found.friction.interval
+    low, high = found.friction.ends
     assert low < with_it.friction.value < high
     assert (found.speed, found.distance) == (40e-3, None)
     assert not any("rail" in word for word in (*found.words, *with_it.words))
@@ -107,10 +107,10 @@ def test_a_resonance_of_the_loaded_assembly_explains_the_release():
     assert found.quality == pytest.approx(3, abs=0.5)
     # the bare cell: 643 to 648 Hz with a quality of 10; with clutches on it 314 to 609 Hz
     assert 314 < found.frequency < 609
-    assert found.frequency + 10 * found.uncertainty["frequency"].total < 643
-    assert found.quality + 10 * found.uncertainty["quality"].total < 10
+    assert found.frequency + 10 * found.uncertainty["frequency"].standard_error < 643
+    assert found.quality + 10 * found.uncertainty["quality"].standard_error < 10
     # the authors: release below 875 us
-    assert found.delay + 2 * found.uncertainty["delay"].total < 875e-6
+    assert found.delay + 2 * found.uncertainty["delay"].standard_error < 875e-6
     assert "resonance of the loaded assembly" in found.words[0]
 
 
@@ -119,7 +119,7 @@ def test_a_release_determines_a_delay_and_only_an_upper_bound_of_its_fall(name):
     """Nothing is said of pauses, which a drive of two electrodes in antiphase has not."""
     found = clutch(name)
     assert 0.15e-3 < found.delay < 0.45e-3
-    assert 0.03e-3 < found.uncertainty["delay"].total < 0.12e-3
+    assert 0.03e-3 < found.uncertainty["delay"].standard_error < 0.12e-3
     assert set(found.uncertainty["delay"].components) == {"noise", "window", "fall time", "end"}
     assert found.fall_time_interval[0] == 0
     assert 0.1e-3 < found.fall_time_interval[1] < 0.2e-3
@@ -141,7 +141,7 @@ def test_the_clutch_pulls_alike_while_the_read_back_is_high_and_low():
 
 def test_the_frequency_of_the_oscillation_falls():
     found = clutch("square_300V_1kHz")
-    assert found.early.frequency > 1.1 * found.late.frequency
+    assert found.early.frequency.value > 1.1 * found.late.frequency.value
     assert found.half_periods[-1] < 0.8 * found.half_periods[0]
     assert 10 < found.uncertainty["frequency"].components["change"] < 20
     assert any("no single linear resonance reproduces" in word for word in found.words)
@@ -153,11 +153,11 @@ def test_the_frequency_of_the_oscillation_falls():
     # on how much of the decay is fitted
     for later, low, high in ((0.0, 344, 365), (2e-3, 313, 322)):
         decay = damped_sine(stamps, table["f"], start=start + later, end=start + later + 10e-3)
-        assert low * 0.97 < decay.frequency < high * 1.03
+        assert low * 0.97 < decay.frequency.value < high * 1.03
 
 
 def test_the_other_clutch_record_rings_too():
     found = clutch("square_300V_10Hz")
     assert found.misfit < 0.2
     assert found.misfit_without > 4 * found.misfit
-    assert 310 < found.late.frequency < found.early.frequency < 390
+    assert 310 < found.late.frequency.value < found.early.frequency.value < 390

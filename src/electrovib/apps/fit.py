@@ -12,11 +12,11 @@ from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_folder
 from electrovib.recordings.fit import ScenarioFit, fit_scenario
-from electrovib.recordings.fit.compared import FitComparison, compare_fits
 from electrovib.recordings.fit.least_squares import require_lmfit
-from electrovib.recordings.fit.posterior import Posterior, require_emcee, sample_posterior
-from electrovib.recordings.fit.sampling import Sampling
-from electrovib.recordings.fit.table import EstimatedParameter, parameter_table
+from electrovib.recordings.fit.posterior import Posterior, Sampling, require_emcee, sample_posterior
+from electrovib.recordings.fit.result import parameter_table
+from electrovib.recordings.fit.separate import FitComparison, compare_fits
+from electrovib.recordings.interval import EstimatedParameter
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:

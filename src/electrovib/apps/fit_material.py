@@ -17,7 +17,7 @@ from electrovib.data.readers.sweeps import split_part
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.importing.sample import read_sample
 from electrovib.recordings.spectra.fitted import FittedMaterial, fit_samples
-from electrovib.recordings.spectra.form_names import forms_of
+from electrovib.recordings.spectra.forms import forms_of
 from electrovib.recordings.spectra.instrument import InstrumentError, error_by_resistor
 from electrovib.scenario import Scenario, Source, read_scenario
 

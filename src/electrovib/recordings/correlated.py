@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,6 +33,19 @@ def autocovariance(residual: NDArray[np.float64], *, fitted: int = 0) -> NDArray
     # the spectrum on a grid that is fine enough for correlations that last as long as the record
     spectrum = power / np.abs(np.fft.rfft(filtered, 16 * count)) ** 2 if power else np.zeros(8 * count + 1)
     return np.asarray(np.fft.irfft(spectrum)[:count])
+
+
+def rough_noise(values: NDArray[Any]) -> float:
+    """Return the standard deviation of noise from third differences, in which a smooth course cancels; 0 of 8 values or fewer."""
+    if values.size <= 8:
+        return 0.0
+    parts = 2 if np.iscomplexobj(values) else 1
+    return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / np.sqrt(20 * parts))
+
+
+def averages(values: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Return the means of successive groups of samples; what is left at the end is omitted."""
+    return np.asarray(values[: len(values) // count * count].reshape(-1, count).mean(axis=1))
 
 
 def covariance(*, jacobian: NDArray[np.float64], autocovariance: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -28,7 +28,7 @@ def to_toml(scenario: Scenario) -> str:
         document.add("title", tomlkit.item(scenario.title))
     for name, value in scenario:
         if isinstance(value, Model):
-            document.add(name, _table(value))
+            document.add(name, model_table(value))
     if scenario.sources:
         sources = tomlkit.table()
         for path, text in scenario.sources.items():
@@ -37,7 +37,8 @@ def to_toml(scenario: Scenario) -> str:
     return tomlkit.dumps(document)
 
 
-def _table(model: Model) -> Any:
+def model_table(model: Model) -> Any:
+    """Return a model as a table of TOML, each number with its unit where it reads back exactly."""
     import tomlkit
 
     table = tomlkit.table()
@@ -56,7 +57,7 @@ def _table(model: Model) -> Any:
             item.comment(meaning)
         table.add(name, item)
     for name, value in nested:
-        table.add(name, _table(value))
+        table.add(name, model_table(value))
     return table
 
 

@@ -11,8 +11,9 @@ from electrovib.core.signals import SIGNALS
 from electrovib.data.atomic import write_folder
 from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
-from electrovib.recordings.fit.as_space import omitted_from_space, space_correlations, space_tables
-from electrovib.recordings.fit.misfit import LEVEL, MISFIT
+from electrovib.recordings.fit.misfit import LEVEL
+from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
+from electrovib.recordings.interval import MISFIT
 from electrovib.study.reproduction import REFERENCE, Curve, Panel, Table
 from electrovib.view.documents import Document, html
 from electrovib.view.few_curves import few_curves
@@ -26,10 +27,10 @@ if TYPE_CHECKING:
 
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.recordings.fit import ScenarioFit
-    from electrovib.recordings.fit.compared import FitComparison
     from electrovib.recordings.fit.posterior import Posterior
-    from electrovib.recordings.fit.residuals import Residuals
-    from electrovib.recordings.fit.table import EstimatedParameter
+    from electrovib.recordings.fit.prediction import Residuals
+    from electrovib.recordings.fit.separate import FitComparison
+    from electrovib.recordings.interval import EstimatedParameter
     from electrovib.scenario import Scenario
 
 FILES: Final[dict[str, Form]] = {
@@ -126,16 +127,13 @@ def fit_answer(
 
 def with_interval(row: EstimatedParameter) -> str:
     """Write an estimate with its 95 % interval, or the reason why it has none."""
-    value = pretty_quantity(row.value, row.unit, digits=row.digits)
-    if not row.method:
-        return f"{value}, without an interval: {row.note}"
-    lower, upper = (pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper))
-    return f"{value} ({lower} to {upper})"
+    value, ends = row.shown(pretty_quantity)
+    return f"{value} ({ends})" if ends else f"{value}, without an interval: {row.note}"
 
 
 def by_calibration(row: EstimatedParameter) -> str:
     """Write the interval of an estimate by calibration errors alone; ``not stated`` without any."""
-    ends = row.systematic_interval
+    ends = row.systematic_ends
     if not math.isfinite(row.systematic):
         return "not stated"
     return " to ".join(pretty_quantity(end, row.unit, digits=max(row.digits, 4)) for end in ends)
@@ -144,16 +142,10 @@ def by_calibration(row: EstimatedParameter) -> str:
 def _estimates(rows: Sequence[EstimatedParameter]) -> Table:
     shown = []
     for row in rows:
-        interval = "none"
-        if row.method:
-            interval = " to ".join(
-                pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper)
-            )
-        deviation = (
-            pretty_quantity(row.deviation, row.unit, digits=2) if math.isfinite(row.deviation) else "none"
-        )
-        value = pretty_quantity(row.value, row.unit, digits=row.digits)
-        cells = (value, deviation, interval, row.method or "none", by_calibration(row), DETERMINED[row.state])
+        error, (value, ends) = row.standard_error, row.shown(pretty_quantity)
+        deviation = pretty_quantity(error, row.unit, digits=2) if math.isfinite(error) else "none"
+        told = (row.method or "none", by_calibration(row), DETERMINED[row.state])
+        cells = (value, deviation, ends or "none", *told)
         shown.append((row.name, *cells, row.note))
     headings = (
         "Parameter", "Estimate", "Standard deviation", "95 % interval", "Interval from", "95 % by calibration", "Determined",
@@ -222,7 +214,9 @@ def cited_of(scenario: Scenario) -> list[str]:
 def parameters_csv(rows: Sequence[EstimatedParameter], diagnostics: Sequence[Diagnostic], *said: str) -> str:
     """Write the table of a fit as CSV, in SI units, with full precision, below what is said about model and residuals."""
     names = ("name", "unit", "value", "deviation", "lower", "upper", "method", "state", "systematic", "note")
-    cells = [[getattr(row, name) for name in names] for row in rows]
+    cells = [
+        [row.standard_error if name == "deviation" else getattr(row, name) for name in names] for row in rows
+    ]
     return csv_text(names, cells, remarks=said, diagnostics=diagnostics)
 
 
@@ -378,7 +372,7 @@ def posterior_table(posterior: Posterior, rows: Sequence[EstimatedParameter]) ->
 def chains_bytes(posterior: Posterior, rows: Sequence[EstimatedParameter]) -> bytes:
     """Return the chains of a posterior distribution as a netCDF file, with the mark by which a later fit may replace it."""
     from electrovib.data.traces.netcdf import in_memory
-    from electrovib.recordings.fit.chains import chains_of
+    from electrovib.recordings.fit.posterior import chains_of
 
     chains = chains_of(posterior, {row.name: row.unit for row in rows})
     chains.attrs = {WRITTEN_BY: unsigned(Form.NETCDF)} | chains.attrs

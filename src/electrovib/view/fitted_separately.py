@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from electrovib.recordings.fit.separate import SeparateFits
-    from electrovib.recordings.fit.table import EstimatedParameter
+    from electrovib.recordings.interval import EstimatedParameter
 
 FILES: Final[dict[str, Form]] = {
     "report.html": Form.PAGE,
@@ -28,7 +28,7 @@ FILES: Final[dict[str, Form]] = {
     "space.toml": Form.SPACE,
 }
 """Files of separate fits and their forms."""
-_COLUMNS: Final = ("value", "deviation", "lower", "upper")
+_COLUMNS: Final = {"value": "value", "deviation": "standard_error", "lower": "lower", "upper": "upper"}
 
 
 def write_separate_fits(folder: Path, found: SeparateFits, *, force: bool = False) -> list[Path]:
@@ -56,7 +56,7 @@ def separate_csv(found: SeparateFits) -> str:
 
 def _cells(record: str, row: EstimatedParameter, chi_square: float) -> list[object]:
     name = row.name.removeprefix(f"{record}: ")
-    numbers = (float(getattr(row, column)) for column in _COLUMNS)
+    numbers = (float(getattr(row, column)) for column in _COLUMNS.values())
     return [record, name, row.unit, *numbers, row.method, row.state, row.systematic, chi_square, row.note]
 
 
@@ -82,11 +82,9 @@ def separate_answer(found: SeparateFits) -> str:
     for record, why in found.misfits.items():
         text += f" {record}: {why}."
     for row in found.means:
-        mean, lower, upper = (
-            pretty_quantity(each, row.unit, digits=row.digits) for each in (row.value, row.lower, row.upper)
-        )
+        mean, ends = row.shown(pretty_quantity)
         counted = len(found.spreads[row.name].values)
-        text += f" {row.name}: mean of {counted} recordings {mean} ({lower} to {upper}); {row.note}."
+        text += f" {row.name}: mean of {counted} recordings {mean} ({ends}); {row.note}."
     return text
 
 
@@ -95,16 +93,11 @@ def _estimates(found: SeparateFits) -> Table:
     for each in found.fits:
         chi_square = each.reduced_chi_square
         for row in each.rows:
-            known = math.isfinite(row.value)
-            value = pretty_quantity(row.value, row.unit, digits=row.digits) if known else "none"
-            interval = "none"
-            if row.method:
-                ends = (pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper))
-                interval = " to ".join(ends)
+            value, ends = row.shown(pretty_quantity) if math.isfinite(row.value) else ("none", "")
             status = DETERMINED.get(row.state, row.state)
             shown.append(
                 (
-                    each.record, row.name.removeprefix(f"{each.record}: "), value, interval, row.method or "none",
+                    each.record, row.name.removeprefix(f"{each.record}: "), value, ends or "none", row.method or "none",
                     by_calibration(row), status,
                     f"{chi_square:.3g}" if math.isfinite(chi_square) else "", row.note,
                 )
@@ -125,9 +118,7 @@ def _means(found: SeparateFits) -> Table:
     for row in found.means:
         spread = found.spreads[row.name]
         numbers = (pretty_quantity(each, row.unit, digits=3) for each in (spread.within, spread.between))
-        ends = (pretty_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper))
-        mean = pretty_quantity(row.value, row.unit, digits=row.digits)
-        rows.append((row.name, str(len(spread.values)), mean, " to ".join(ends), *numbers))
+        rows.append((row.name, str(len(spread.values)), *row.shown(pretty_quantity), *numbers))
     headings = (
         "Parameter", "Recordings", "Mean", "95 % interval of the mean",
         "Standard deviation within a recording", "Standard deviation between recordings",
@@ -140,7 +131,7 @@ def _space_toml(found: SeparateFits) -> str:
     """Write the distribution of each parameter over recordings as the table ``space`` of a TOML file, in SI."""
     import tomlkit
 
-    from electrovib.recordings.fit.as_space import space_tables
+    from electrovib.recordings.fit.result import space_tables
 
     between = {path: each.between for path, each in found.spreads.items()}
     tables = space_tables(found.means, {path: path for path in found.spreads}, between=between)

@@ -12,10 +12,10 @@ from electrovib.view.units import pretty_quantity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from electrovib.recordings.transitions.table import TimeRow
+    from electrovib.recordings.interval import NumberRow
 
 
-def numbers_csv(rows: Sequence[TimeRow]) -> str:
+def numbers_csv(rows: Sequence[NumberRow]) -> str:
     """Write the table as CSV, in SI units, with full precision."""
     names = ("value", "lower", "upper", "standard_error", "scatter", "count", "method")
     cells = [
@@ -25,17 +25,16 @@ def numbers_csv(rows: Sequence[TimeRow]) -> str:
     return csv_text(("group", "name", "unit", *names, "note"), cells)
 
 
-def numbers_table(title: str, rows: Sequence[TimeRow], *, first: str = "") -> Table:
+def numbers_table(title: str, rows: Sequence[NumberRow], *, first: str = "") -> Table:
     """Write the table for a page, `first` being the heading of the groups."""
     shown = []
     for row in rows:
-        value, lower, upper, scatter = (
-            pretty_quantity(getattr(row.number, name), row.unit if row.unit != "1" else "", digits=4)
-            if math.isfinite(getattr(row.number, name))
-            else "none"
-            for name in ("value", "lower", "upper", "scatter")
-        )
-        interval = f"{lower} to {upper}" if upper != "none" else "none"
-        shown.append((row.group, row.name, value, interval, scatter, row.number.method, row.note))
+        unit, number = row.unit if row.unit != "1" else "", row.number
+        value, ends = number.texts(unit, digits=4, write=pretty_quantity)
+        if not math.isfinite(number.value):
+            value = "none"
+        known = math.isfinite(number.scatter)
+        scatter = pretty_quantity(number.scatter, unit, digits=4) if known else "none"
+        shown.append((row.group, row.name, value, ends or "none", scatter, number.method, row.note))
     headings = (first, "Quantity", "Value", "95 % interval", "Scatter", "Interval from", "Note")
     return Table(title, headings, tuple(shown))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.data.marks import Form
-from electrovib.recordings.swipe.table import swipe_rows
+from electrovib.recordings.swipe.reduce import swipe_rows
 from electrovib.study.reproduction import REFERENCE, Curve, Page, Panel, Table
 from electrovib.view.documents import Document, html
 from electrovib.view.envelope import envelope
@@ -68,7 +68,7 @@ def _panel(swipe: SwipeResult, number: int) -> Panel:
 
 
 def _answer(swipe: SwipeResult) -> list[str]:
-    lower, upper = swipe.friction.interval
+    lower, upper = swipe.friction.ends
     said = [
         f"Friction {swipe.friction.value:.3f} ({lower:.3f} to {upper:.3f}) under"
         f" {pretty_quantity(swipe.normal_force.value, 'N', digits=3)}"
@@ -82,12 +82,12 @@ def _zeros(swipes: Sequence[SwipeResult]) -> Table:
         (
             f"swipe {number}",
             name,
-            f"{each.friction.by_baseline[name]:.4g}",
-            pretty_quantity(each.normal_force.by_baseline[name], "N", digits=4),
-            pretty_quantity(each.lateral_force.by_baseline[name], "N", digits=4),
+            f"{each.friction.choices[name]:.4g}",
+            pretty_quantity(each.normal_force.choices[name], "N", digits=4),
+            pretty_quantity(each.lateral_force.choices[name], "N", digits=4),
         )
         for number, each in enumerate(swipes, start=1)
-        for name in each.friction.by_baseline
+        for name in each.friction.choices
     )
     return Table(
         "Choice of the zero",

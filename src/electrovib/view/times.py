@@ -15,9 +15,9 @@ from electrovib.view.measured import numbers_csv, numbers_table
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
+    from electrovib.recordings.interval import Interval
     from electrovib.recordings.transitions import MeasuredRing, MeasuredRings, MeasuredTimes
-    from electrovib.recordings.transitions.estimate import Interval
-    from electrovib.recordings.transitions.result import DirectionTimes
+    from electrovib.recordings.transitions.times import DirectionTimes
 
 FILES: Final[dict[str, Form]] = {"report.html": Form.PAGE, "times.csv": Form.TABLE}
 """Files of measured times and their forms."""
@@ -84,11 +84,8 @@ def _of_times(found: MeasuredTimes) -> list[str]:
 
 
 def _interval(number: Interval, unit: str = "") -> str:
-    value, lower, upper = (
-        pretty_quantity(each, unit, digits=3) if math.isfinite(each) else ""
-        for each in (number.value, number.lower, number.upper)
-    )
-    return f"{value} ({lower} to {upper})" if upper else f"{value} (no interval)"
+    value, ends = number.texts(unit, digits=3, write=pretty_quantity)
+    return f"{value} ({ends})" if ends else f"{value} (no interval)"
 
 
 def _criteria(found: DirectionTimes) -> Table:

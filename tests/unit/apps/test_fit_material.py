@@ -12,7 +12,7 @@ from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.material import ColeCole
-from electrovib.recordings.spectra.form_names import forms_of
+from electrovib.recordings.spectra.forms import forms_of
 from electrovib.recordings.spectra.instrument import InstrumentError, error_by_resistor
 
 SHARED = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
@@ -106,7 +106,7 @@ def test_a_phase_error_is_that_of_a_fit_to_turned_data(tmp_path):
     data = SKIN.complex_permittivity(GRID)
     found = InstrumentError(phase=angle).deviations(plain.fits[0], GRID, data, noise=None)
     for one, other in zip(plain.parameters, turned.parameters, strict=True):
-        assert found[one.path] == pytest.approx(abs(other.value - one.value), rel=0.05)
+        assert found[one.name] == pytest.approx(abs(other.value - one.value), rel=0.05)
 
 
 def test_sources_are_weighted_by_their_noise(tmp_path):
@@ -337,7 +337,7 @@ def test_the_stated_error_covers_a_known_part(tmp_path):
     for _ in range(40):
         sample, known = twin(rng, tmp_path, tolerance=0.02)
         found = ev.fit_material(sample, reference=known, area="1 cm2", thickness="1 mm", form="constant")
-        (row,) = [each for each in found.parameters if each.path == "permittivity"]
+        (row,) = [each for each in found.parameters if each.name == "permittivity"]
         total = np.hypot(row.systematic, (row.upper - row.lower) / 3.92)
         inside += abs(row.value - 33e-12 * unit) < 1.96 * total
         wide.append(total / row.value)
@@ -358,7 +358,7 @@ def test_the_tolerance_of_the_resistor_and_the_fixture_count(tmp_path):
     unit = 1e-3 / (eps0 * 1e-4)
     for value, capacitance in (("51 kohm", None), ("51 kohm +- 510 ohm", None), ("51 kohm", "1 pF")):
         found = ev.fit_material(sample, reference=(bare, value), parallel_capacitance=capacitance, **given)
-        row = next(each for each in found.parameters if each.path == "permittivity")
+        row = next(each for each in found.parameters if each.name == "permittivity")
         parts = (
             0.0 if capacitance else 1e-12 * unit,
             row.value * 0.01 / np.sqrt(3) if "+-" in value else 0.0,

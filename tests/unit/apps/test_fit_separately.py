@@ -87,7 +87,7 @@ def test_the_table_has_a_row_for_each_recording_and_parameter(separate):
 def test_the_mean_has_the_scatter_within_and_between_recordings(separate):
     found, out = separate
     values = np.array([found.fits[at].rows[0].value for at in (0, 2, 3)])
-    deviations = np.array([found.fits[at].rows[0].deviation for at in (0, 2, 3)])
+    deviations = np.array([found.fits[at].rows[0].standard_error for at in (0, 2, 3)])
     spread, row = found.spreads[GAP], found.means[0]
     assert row.value == pytest.approx(values.mean(), rel=1e-12)
     assert spread.within == pytest.approx(np.sqrt(np.mean(deviations**2)), rel=1e-12)
@@ -96,7 +96,7 @@ def test_the_mean_has_the_scatter_within_and_between_recordings(separate):
     assert row.upper - row.value == pytest.approx(half, rel=1e-9)
     assert "between recordings" in row.note
     space = read_space(found.scenario, tomllib.loads((out / "space.toml").read_text())["space"])
-    assert space.distributions[GAP].deviation == pytest.approx(np.hypot(row.deviation, spread.between))
+    assert space.distributions[GAP].deviation == pytest.approx(np.hypot(row.standard_error, spread.between))
 
 
 def test_the_page_has_one_figure_of_each_parameter(separate):

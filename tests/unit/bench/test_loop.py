@@ -34,8 +34,8 @@ def test_a_recording_of_the_bench_gives_its_finger_back(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rows = fitted(1, output="t.nc")
     for name, value in truth().items():
-        assert abs(rows[name].value - value) < 4 * rows[name].deviation
-        assert 0 < rows[name].deviation < 0.2 * value
+        assert abs(rows[name].value - value) < 4 * rows[name].standard_error
+        assert 0 < rows[name].standard_error < 0.2 * value
     again = ev.fit(SCENARIO, "t.nc", free=[FRICTION], signals=["lateral_force"])
     assert again.rows[0].value == pytest.approx(rows[FRICTION].value, rel=1e-3)
 
@@ -43,8 +43,8 @@ def test_a_recording_of_the_bench_gives_its_finger_back(tmp_path, monkeypatch):
 def test_another_finger_is_found_and_not_the_one_that_was_planned():
     finger = ev.load(SCENARIO, changes={FRICTION: 0.55, FILM: "70 um"})
     rows = fitted(2, finger=finger)
-    assert abs(rows[FRICTION].value - 0.55) < 4 * rows[FRICTION].deviation
-    assert abs(rows[FILM].value - 70e-6) < 4 * rows[FILM].deviation < 20e-6
+    assert abs(rows[FRICTION].value - 0.55) < 4 * rows[FRICTION].standard_error
+    assert abs(rows[FILM].value - 70e-6) < 4 * rows[FILM].standard_error < 20e-6
 
 
 @pytest.mark.slow

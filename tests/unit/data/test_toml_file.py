@@ -13,7 +13,7 @@ import pytest
 import electrovib as ev
 from electrovib.bench.settings import read_settings
 from electrovib.core.errors import InputError
-from electrovib.recordings.swipe.opened import recording_of
+from electrovib.recordings.recording import recording_of
 from electrovib.scenario.space.reading import tables_of
 from electrovib.study.check.declared import limits_from
 from electrovib.study.texture.reading import read_texture

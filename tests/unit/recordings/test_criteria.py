@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from electrovib.recordings.fit.estimate import aicc, bic
+from electrovib.recordings.fit.least_squares import aicc, bic
 
 
 def test_criteria_by_hand():

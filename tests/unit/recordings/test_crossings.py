@@ -9,8 +9,8 @@ from scipy.stats import t
 
 from electrovib.recordings.correlated import autocovariance
 from electrovib.recordings.transitions import crossings
+from electrovib.recordings.transitions.crossings import EdgeLevels, levels_of
 from electrovib.recordings.transitions.edges import edge_record, reference_times
-from electrovib.recordings.transitions.levels import EdgeLevels, levels_of
 
 TAU, AT, RATE = 6e-3, 0.12, 5000.0
 BETWEEN = TAU * math.log(9)

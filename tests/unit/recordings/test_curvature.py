@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.curvature import curvature_bias
+from electrovib.recordings.fit.of_scenario import curvature_bias
 
 
 def problem(predicted, sloped, noise):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from electrovib.recordings.fit.profile import profile_interval
+from electrovib.recordings.interval import profile_interval
 
 
 def test_a_parabola_gives_the_symmetric_interval():

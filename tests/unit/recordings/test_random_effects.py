@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, t
 
-from electrovib.recordings.fit.random_effects import random_effects
+from electrovib.recordings.fit.sessions import random_effects
 
 TRIALS = np.array([
     (4, 119, 11, 128), (6, 300, 29, 274), (3, 228, 11, 209), (62, 13536, 248, 12619), (33, 5036, 47, 5761),

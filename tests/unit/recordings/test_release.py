@@ -13,7 +13,7 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.drive.sampled import KeepIncreasing
 from electrovib.physics.resonance import release_seen_by_sensor
 from electrovib.recordings.release import fit_release
-from electrovib.recordings.release.parts import damped_sine, drive_end
+from electrovib.recordings.release.model import damped_sine, drive_end
 
 
 def made(
@@ -86,9 +86,9 @@ def test_turning_points_and_decays_of_one_resonance_agree():
     # a parabola through an eighth of a period on either side of a damped top leans by less than 1 %
     assert found.half_periods == pytest.approx([damped] * len(found.half_periods), rel=1e-2)
     for decay in (found.early, found.late):
-        assert decay.frequency == pytest.approx(damped, rel=1e-3)
+        assert decay.frequency.value == pytest.approx(damped, rel=1e-3)
         # the rate is w/2Q, told as pi f/rate with the damped frequency
-        assert decay.quality == pytest.approx(6 * damped / 350, rel=5e-3)
+        assert decay.quality.value == pytest.approx(6 * damped / 350, rel=5e-3)
     assert not any("no single linear resonance" in word for word in found.words)
 
 
@@ -101,13 +101,13 @@ def test_a_falling_frequency_is_shown_and_named():
     force = np.where(late > 0, 0.05 + 0.65 * np.exp(-late / 3e-3) * np.cos(phase), 0.7)
     found = fit_release(time, force, voltage)
     assert found.half_periods[0] > 1.1 * found.half_periods[3]
-    assert found.early.frequency > 1.05 * found.late.frequency
+    assert found.early.frequency.value > 1.05 * found.late.frequency.value
     assert any("falls during the decay, which no single linear" in word for word in found.words)
     assert 0.03 < found.misfit < found.misfit_without / 2
     # what it falls by counts: 29 % of it, as of any value in between
-    fallen = found.early.frequency - found.late.frequency
+    fallen = found.early.frequency.value - found.late.frequency.value
     assert found.uncertainty["frequency"].components["change"] == pytest.approx(fallen / np.sqrt(12), rel=0.1)
-    assert found.uncertainty["frequency"].total > 0.25 * fallen
+    assert found.uncertainty["frequency"].standard_error > 0.25 * fallen
     # a fit that begins later finds what is lower by then
     parts = found.uncertainty["frequency"].components
     assert parts["window"] > parts["noise"]
@@ -129,7 +129,7 @@ def test_the_truth_lies_as_far_away_as_is_stated(noise, correlation):
     for seed in range(20):
         found = fit_release(*wobbling(noise, correlation, seed))
         for name, value in true.items():
-            apart[name].append((getattr(found, name) - value) / found.uncertainty[name].total)
+            apart[name].append((getattr(found, name) - value) / found.uncertainty[name].standard_error)
         inside += found.fall_time_interval[0] <= 0.1e-3 <= found.fall_time_interval[1]
     spread = {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in apart.items()}
     # of 20 numbers of variance 1 the rms lies between 0.55 and 1.5 in all but one of a thousand; the end of the
@@ -149,8 +149,10 @@ def test_an_uncertainty_is_stated_by_its_components():
         assert ratio == pytest.approx(10, rel=0.3)
     of_delay = quiet.uncertainty["delay"]
     assert of_delay.components["end"] == pytest.approx(1 / 12_800 / np.sqrt(12), rel=0.01)
-    assert of_delay.total == pytest.approx(np.sqrt(sum(value**2 for value in of_delay.components.values())))
-    assert f"standard uncertainty of {quiet.uncertainty['frequency'].total:.2g} Hz" in quiet.words[0]
+    assert of_delay.standard_error == pytest.approx(
+        np.sqrt(sum(value**2 for value in of_delay.components.values()))
+    )
+    assert f"standard uncertainty of {quiet.uncertainty['frequency'].standard_error:.2g} Hz" in quiet.words[0]
 
 
 def test_a_fast_fall_has_an_upper_bound_and_a_slow_one_two():
@@ -163,7 +165,7 @@ def test_a_fast_fall_has_an_upper_bound_and_a_slow_one_two():
     assert 0.4e-3 < low < 0.5e-3 < high < 0.6e-3
     assert any("The time constant of the fall is" in word for word in slow.words)
     # the sum of what passes before the fall and of its time constant is what both say
-    assert slow.delay == pytest.approx(0.9e-3, abs=3 * slow.uncertainty["delay"].total)
+    assert slow.delay == pytest.approx(0.9e-3, abs=3 * slow.uncertainty["delay"].standard_error)
 
 
 def test_a_second_electrode_that_ends_the_drive():
@@ -242,7 +244,7 @@ def test_result_is_plain_json():
     found = fit_release(*made())
     again = json.loads(json.dumps(found.to_dict()))
     assert again["frequency"] == found.frequency
-    assert again["early"]["frequency"] == found.early.frequency
+    assert again["early"]["frequency"] == found.early.frequency.value
     assert len(found.time) == len(found.force) == len(found.model) == len(found.model_without)
 
 

@@ -6,7 +6,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.trace import make_trace
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.resolution import (
+from electrovib.recordings.fit.rounding import (
     coherence_of,
     least_noise,
     resolution_of,
@@ -133,9 +133,9 @@ def test_the_interval_of_a_coarse_recording_includes_its_rounding_and_states_it(
     result = ev.fit(fast.scenario, MeasuredTrace(trace=recorded_of(found)), free=fast.free)
     row = result.rows[0]
     assert (row.lower, row.upper) == pytest.approx((lower, upper), rel=1e-9)
-    assert row.deviation == pytest.approx(found.deviation(FRICTION))
-    assert row.deviation > 1.08 * found.estimate.standard_deviations[FRICTION]
-    share = 1 - (found.rounding.deviations[FRICTION] / row.deviation) ** 2
+    assert row.standard_error == pytest.approx(found.deviation(FRICTION))
+    assert row.standard_error > 1.08 * found.estimate.standard_deviations[FRICTION]
+    share = 1 - (found.rounding.deviations[FRICTION] / row.standard_error) ** 2
     assert row.note.startswith(f"{share:.0%} of the variance is that of rounding errors")
     assert "is rounded to steps of" in row.note
     assert "is rounded to steps of" in fit_answer(result.best, result.rows)

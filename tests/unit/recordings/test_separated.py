@@ -13,12 +13,10 @@ from electrovib.core.trace import make_trace
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
 from electrovib.recordings.fit import fit_scenario
-from electrovib.recordings.fit.least_squares import FreeParameter
+from electrovib.recordings.fit.least_squares import FreeParameter, Stall
 from electrovib.recordings.fit.measured import MeasuredTrace
 from electrovib.recordings.fit.prediction import STEP, Prediction
-from electrovib.recordings.fit.problem import WeightedProblem
-from electrovib.recordings.fit.separated import Separated
-from electrovib.recordings.fit.stalled import Stall
+from electrovib.recordings.fit.problem import Separated, WeightedProblem
 from electrovib.solve.mechanics.lateral import BEHIND_FRICTION, INDEPENDENT, proportional_to_friction
 from electrovib.view.fitted import fit_answer
 

@@ -14,7 +14,7 @@ from electrovib.physics.rig_channels import TribometerChannels
 from electrovib.recordings.rail import at_rail
 from electrovib.recordings.recording import calibrated, read_recording
 from electrovib.recordings.swipe import reduce_swipe, reduce_swipes
-from electrovib.recordings.swipe.baseline import Estimate, block_means, standard_error
+from electrovib.recordings.swipe.reduce import block_means, over_baselines, standard_error
 
 STEP = 0.5e-6
 
@@ -88,7 +88,7 @@ def test_known_friction_lies_in_the_stated_interval(signs, seed, **swipe):
     sensitivities = {"normal": signs[0] * 0.31, "lateral": signs[1] * 0.444}
     columns = made(seed=seed, **sensitivities, **swipe)
     found = reduce_swipe(calibrated(columns, channels(swipe["rate"], **sensitivities)))
-    low, high = found.friction.interval
+    low, high = found.friction.ends
     # ten blocks put a mean outside of the stated 2.26 standard errors one time in twenty (Student's t, 9 degrees
     # of freedom) where no drift widens the interval; beyond ten it is one in 500 000
     more = 8 * found.friction.standard_error
@@ -106,7 +106,7 @@ def test_known_friction_lies_in_the_stated_interval(signs, seed, **swipe):
 def test_the_interval_is_not_wide_for_nothing():
     """Without drift all baselines agree, and the interval is the noise."""
     found = reduce_swipe(calibrated(made(), channels()))
-    low, high = found.friction.interval
+    low, high = found.friction.ends
     assert low < 0.4 < high
     # 2 mN over 3600 samples of 0.2 and 0.5 N, and over the baselines: 1e-4 each
     assert high - low < 2e-3
@@ -116,7 +116,7 @@ def test_the_interval_is_not_wide_for_nothing():
 def test_two_standard_errors_hold_the_friction_as_often_as_they_say():
     inside = 0
     for seed in range(100):
-        low, high = reduce_swipe(calibrated(made(rate=500.0, seed=seed), channels(500.0))).friction.interval
+        low, high = reduce_swipe(calibrated(made(rate=500.0, seed=seed), channels(500.0))).friction.ends
         inside += low <= 0.4 <= high
     # stated are 95 %, which the choices of the baseline widen; three standard deviations of the count are 7
     assert inside >= 88
@@ -127,7 +127,7 @@ def test_the_interval_of_a_mean_of_ten_parts_holds_it_in_95_of_100():
     noise, inside = np.random.default_rng(1).standard_normal((2000, 20)), 0
     for values in noise:
         error = standard_error(block_means(values, (0, 20)))
-        low, high = Estimate(float(values.mean()), {"mean": float(values.mean())}, error).interval
+        low, high = over_baselines({"mean": float(values.mean())}, "mean", error).ends
         inside += low <= 0 <= high
     assert inside / 2000 == pytest.approx(0.95, abs=0.0146)  # three standard deviations of the count
     # the deviation from a mean that is itself estimated, by hand: sqrt(sum of squares/(9 times 10))
@@ -139,7 +139,7 @@ def test_a_drift_that_is_not_in_proportion_to_time_is_inside_the_interval():
     time = np.arange(len(columns["normal"])) / 2000
     columns["lateral"] = columns["lateral"] + 0.1 / 0.444 * np.clip((time - 4.8) / 0.1, 0, 1)
     found = reduce_swipe(calibrated(columns, channels()))
-    low, high = found.friction.baseline_interval
+    low, high = found.friction.choice_ends
     assert found.friction.value != pytest.approx(0.4, rel=0.05)
     assert low < 0.4 < high
 
@@ -149,7 +149,7 @@ def test_one_baseline_is_enough_and_said(missing, left):
     columns = made()
     part = slice(5000, None) if missing == "before" else slice(0, 11_500)
     found = reduce_swipe(calibrated({name: values[part] for name, values in columns.items()}, channels()))
-    assert list(found.friction.by_baseline) == [left]
+    assert list(found.friction.choices) == [left]
     assert found.friction.value == pytest.approx(0.4, rel=1e-2)
     assert any("their drift is unknown" in word for word in found.words)
 
@@ -205,7 +205,7 @@ def test_a_drift_larger_than_the_load(drift):
     """0.5 N on a zero that moves by up to 1.2 N: the line is right, and the interval says how little is known."""
     found = reduce_swipe(calibrated(made(drifts=(drift, 0.1)), channels()))
     assert found.friction.value == pytest.approx(0.4, abs=10 * found.friction.standard_error)
-    low, high = found.friction.interval
+    low, high = found.friction.ends
     assert high - low > 0.5
 
 
@@ -222,7 +222,7 @@ def test_back_and_forth_in_one_contact():
 def test_a_finger_that_comes_back_at_once_has_the_zeros_of_its_neighbours():
     columns = pressed_by(lambda time: 0.5 * ((time > 1) & (time < 7) & (np.abs(time - 2.5) > 0.12)))
     found = reduce_swipe(calibrated(columns, channels()))
-    assert set(found.friction.by_baseline) == {"before", "after", "mean", "interpolated"}
+    assert set(found.friction.choices) == {"before", "after", "mean", "interpolated"}
     assert found.friction.value == pytest.approx(0.4, rel=5e-3)
 
 

@@ -7,8 +7,7 @@ from twins import GAP, LEAK, exact, noisy, plate
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit import CalibrationError, MeasuredTrace, fit_scenario
-from electrovib.recordings.fit.systematic import systematic_deviations
-from electrovib.recordings.fit.table import parameter_table
+from electrovib.recordings.fit.result import parameter_table, systematic_deviations
 
 FORCE = "electrostatic_force"
 PLATE = plate()
@@ -40,7 +39,7 @@ def test_it_is_the_change_of_a_fit_to_changed_data(step, error):
         assert found[name] == pytest.approx(change, rel=0.02)
     row = parameter_table(plain)[0]
     assert row.systematic == found[GAP]
-    assert row.systematic_interval[1] - row.value == pytest.approx(1.96 * found[GAP], rel=1e-3)
+    assert row.systematic_ends[1] - row.value == pytest.approx(1.96 * found[GAP], rel=1e-3)
 
 
 def test_gain_and_zero_combine_with_their_covariance(step):

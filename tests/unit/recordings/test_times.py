@@ -15,7 +15,7 @@ from electrovib.physics.drive.readback import OneOfTwoInAntiphase
 from electrovib.physics.relaxation import stretched_exponential, stretched_seen_by_sensor
 from electrovib.physics.resonance import release_seen_by_sensor
 from electrovib.recordings.transitions import Sensor, measure_ring, measure_times
-from electrovib.recordings.transitions.forms import RelaxationForm
+from electrovib.recordings.transitions.relaxation import RelaxationForm
 from electrovib.recordings.transitions.sensor import read_sensor
 
 SHARED = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "clutch"

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
-    from electrovib.recordings.fit.sampling import Sampling
+    from electrovib.recordings.fit.posterior import Sampling
     from electrovib.scenario import Source
 
 
@@ -126,7 +126,7 @@ def _base(scenario: str, changes: list[str] | None) -> Source:
 def _stated(changes: list[str] | None) -> dict[str, Any]:
     """Return the changes of the command that a recording may contradict."""
     from electrovib.apps.changes import read_changes
-    from electrovib.recordings.fit.prescribed import PRESCRIBING
+    from electrovib.recordings.fit.measured import PRESCRIBING
 
     stated = read_changes(changes) if changes else {}
     return {path: value for path, value in stated.items() if path.split(".")[0] in PRESCRIBING.values()}
@@ -135,7 +135,7 @@ def _stated(changes: list[str] | None) -> dict[str, Any]:
 def _sampling(seed: int | None, steps: int, update: Callable[[int, int], None]) -> Sampling:
     """Read the options of the posterior distribution."""
     from electrovib.core.errors import InputError
-    from electrovib.recordings.fit.sampling import Sampling
+    from electrovib.recordings.fit.posterior import Sampling
 
     if seed is None:
         raise InputError("--posterior: state --seed, so that the samples can be repeated")

@@ -150,11 +150,12 @@ def _band(text: str) -> tuple[str, str]:
 def summary(found: FittedMaterial) -> list[str]:
     """Report how the material was fitted, each parameter with both uncertainties, and the diagnostics."""
     from electrovib.core.units import format_quantity
+    from electrovib.recordings.spectra.fitted import both_uncertainties
 
     return [
         *found.history,
         *(
-            f"{each.path}: {format_quantity(each.value, each.unit, digits=4)}, {each.sentence}"
+            f"{each.name}: {format_quantity(each.value, each.unit, digits=4)}, {both_uncertainties(each)}"
             for each in found.parameters
         ),
         *(f"{each.state}: {each.text}" for each in found.diagnostics),

@@ -49,8 +49,7 @@ def command(
     from electrovib.core.errors import InputError
     from electrovib.data.atomic import check_writable, write_text
     from electrovib.data.marks import Form
-    from electrovib.recordings.fit.power_law import fit_power_law
-    from electrovib.recordings.fit.power_law_files import power_law_csv, read_points
+    from electrovib.recordings.fit.power_law import fit_power_law, power_law_csv, read_points
 
     target = None if output is None else Path(output)
     if target is not None:

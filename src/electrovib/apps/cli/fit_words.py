@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from electrovib.apps.fit import FitResult
     from electrovib.recordings.fit.separate import SeparateFits
-    from electrovib.recordings.fit.table import EstimatedParameter
+    from electrovib.recordings.interval import EstimatedParameter
 
 _MOST: Final = 5  # lines of a verdict
 
@@ -81,13 +81,11 @@ def row_lines(row: EstimatedParameter) -> list[str]:
     """Write one estimate with its interval, or why it has none."""
     from electrovib.core.units import format_quantity
 
-    value = format_quantity(row.value, row.unit, digits=row.digits)
+    line = f"{row.name}: {row.in_words(row.unit, why=row.note)}"
     if not row.method:
-        return [f"{row.name}: {value}, no interval: {row.note}"]
-    lower, upper = (format_quantity(end, row.unit, digits=row.digits) for end in (row.lower, row.upper))
-    line = f"{row.name}: {value}, 95 % interval {lower} to {upper} ({row.method})"
+        return [line]
     if math.isfinite(row.systematic):
-        ends = (format_quantity(end, row.unit, digits=row.digits) for end in row.systematic_interval)
+        ends = (format_quantity(end, row.unit, digits=row.digits) for end in row.systematic_ends)
         line += f", by calibration {' to '.join(ends)}"
     return [line, f"  {row.note}"] if row.note else [line]
 

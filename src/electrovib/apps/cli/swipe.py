@@ -50,8 +50,7 @@ def command(
     from electrovib.core.files import inputs_noted
     from electrovib.data.atomic import check_folder, write_folder
     from electrovib.recordings.swipe import reduce_swipes
-    from electrovib.recordings.swipe.table import swipe_rows
-    from electrovib.recordings.transitions.table import with_interval
+    from electrovib.recordings.swipe.reduce import swipe_rows
     from electrovib.view.swipe import FILES, swipe_files
 
     folder = None if output is None else Path(output)
@@ -59,7 +58,7 @@ def command(
         found = reduce_swipes(record, channels=channels, speed=speed, trim=trim / 100)
     if folder is not None:
         check_folder(folder, FILES, inputs=inputs, force=force)
-    say(*(f"{row.group}, {with_interval(row)}" for row in swipe_rows(found)))
+    say(*(f"{row.group}, {row.sentence}" for row in swipe_rows(found)))
     for number, each in enumerate(found, start=1):
         name = f"swipe {number}: " if len(found) > 1 else ""
         say(*(f"{name}{text}" for text in each.words))

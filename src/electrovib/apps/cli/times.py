@@ -88,7 +88,7 @@ def command(
     from electrovib.core.files import inputs_noted
     from electrovib.data.atomic import check_folder, write_folder
     from electrovib.data.traces import open_trace
-    from electrovib.recordings.transitions.table import time_rows, with_interval
+    from electrovib.recordings.transitions.table import time_rows
     from electrovib.view.times import FILES, times_files
 
     chosen = _chosen(signal, by, antiphase=antiphase)
@@ -110,7 +110,7 @@ def command(
         **chosen,
         **spans,
     )
-    say(*(f"{row.group}, {with_interval(row)}" for row in time_rows(found, rings)))
+    say(*(f"{row.group}, {row.sentence}" for row in time_rows(found, rings)))
     say(*(text for each in (found, rings) if each is not None for text in each.words), *why)
     if output is not None:
         texts = times_files(found, rings, source=Path(record).name)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
+    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
 
 IMAGINARY_STEP: Final = 1e-30
 """Relative imaginary step of a derivative: no difference is taken, so that it may be as small as that."""

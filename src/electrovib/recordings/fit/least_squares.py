@@ -1,20 +1,20 @@
-"""The minimum of a sum of squares over bounded parameters, by lmfit's Levenberg-Marquardt method."""
+"""The minimum of a sum of squares over bounded parameters, by lmfit, and what the estimates are worth."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.fit.estimate import LeastSquaresEstimate, estimate_at
-from electrovib.recordings.fit.stalled import Stall, StalledError
+from electrovib.recordings.fit.identifiability import identifiability
+from electrovib.recordings.interval import Interval, from_noise
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from electrovib.core.arrays import Real
 
@@ -73,7 +73,6 @@ def least_squares(
     *,
     derivatives: Callable[[Mapping[str, float]], Real],
     noise_is_known: bool,
-    final_derivatives: Callable[[Mapping[str, float]], Real] | None = None,
     converged: float = CONVERGED,
     most_evaluations: int = MOST_EVALUATIONS,
     judged: bool = True,
@@ -82,10 +81,10 @@ def least_squares(
     """Minimise the sum of squares of a weighted residual.
 
     `residual` takes values by name and gives shape (n,), in units of the standard deviation if
-    `noise_is_known`; `derivatives` gives (n, parameters), and `final_derivatives` those for the covariance,
-    which is computed if `judged`. The search ends at the relative change `converged` of the sum of squares
-    and of the parameters, after `most_evaluations`, or by `stall`. Fewer residuals than parameters, and
-    residuals that are not finite at the start, are refused.
+    `noise_is_known`; `derivatives` gives (n, parameters). The covariance is computed if `judged`. The search
+    ends at the relative change `converged` of the sum of squares and of the parameters, after
+    `most_evaluations`, or by `stall`. Fewer residuals than parameters, and residuals that are not finite at
+    the start, are refused.
     """
     begin = {name: each.start for name, each in free.items()}
     first = np.asarray(residual(begin), dtype=float)
@@ -100,29 +99,16 @@ def least_squares(
     except StalledError as stalled:
         values, evaluations, ended = stalled.values, search.evaluations, False
     left = np.asarray(residual(values), dtype=float)
-    if not judged:
-        return LeastSquaresEstimate(
-            values=values,
-            covariance=None,
-            why_no_covariance="it was not asked for",
-            sum_of_squares=float(left @ left),
-            count=left.size,
-            noise_is_known=noise_is_known,
-            on_bound={},
-            evaluations=evaluations,
-            converged=ended,
-            stalled=search.stalled,
-        )
-    return estimate_at(
-        values,
-        residual=left,
-        derivatives=np.asarray((final_derivatives or derivatives)(values), dtype=float),
+    estimate = LeastSquaresEstimate(
+        values=values,
+        sum_of_squares=float(left @ left),
+        count=left.size,
         noise_is_known=noise_is_known,
-        on_bound={name: bound for name in free if (bound := free[name].bound_at(values[name]))},
         evaluations=evaluations,
         converged=ended,
         stalled=search.stalled,
     )
+    return estimate.judged(left, np.asarray(derivatives(values), dtype=float), free) if judged else estimate
 
 
 @dataclass
@@ -193,3 +179,211 @@ def require_lmfit() -> Any:
     except ImportError:
         raise InputError("a fit needs lmfit: pip install 'electrovib[fit]'") from None
     return lmfit
+
+
+LEAST_DETERMINED: Final = 1e-13
+"""Smallest over largest singular value of the scaled derivatives that is above their rounding."""
+
+
+def aicc(deviance: float, *, counted: int, data: int) -> float:
+    """Compute Akaike's criterion with the correction for few data; infinite where `data` is at most `counted` + 1.
+
+    `deviance` is minus twice the logarithm of the largest likelihood; `counted` parameters include the
+    noises.
+    """
+    left = data - counted - 1
+    return deviance + 2 * counted + 2 * counted * (counted + 1) / left if left > 0 else math.inf
+
+
+def bic(deviance: float, *, counted: int, data: int) -> float:
+    """Compute the criterion of Schwarz from the deviance, the number of estimated parameters and that of the data."""
+    return deviance + counted * math.log(data)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeastSquaresEstimate:
+    """Parameters at the least sum of squares.
+
+    - `covariance`: in the order of `values`, in their units; None where the data do not determine them, with
+      the reason in `why_no_covariance`.
+    - `sum_of_squares`: dimensionless where the noise is known.
+    - `noise_is_known`: whether the covariance follows from a stated noise; else from the scatter of the
+      `count` residuals.
+    - `on_bound`: parameters that ended on a bound, and on which.
+    - `converged`: whether the search ended by itself; `stalled` whether it was ended because further steps
+      along a combination that the data do not determine had no effect.
+    """
+
+    values: Mapping[str, float]
+    covariance: Real | None = None
+    why_no_covariance: str = "it was not asked for"
+    sum_of_squares: float
+    count: int
+    noise_is_known: bool
+    on_bound: Mapping[str, str] = field(default_factory=dict)
+    evaluations: int
+    converged: bool
+    stalled: bool = False
+
+    def judged(
+        self, residual: Real, derivatives: Real, free: Mapping[str, FreeParameter]
+    ) -> LeastSquaresEstimate:
+        """Judge the parameters by residuals (n,) and their derivatives (n, parameters); those on a bound have variance 0."""
+        names = tuple(self.values)
+        on_bound = {name: on for name in free if (on := free[name].bound_at(self.values[name]))}
+        inside = [at for at, name in enumerate(names) if name not in on_bound]
+        found = dataclasses.replace(
+            self, sum_of_squares=float(residual @ residual), count=residual.size, on_bound=on_bound
+        )
+        covariance, why = np.zeros((len(names), len(names))), ""
+        if inside:
+            inner, why = _inverse(derivatives[:, inside], tuple(names[at] for at in inside))
+            if not why and found.degrees_of_freedom <= 0 and not self.noise_is_known:
+                why = "as many parameters as data leave no scatter to judge by: state the noise"
+            if not why:
+                covariance[np.ix_(inside, inside)] = inner * (1.0 if self.noise_is_known else found.variance)
+        return dataclasses.replace(found, covariance=None if why else covariance, why_no_covariance=why)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Residuals less parameters."""
+        return self.count - len(self.values)
+
+    @property
+    def variance(self) -> float:
+        """Sum of squares over the degrees of freedom, the variance of a residual; NaN without any left."""
+        return self.sum_of_squares / self.degrees_of_freedom if self.degrees_of_freedom > 0 else math.nan
+
+    @property
+    def standard_deviations(self) -> dict[str, float]:
+        """Of each parameter, in its unit; NaN where there is none."""
+        count = len(self.values)
+        found = np.full(count, np.nan) if self.covariance is None else np.sqrt(np.diag(self.covariance))
+        return {name: float(each) for name, each in zip(self.values, found, strict=True)}
+
+    @property
+    def correlation(self) -> Real:
+        """Correlation of the parameters, shape (parameters, parameters); NaN where there is none."""
+        if self.covariance is None:
+            return np.full((len(self.values), len(self.values)), np.nan)
+        scale = np.sqrt(np.diag(self.covariance))
+        return np.asarray(self.covariance / np.outer(scale, scale))
+
+    @property
+    def _deviance(self) -> float:
+        """Minus twice the logarithm of the largest likelihood, up to a constant of the data."""
+        if self.noise_is_known:
+            return self.sum_of_squares
+        return self.count * math.log(max(self.sum_of_squares / self.count, math.ulp(0.0)))
+
+    @property
+    def _counted(self) -> int:  # the noise among them where it is not known
+        return len(self.values) + (not self.noise_is_known)
+
+    @property
+    def aicc(self) -> float:
+        """Akaike's criterion with the correction for few data; infinite with as many parameters as data."""
+        return aicc(self._deviance, counted=self._counted, data=self.count)
+
+    @property
+    def bic(self) -> float:
+        """Criterion of Schwarz."""
+        return bic(self._deviance, counted=self._counted, data=self.count)
+
+    def parameter(self, name: str) -> Interval:
+        """Interval of one parameter by the noise; none on a bound."""
+        if name in self.on_bound:
+            return Interval(value=math.nan, method=f"on its {self.on_bound[name]} bound")
+        return self.derived(self.values[name], {name: 1.0})
+
+    def derived(self, value: float, slopes: Mapping[str, float]) -> Interval:
+        """Interval of a number that depends on parameters, to first order by its derivatives after them."""
+        if self.covariance is None:
+            return from_noise(value, math.nan)
+        row = np.array([slopes.get(name, 0.0) for name in self.values])
+        error = math.sqrt(max(float(row @ self.covariance @ row), 0.0))
+        return from_noise(value, error, freedom=self.degrees_of_freedom)
+
+    def quantile(self, level: float) -> float:
+        """Return half the width of an interval of this probability [1] over the standard deviation, by Student's t."""
+        from scipy.stats import norm, t
+
+        upper = 0.5 + level / 2
+        return float(
+            norm.ppf(upper) if self.noise_is_known else t.ppf(upper, max(self.degrees_of_freedom, 1))
+        )
+
+    def interval(self, name: str, *, level: float = 0.95) -> tuple[float, float]:
+        """Interval of one parameter from its standard deviation and Student's t; NaN where there is no standard deviation."""
+        half = self.quantile(level) * self.standard_deviations[name]
+        return self.values[name] - half, self.values[name] + half
+
+
+def _inverse(derivatives: Real, names: tuple[str, ...]) -> tuple[Real, str]:
+    """Invert the normal matrix by singular values of the scaled derivatives; name the combination that is not determined."""
+    scale = np.linalg.norm(derivatives, axis=0)
+    if flat := [name for name, each in zip(names, scale, strict=True) if each == 0 or not np.isfinite(each)]:
+        return derivatives[:0], f"the data do not depend on {', '.join(flat)}"
+    _, singular, rows = np.linalg.svd(derivatives / scale, full_matrices=False)
+    if singular[-1] < LEAST_DETERMINED * singular[0]:
+        share = np.abs(rows[-1])
+        part = [name for name, each in zip(names, share, strict=True) if each > 0.1 * share.max()]
+        return derivatives[:0], f"the data determine only combinations of {' and '.join(part)}"
+    unscaled = rows.T / singular / scale[:, None]
+    return np.asarray(unscaled @ unscaled.T), ""
+
+
+STEPS: Final = 50
+"""Successive accepted steps whose common gain is judged; searches that converge take fewer."""
+GAIN: Final = 0.01
+"""Decrease of the sum of squares over these steps, in variances of a residual, below which it is none: the estimate that the
+search would reach is no more likely than the present one by a factor of exp(0.005)."""
+
+
+@dataclass
+class Stall:
+    """Judgement, at each accepted step of a search, whether further steps can change the result.
+
+    `variance` is that of the weighted residuals; None takes their scatter at the present step.
+    """
+
+    variance: float | None
+    zeros: Sequence[str] = ()
+    _squares: list[float] = field(default_factory=list, init=False)
+
+    def is_reached(self, values: Mapping[str, float], residual: Real, derivatives: Real) -> bool:
+        """Record an accepted step, and state whether the search has stalled there.
+
+        It has where the last steps together have decreased the sum of squares by less than `GAIN` variances
+        while a combination of the unknowns is not determined.
+        """
+        squares = float(residual @ residual)
+        self._squares.append(squares)
+        variance = squares / max(residual.size - len(values), 1) if self.variance is None else self.variance
+        if len(self._squares) <= STEPS or not np.isfinite(derivatives).all():
+            return False
+        if not 0 <= self._squares[-1 - STEPS] - squares < GAIN * variance:
+            return False
+        return bool(identifiability(derivatives / np.sqrt(variance), values, zeros=self.zeros).undetermined)
+
+
+class StalledError(Exception):
+    """Carries the values at which a search has stalled through the library that searches."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        super().__init__("the search has stalled")
+        self.values = dict(values)
+
+
+def newton_step(derivatives: Real, residual: Real) -> tuple[Real, Real]:
+    """Compute the Gauss-Newton step, NaN where it is not determined, and the deviations for residuals of variance 1."""
+    scale = np.linalg.norm(derivatives, axis=0)
+    count = len(scale)
+    if not np.isfinite(scale).all() or not scale.all():
+        return np.full(count, np.nan), np.full(count, np.nan)
+    orthonormal, triangle = np.linalg.qr(derivatives / scale)
+    diagonal = np.abs(np.diag(triangle))
+    if diagonal.min() < LEAST_DETERMINED * diagonal.max():
+        return np.full(count, np.nan), np.full(count, np.nan)
+    inverse = np.linalg.inv(triangle)
+    return -inverse @ (orthonormal.T @ residual) / scale, np.linalg.norm(inverse, axis=1) / scale

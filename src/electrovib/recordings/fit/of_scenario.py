@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
@@ -10,26 +11,21 @@ import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import value_at
-from electrovib.recordings.fit.curvature import BIASED, curvature_bias
 from electrovib.recordings.fit.identifiability import identifiability, trades
-from electrovib.recordings.fit.measured import MeasuredTrace
+from electrovib.recordings.fit.measured import MeasuredTrace, as_recorded
 from electrovib.recordings.fit.misfit import misfit_of
-from electrovib.recordings.fit.prediction import Prediction
-from electrovib.recordings.fit.prescribed import as_recorded
-from electrovib.recordings.fit.problem import Callback, CancelledError, WeightedProblem
-from electrovib.recordings.fit.residuals import residuals_of
+from electrovib.recordings.fit.prediction import Prediction, residuals_of
+from electrovib.recordings.fit.problem import Callback, CancelledError, WeightedProblem, first_noise, weighted
 from electrovib.recordings.fit.result import ScenarioFit
 from electrovib.recordings.fit.rounding import rounding_of
 from electrovib.recordings.fit.sessions import BetweenSessions, between_sessions
-from electrovib.recordings.fit.weighting import first_noise, weighted
 from electrovib.scenario import Scenario, Source, read_scenario
 
 if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
-    from electrovib.recordings.fit.least_squares import FreeParameter
+    from electrovib.recordings.fit.least_squares import FreeParameter, LeastSquaresEstimate
 
 _FEW: Final = 400
 """Samples of each recording with which a search begins; the last steps take all of them."""
@@ -211,3 +207,34 @@ def _thinned(trace: xarray.Dataset) -> xarray.Dataset:
     steps = {name: size // _FEW for name, size in trace.sizes.items() if name in {"time", "frequency"}}
     wide = {name: slice(None, None, step) for name, step in steps.items() if step > 1}
     return trace.isel(wide) if wide else trace
+
+
+BIASED: Final = 0.05
+"""Bias over standard deviation above which a parameter does not count as well determined."""
+
+
+def curvature_bias(
+    problem: WeightedProblem, values: Mapping[str, float], names: Sequence[str], covariance: Real
+) -> dict[str, float]:
+    """Compute the bias over standard deviation of estimates from the curvature of the predictions.
+
+    To second order the bias is the solution b of J b = -d/2 by least squares, with J the derivatives and d
+    the sum of the second differences of the predictions along the columns of the Cholesky factor of the
+    covariance (Box 1971). It is infinite where the models refuse values one standard deviation away. A
+    representative part of the samples suffices.
+    """
+    deviations = np.sqrt(np.diag(covariance))
+    scaled = covariance / np.outer(deviations, deviations)
+    try:
+        factor = np.linalg.cholesky(scaled) * deviations[:, None]
+        base = problem.prediction(values)
+        second = np.zeros(base.size)
+        for column in factor.T:
+            for side in (1, -1):
+                moved = {name: values[name] + side * each for name, each in zip(names, column, strict=True)}
+                second += problem.prediction(dict(values) | moved) - base
+    except (ElectrovibError, np.linalg.LinAlgError):
+        return dict.fromkeys(names, math.inf)
+    slopes = problem.derivatives(values, names=names) * deviations
+    found, *_ = np.linalg.lstsq(slopes, -0.5 * second * problem.weights)
+    return {name: float(each) for name, each in zip(names, found, strict=True)}

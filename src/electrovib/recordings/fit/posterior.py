@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,9 +12,10 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.recordings.fit.problem import CancelledError
-from electrovib.recordings.fit.sampling import Sampling
 
 if TYPE_CHECKING:
+    import xarray
+
     from electrovib.core.arrays import Real
     from electrovib.recordings.fit.least_squares import FreeParameter
     from electrovib.recordings.fit.result import ScenarioFit
@@ -96,20 +98,12 @@ class _Density:
         self.best = np.array(
             [each.coordinate(found.estimate.values[name]) for name, each in self.free.items()]
         )
-        bounds = [(each.coordinate(each.lower), each.coordinate(each.upper)) for each in self.free.values()]
-        wide = math.log(_WIDEST)
-        self.low = np.array(
-            [
-                max(low, at - wide) if each.logarithmic else low
-                for (low, _), at, each in zip(bounds, self.best, self.free.values(), strict=True)
-            ]
+        wide = [math.log(_WIDEST) if each.logarithmic else math.inf for each in self.free.values()]
+        bounds = np.array(
+            [(each.coordinate(each.lower), each.coordinate(each.upper)) for each in self.free.values()]
         )
-        self.high = np.array(
-            [
-                min(high, at + wide) if each.logarithmic else high
-                for (_, high), at, each in zip(bounds, self.best, self.free.values(), strict=True)
-            ]
-        )
+        self.low = np.maximum(bounds[:, 0], self.best - wide)
+        self.high = np.minimum(bounds[:, 1], self.best + wide)
 
     def __call__(self, place: Real) -> float:
         """Logarithm of the density, up to a constant; minus infinity outside the bounds."""
@@ -176,3 +170,58 @@ def require_emcee() -> Any:
     except ImportError:
         raise InputError("a posterior needs emcee: pip install 'electrovib[fit]'") from None
     return emcee
+
+
+def chains_of(posterior: Posterior, units: Mapping[str, str]) -> xarray.Dataset:
+    """Return the chains of a posterior distribution over ``parameter``, ``step`` and ``chain``, with their diagnostics."""
+    import xarray
+
+    names = list(posterior.chains)
+    return xarray.Dataset(
+        {
+            "value": (("parameter", "step", "chain"), np.stack([posterior.chains[name] for name in names])),
+            "log_density": (("step", "chain"), posterior.log_density),
+            "autocorrelation_time": ("parameter", [posterior.autocorrelation_time[name] for name in names]),
+        },
+        coords={"parameter": names, "unit": ("parameter", [units[name] for name in names])},
+        attrs={
+            "title": "samples of a posterior distribution",
+            "burn_in": posterior.burn_in,
+            "acceptance": posterior.acceptance,
+            "seed": posterior.seed,
+            "problems": json.dumps(list(posterior.problems)),
+        },
+    )
+
+
+FEWEST: Final = 20
+"""Least length of a chain."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampling:
+    """How a posterior distribution is sampled.
+
+    Parameters
+    ----------
+    seed : int
+        Of the random numbers, 0 or more; the same seed gives the same samples.
+    steps : int
+        Length of each chain, at least 20.
+    walkers : int, optional
+        Number of chains, even and at least twice the number of unknowns; by default four times that.
+    progress : callable, optional
+        Called with the steps done and all steps; sampling ends with an error when it returns True.
+    """
+
+    seed: int
+    steps: int = 2000
+    walkers: int | None = None
+    progress: Callable[[int, int], bool | None] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be sampled, before anything is computed."""
+        if self.steps < FEWEST:
+            raise InputError(f"steps = {self.steps}: expected at least {FEWEST}")
+        if not 0 <= self.seed < 2**32:
+            raise InputError(f"seed = {self.seed}: expected a whole number from 0 to {2**32 - 1}")

@@ -1,15 +1,21 @@
-"""The exponent of a power law, such as that of force over voltage, with a scatter between sessions."""
+"""The exponent of a power law, such as that of force over voltage, with a scatter between sessions; points from tables."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
-from electrovib.recordings.fit.random_effects import LEVEL, RandomEffects, random_effects
+from electrovib.core.errors import InputError, gathered
+from electrovib.data.columns.column import kind_and_factor
+from electrovib.data.csv_text import csv_text
+from electrovib.data.readers.registry import read_recorded
+from electrovib.recordings.fit.sessions import RandomEffects, random_effects
+from electrovib.recordings.importing.choice import column_of
+from electrovib.recordings.interval import from_noise
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Real
+    from electrovib.data.readers.recorded import DataColumn
 
 _FEWEST: Final = 3
 
@@ -99,36 +106,25 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, *, session: Sequence[str] | None =
     session share its mounting and are not independent. With one session it is that of Student's t with two degrees of freedom
     less than points, and holds for that session only.
     """
-    from scipy.stats import t
-
     voltage, force = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     groups = _groups(voltage, force, session)
     laws = {name: _law(np.log(voltage[rows]), np.log(force[rows])) for name, rows in groups.items()}
     own = list(laws.values())
-    if len(own) > 1:
-        found = random_effects(
-            [each.exponent for each in own],
-            [each.standard_error for each in own],
-            freedom=[each.degrees_of_freedom for each in own],
-        )
+    if len(own) == 1:
+        mean = from_noise(own[0].exponent, own[0].standard_error, freedom=own[0].degrees_of_freedom)
         return PowerLawFit(
-            exponent=found.mean,
-            standard_error=found.standard_error,
-            lower=found.lower,
-            upper=found.upper,
-            sessions=laws,
-            between=found,
-        )
-    only = own[0]
-    half = float(t.ppf(0.5 + LEVEL / 2, only.degrees_of_freedom)) * only.standard_error
-    return PowerLawFit(
-        exponent=only.exponent,
-        standard_error=only.standard_error,
-        lower=only.exponent - half,
-        upper=only.exponent + half,
-        sessions=laws,
-        between=None,
+            exponent=mean.value, standard_error=mean.standard_error, lower=mean.lower, upper=mean.upper,
+            sessions=laws, between=None,
+        )  # fmt: skip
+    found = random_effects(
+        [each.exponent for each in own],
+        [each.standard_error for each in own],
+        freedom=[each.degrees_of_freedom for each in own],
     )
+    return PowerLawFit(
+        exponent=found.mean, standard_error=found.standard_error, lower=found.lower, upper=found.upper,
+        sessions=laws, between=found,
+    )  # fmt: skip
 
 
 def _law(x: Real, y: Real) -> SessionLaw:
@@ -166,3 +162,64 @@ def _groups(x: Real, y: Real, session: Sequence[str] | None) -> dict[str, NDArra
     if problems or not found:
         raise InputError(problems or "x, y: there are no points")
     return found
+
+
+def read_points(
+    files: Sequence[str | Path],
+    *,
+    x: str,
+    y: str,
+    session: str = "",
+    reader: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+) -> tuple[Real, Real, list[str]]:
+    """Read x, y, both in SI, and the session, by default the file, of each point of a power law from tables."""
+    problems = [f"{path}: is given twice; omit one" for path in dict.fromkeys(files) if files.count(path) > 1]
+    if x == y:
+        problems.append(f"x, y: both are the column {x!r}; a power law relates two")
+    rows: list[tuple[Real, Real]] = []
+    names: list[str] = []
+    for path in map(Path, files):
+        with gathered(problems):
+            recorded = read_recorded(path, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma)
+            along, values = (
+                _in_si(column_of(recorded, stated, option=option)) for option, stated in (("x", x), ("y", y))
+            )
+            kept = np.isfinite(along) & np.isfinite(values)
+            own = [path.name if len(files) == 1 or path.name not in names else str(path)] * int(kept.sum())
+            if session:
+                numbers = column_of(recorded, session, option="session").values
+                kept &= np.isfinite(numbers)
+                own = [f"{path.name}: {each:g}" if len(files) > 1 else f"{each:g}" for each in numbers[kept]]
+            rows.append((along[kept], values[kept]))
+            names += own
+    if problems or not rows:
+        raise InputError(problems or "files: name at least one table")
+    first, second = (np.concatenate(part) for part in zip(*rows, strict=True))
+    return first, second, names
+
+
+def _in_si(column: DataColumn) -> Real:
+    """Convert a column from its unit; one without a unit is taken as SI."""
+    if not column.unit:
+        return column.values
+    known = kind_and_factor(column.unit)
+    if known is None:
+        raise InputError(f"column '{column.name}': the unit '{column.unit}' is not known")
+    return np.asarray(column.values * known[1])
+
+
+def power_law_csv(law: PowerLawFit) -> str:
+    """Write a power law as CSV, in SI: a row for each session, then the mean over sessions with its interval."""
+    columns = ("exponent", "standard_error", "factor", "scatter", "degrees_of_freedom")
+    spread = ("between", "between_lower", "between_upper")
+    rows: list[list[object]] = [
+        [name, *(getattr(each, column) for column in columns), *[""] * 5]
+        for name, each in law.sessions.items()
+    ]
+    found = law.between
+    between = [""] * 3 if found is None else [getattr(found, name) for name in spread]
+    mean = "the session" if found is None else "mean of the sessions"
+    rows.append([mean, law.exponent, law.standard_error, *[""] * 3, law.lower, law.upper, *between])
+    return csv_text(("session", *columns, "lower", "upper", *spread), rows, remarks=[law.sentence])

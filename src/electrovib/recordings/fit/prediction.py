@@ -1,22 +1,24 @@
-"""What a scenario predicts for recordings, as one vector over the unknown numbers, and its derivatives."""
+"""What a scenario predicts for recordings, as one vector over the unknown numbers, its derivatives, and the residuals."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.recordings.fit.axes import along, over_time, signals_over_frequency
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
+from electrovib.solve.closed_form.repeated import Repeated
+from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.mechanics.lateral import INDEPENDENT, proportional_to_friction
 from electrovib.solve.one_by_one import ParametricScenario
+from electrovib.solve.stack.expand import phasors
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -82,6 +84,14 @@ class Prediction:
         self._last: tuple[object, Real] | None = None
         self._linear: dict[str, NDArray[np.bool_] | None] = {}
         self._predicted = functools.lru_cache(maxsize=2 * len(measured) + 2)(self._of_record)
+
+    def pieces(self) -> Iterator[tuple[int, int, Observed, slice]]:
+        """Number each signal by recording and place there, and give it with its rows in one row of all data."""
+        end = 0
+        for record, columns in enumerate(self.columns):
+            for column, each in enumerate(columns):
+                begin, end = end, end + each.size
+                yield record, column, each, slice(begin, end)
 
     @property
     def data(self) -> Real:
@@ -217,26 +227,89 @@ class Prediction:
         return self._linear[unknown.name]
 
     def _proportional_rows(self, unknown: Unknown) -> NDArray[np.bool_] | None:
-        marks = []
-        for measured, prepared, columns in zip(self.measured, self.prepared, self.columns, strict=True):
-            concerned = unknown.session in ("", measured.session)
-            scaled = proportional_to_friction(prepared.base, unknown.path)
-            for each in columns:
-                if concerned and not (scaled and each.signal in scaled | INDEPENDENT):
-                    return None
-                marks.append(np.full(each.x.size * each.parts, concerned and each.signal in scaled))
-        return np.concatenate(marks)
+        marks = np.zeros(self.data.size, bool)
+        for record, _, each, rows in self.pieces():
+            concerned = unknown.session in ("", self.measured[record].session)
+            scaled = proportional_to_friction(self.prepared[record].base, unknown.path)
+            if concerned and not (scaled and each.signal in scaled | INDEPENDENT):
+                return None
+            marks[rows] = concerned and each.signal in scaled
+        return marks
 
     def _rows(self, unknown: Unknown) -> NDArray[np.bool_]:
         """Mark the real parts of the data of the signal that an offset belongs to."""
-        marks = []
-        for at, columns in enumerate(self.columns):
-            for column, each in enumerate(columns):
-                own = (at, column) == (unknown.record, unknown.column)
-                marks.append(np.full(each.x.size, own))
-                marks += [np.zeros(each.x.size, bool)] * (each.parts - 1)
-        return np.concatenate(marks)
+        marks = np.zeros(self.data.size, bool)
+        for record, column, each, rows in self.pieces():
+            if (record, column) == (unknown.record, unknown.column):
+                marks[rows.start : rows.start + each.x.size] = True
+        return marks
 
 
 def _flat(values: NDArray[Any]) -> Real:
     return np.concatenate([values.real, values.imag]) if np.iscomplexobj(values) else np.asarray(values)
+
+
+def along(columns: Sequence[Observed], axis: str) -> tuple[list[int], Real, list[str]]:
+    """Return which signals are over one axis, all values of that axis, increasing [s or Hz], and the names of the signals."""
+    there = [number for number, each in enumerate(columns) if each.axis == axis]
+    stamps = [columns[number].x for number in there]
+    same = all(each is stamps[0] or np.array_equal(each, stamps[0]) for each in stamps[1:])
+    names = list(dict.fromkeys(columns[number].signal for number in there))
+    return there, stamps[0] if same else np.unique(np.concatenate(stamps)), names
+
+
+def over_time(prepared: ParametricScenario, columns: Sequence[Observed]) -> Repeated | None:
+    """Prepare the signals of a recording over time; None where none is over time."""
+    if all(each.axis != "time" for each in columns):
+        return None
+    _, stamps, names = along(columns, "time")
+    return Repeated(prepared, names, stamps)
+
+
+def signals_over_frequency(
+    scenario: Scenario, frequency: Real, names: Sequence[str]
+) -> dict[str, NDArray[Any]]:
+    """Predict signals over frequency, exactly, for the materials as declared."""
+    variables = over_frequency(scenario, phasors(scenario, frequency))
+    absent = [name for name in names if name not in variables or variables[name][0] != ("frequency",)]
+    if absent:
+        known = ", ".join(name for name, (dims, _) in variables.items() if dims == ("frequency",))
+        raise ElectrovibError(
+            f"'{absent[0]}' is not predicted over frequency by this scenario. Known: {known}."
+        )
+    return {name: np.asarray(variables[name][1]) for name in names}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Residuals:
+    """What is left of one signal of one recording; `noise` is the standard deviation over the scale of the data."""
+
+    recording: str
+    observed: Observed
+    predicted: NDArray[np.float64] | NDArray[np.complex128]
+    noise: float
+
+    @property
+    def values(self) -> NDArray[np.float64] | NDArray[np.complex128]:
+        """Data less prediction, shape (n,), in the signal's unit."""
+        return np.asarray(self.observed.y - self.predicted)
+
+    @property
+    def root_mean_square(self) -> float:
+        """Of the residuals over the scale of the data, of each part where they are complex."""
+        return float(np.sqrt(np.mean(np.abs(self.values / self.observed.scale) ** 2) / self.observed.parts))
+
+
+def residuals_of(
+    prediction: Prediction, values: Mapping[str, float], noise: Sequence[float]
+) -> list[Residuals]:
+    """Collect the residuals of every signal of every recording."""
+    found = prediction(values)
+    residuals = []
+    for (record, _, each, rows), sigma in zip(prediction.pieces(), noise, strict=True):
+        own, name = found[rows], prediction.measured[record].name
+        row: NDArray[np.float64] | NDArray[np.complex128] = own
+        if each.parts == 2:
+            row = own[: each.x.size] + 1j * own[each.x.size :]
+        residuals.append(Residuals(recording=name, observed=each, predicted=row, noise=sigma))
+    return residuals

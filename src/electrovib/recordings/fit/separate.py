@@ -1,18 +1,19 @@
-"""Recordings that are fitted one by one: a table of their parameters, and how these differ between recordings."""
+"""Several fits: recordings that are fitted one by one, and models compared by information criteria."""
 
 from __future__ import annotations
 
 import math
 import statistics
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final
 
 from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
-from electrovib.recordings.fit.misfit import MISFIT
 from electrovib.recordings.fit.result import ScenarioFit
 from electrovib.recordings.fit.sessions import BetweenSessions, spread_of
-from electrovib.recordings.fit.table import LEVEL, EstimatedParameter
+from electrovib.recordings.interval import EstimatedParameter
 from electrovib.scenario import Scenario
 
 FAILED = "failed"
@@ -76,49 +77,28 @@ class SeparateFits:
         Its systematic error is the mean of theirs: the sensors are the same, and their error does not average
         out.
         """
-        units = {row.name: row.unit for each in self.fits for row in each.rows}
         found = []
         for path, spread in self.spreads.items():
-            lower, upper = spread.interval(level=LEVEL)
-            low = quantity_at(self.scenario, path).low
             missed = [record for record in self.misfits if record in spread.values]
-            why = (
-                f"the model does not describe {len(missed)} of the {len(spread.values)} recordings"
-                if missed
-                else ""
-            )
-            found.append(
-                EstimatedParameter(
-                    name=path,
-                    unit=units[path],
-                    value=spread.mean,
-                    deviation=spread.standard_error,
-                    lower=max(lower, low),
-                    upper=upper,
-                    method="recordings",
-                    state=MISFIT if missed else "well",
-                    note="; ".join(filter(None, [why, spread.in_words(units[path])])),
-                    low=low,
-                    systematic=statistics.fmean(
-                        row.systematic
-                        for each in self.fits
-                        for row in each.rows
-                        if row.name == path and each.record in spread.values
-                    ),
-                )
-            )
+            counted = f"{len(missed)} of the {len(spread.values)} recordings"
+            why = f"the model does not describe {counted}" if missed else ""
+            errors = [
+                row.systematic
+                for each in self.fits
+                for row in each.rows
+                if row.name == path and each.record in spread.values
+            ]
+            mean = spread.estimated(path, quantity_at(self.scenario, path), why)
+            found.append(replace(mean, systematic=statistics.fmean(errors)))
         return tuple(found)
 
 
 def failed_rows(paths: Mapping[str, str], why: str) -> tuple[EstimatedParameter, ...]:
     """Make the rows of a recording that could not be fitted."""
-    none = math.nan
     return tuple(
-        EstimatedParameter(
-            name=path, unit=unit, value=none, deviation=none, lower=none, upper=none, method="", state=FAILED, note=why
-        )
+        EstimatedParameter(name=path, unit=unit, value=math.nan, state=FAILED, note=why)
         for path, unit in paths.items()
-    )  # fmt: skip
+    )
 
 
 def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, BetweenSessions]:
@@ -132,9 +112,61 @@ def spreads_of(free: Sequence[str], fits: Sequence[RecordedFit]) -> dict[str, Be
             if row.name == path
             and each.found is not None
             and each.found.determined[path] in {"well", "weakly"}
-            and math.isfinite(row.deviation)
+            and math.isfinite(row.standard_error)
         }
         if len(own) > 1:
             values = {record: row.value for record, row in own.items()}
-            found[path] = spread_of(values, [row.deviation for row in own.values()], group="recording")
+            found[path] = spread_of(values, [row.standard_error for row in own.values()], group="recording")
     return found
+
+
+CLEAR: Final = 10.0
+"""Difference of AICc from which on the worse model has essentially no support (Burnham and Anderson 2002)."""
+_SOME: Final = 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitComparison:
+    """Fits of several models to the same data, the best first; `aicc` and `bic` are above those of the best by AICc."""
+
+    names: tuple[str, ...]
+    aicc: tuple[float, ...]
+    bic: tuple[float, ...]
+    sentence: str
+
+
+def compare_fits(fits: Mapping[str, ScenarioFit]) -> FitComparison:
+    """Compare models that were fitted to the same data.
+
+    A difference of AICc below 2 does not distinguish two models, one above 10 leaves the worse one without
+    support (Burnham and Anderson 2002). The criteria compare models with each other; none of them may be
+    adequate.
+    """
+    sizes = {name: each.estimate.count for name, each in fits.items()}
+    if len(set(sizes.values())) > 1:
+        told = ", ".join(f"{name} {size}" for name, size in sizes.items())
+        raise InputError(
+            f"models are compared on the same data, but these were fitted to different numbers: {told}"
+        )
+    names = sorted(fits, key=lambda name: fits[name].aicc)
+    best = fits[names[0]]
+    aicc = tuple(fits[name].aicc - best.aicc if math.isfinite(best.aicc) else math.nan for name in names)
+    bic = tuple(fits[name].bic - best.bic for name in names)
+    return FitComparison(names=tuple(names), aicc=aicc, bic=bic, sentence=_sentence(names, aicc, bic))
+
+
+def _sentence(names: list[str], aicc: tuple[float, ...], bic: tuple[float, ...]) -> str:
+    if len(names) == 1:
+        return ""
+    first, second, apart = names[0], names[1], aicc[1]
+    if not math.isfinite(apart):
+        return f"there are too few data to compare {first} with {second} by AICc"
+    if apart < _SOME:
+        text = f"the data do not distinguish {first} from {second} (AICc differs by {apart:.2g})"
+    elif apart < CLEAR:
+        text = f"the data favour {first} over {second}, but not clearly (AICc lower by {apart:.2g})"
+    else:
+        text = f"the data support {first}; {second} has an AICc higher by {apart:.3g}, which leaves it no support"
+    if min(bic) < 0:
+        text += f"; BIC prefers {names[bic.index(min(bic))]}, which has fewer parameters"
+    return text

@@ -1,6 +1,5 @@
 """Release of a clutch: a fit of the fall of the force and of the damped oscillation after it to a record."""
 
-from electrovib.recordings.release.fit import fit_release
-from electrovib.recordings.release.result import FittedRelease
+from electrovib.recordings.release.fit import FittedRelease, fit_release
 
 __all__ = ["FittedRelease", "fit_release"]

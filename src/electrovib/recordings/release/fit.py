@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import itertools
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.readback import WholeVoltage
+from electrovib.physics.drive.readback import OneOfTwoInAntiphase, WholeVoltage
 from electrovib.physics.drive.sampled import Refuse
 from electrovib.recordings.correlated import line
 from electrovib.recordings.recording import increasing, without_missing
-from electrovib.recordings.release.least_squares import plain_release, resonant_release
-from electrovib.recordings.release.parts import Decay, Extremum, damped_sine, drive_end, find_extrema
-from electrovib.recordings.release.result import FittedRelease
-from electrovib.recordings.release.statements import statements_on_fit, statements_on_record
-from electrovib.recordings.release.uncertainty import uncertainties, with_change
+from electrovib.recordings.release.model import (
+    Extremum,
+    Release,
+    damped_sine,
+    drive_end,
+    find_extrema,
+    uncertainties,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from electrovib.physics.drive.readback import Readback
     from electrovib.physics.drive.sampled import StampTreatment
-    from electrovib.recordings.release.least_squares import Release
+    from electrovib.recordings.interval import Interval
+    from electrovib.recordings.transitions.modes import RingSection
 
 _REMAINS = 0.05
 """Fraction of its initial amplitude to which the fitted oscillation has fallen at the end of the fit."""
@@ -102,30 +108,24 @@ def fit_release(
     )
     scatter = _scatter(since, measured, duration)
     best, here, window = _fitted(since, measured, duration)
-    uncertainty, interval = uncertainties(stamps=since[here], force=measured[here], window=window, best=best)
-    without, plain = plain_release(stamps=since[here], force=measured[here], window=window)
+    plain = Release.of(since[here], measured[here], window, resonant=False)
     period = 1 / best.frequency
     extrema = find_extrema(
         since, measured, start=best.delay, period=period, level=best.after, scatter=scatter, end=duration
     )
     early, late = _decays(since, measured, extrema, period)
-    uncertainty = with_change(uncertainty, (early, late))
+    uncertainty, interval = uncertainties(best, (early, late))
     words = statements_on_fit(
-        best, uncertainty, falls=interval, without=without, extrema=extrema, decays=(early, late)
+        best, uncertainty, falls=interval, without=plain.misfit, extrema=extrema, decays=(early, late)
     )
     words += statements_on_record(readback if enabled is None else None, missing)
+    own = ("delay", "fall_time", "held", "after", "frequency", "quality", "misfit", "model")
     return FittedRelease(
+        **{name: getattr(best, name) for name in own},
         drive_end=end,
-        delay=best.delay,
-        fall_time=best.fall_time,
         fall_time_interval=interval,
-        held=best.held,
-        after=best.after,
-        frequency=best.frequency,
-        quality=best.quality,
         uncertainty=uncertainty,
-        misfit=best.misfit,
-        misfit_without=without,
+        misfit_without=plain.misfit,
         scatter=scatter,
         missing=missing,
         extrema=tuple(extrema),
@@ -133,8 +133,7 @@ def fit_release(
         late=late,
         time=since[here],
         force=measured[here],
-        model=best.model,
-        model_without=plain,
+        model_without=plain.model,
         words=words,
     )
 
@@ -146,7 +145,7 @@ def _fitted(
     window, best = duration, None
     for _ in range(6):
         here = (since > -duration / 2) & (since < window)
-        best = resonant_release(stamps=since[here], force=measured[here], window=window)
+        best = Release.of(since[here], measured[here], window)
         wanted = min(duration, best.start + np.log(1 / _REMAINS) * best.quality / (np.pi * best.frequency))
         if abs(wanted - window) < 0.02 * window:
             break
@@ -227,9 +226,200 @@ def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: 
 
 def _decays(
     stamps: NDArray[np.float64], force: NDArray[np.float64], extrema: list[Extremum], period: float
-) -> tuple[Decay | None, Decay | None]:
+) -> tuple[RingSection | None, RingSection | None]:
     if not extrema:
         return None, None
     starts = (extrema[0].time, extrema[0].time + _LATER * period)
     early, late = (damped_sine(stamps, force, start=start, end=start + _PERIODS * period) for start in starts)
     return early, late
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FittedRelease:
+    """A fitted release and the damped oscillation after it; times are after the end of the drive unless stated otherwise.
+
+    - `drive_end`: end of the drive on the clock of the record: mean of its last sample and the next.
+    - `delay`: mean delay of the fall of the force: the dead time plus the time constant of the exponential
+      decay after it. A record rarely determines the two separately.
+    - `fall_time`: time constant of the decay that fits best; `fall_time_interval` has the lowest and highest
+      one that fit as well, 95 % on either side, the lowest 0 if a discontinuity fits as well.
+    - `frequency`, `quality`: of the one resonance that fits best. It is that of the load cell with its load,
+      which is lower than that of the bare cell.
+    - `misfit`, `misfit_without`: rms of the residual over the rms of the force about its last level, after
+      the end of the drive: with the resonance, and for the best exponential release recorded by a sensor
+      without resonance.
+    - `held`, `after`, `scatter`: force before the release, long after it, and its standard deviation before
+      it.
+    - `missing`: number of rows that were omitted because they held a NaN.
+    - `early`, `late`: damped sines fitted from the first turning point on, and from three quarters of a
+      period later, or None.
+    """
+
+    drive_end: float
+    delay: float
+    fall_time: float
+    fall_time_interval: tuple[float, float]
+    held: float
+    after: float
+    frequency: float
+    quality: float
+    uncertainty: Mapping[str, Interval]
+    misfit: float
+    misfit_without: float
+    scatter: float
+    missing: int
+    extrema: tuple[Extremum, ...]
+    early: RingSection | None
+    late: RingSection | None
+    time: NDArray[np.float64]
+    force: NDArray[np.float64]
+    model: NDArray[np.float64]
+    model_without: NDArray[np.float64]
+    words: tuple[str, ...]
+
+    @property
+    def half_periods(self) -> tuple[float, ...]:
+        """Frequencies from the intervals between successive turning points [Hz]."""
+        times = [extremum.time for extremum in self.extrema]
+        return tuple(1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times))
+
+    def __repr__(self) -> str:
+        return "\n".join(self.words)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and texts for JSON, in SI, without the samples."""
+        plain = (
+            "drive_end", "delay", "fall_time", "held", "after", "frequency", "quality", "misfit", "misfit_without",
+            "scatter", "missing",
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in plain} | {
+            "fall_time_interval": list(self.fall_time_interval),
+            "uncertainty": {
+                name: {**found.components, "total": found.standard_error}
+                for name, found in self.uncertainty.items()
+            },
+            "extrema": [{"time": extremum.time, "force": extremum.force} for extremum in self.extrema],
+            "half_periods": list(self.half_periods),
+            "early": _plain(self.early),
+            "late": _plain(self.late),
+            "words": list(self.words),
+        }
+
+
+def _plain(decay: RingSection | None) -> dict[str, float] | None:
+    """Return plain numbers for JSON."""
+    if decay is None:
+        return None
+    found = {"start": decay.start, "misfit": decay.misfit}
+    for name in ("frequency", "quality"):
+        number = getattr(decay, name)
+        found |= {name: number.value, f"{name}_uncertainty": number.standard_error}
+    return found
+
+
+_APART = 3.0
+"""Distance of two numbers in standard uncertainties above which they differ."""
+_KNOWN = 0.3
+"""Relative uncertainty of the frequency from which on the resonance counts as not determined."""
+_CALLED = {
+    "noise": "noise",
+    "window": "start of the fit",
+    "fall time": "fall times that fit as well",
+    "end": "end of the drive",
+    "change": "change during the decay",
+}
+"""Name of each component of an uncertainty in a sentence."""
+
+
+def statements_on_fit(
+    best: Release,
+    uncertainty: Mapping[str, Interval],
+    *,
+    falls: tuple[float, float],
+    without: float,
+    extrema: Sequence[Extremum],
+    decays: tuple[RingSection | None, RingSection | None],
+) -> tuple[str, ...]:
+    """Write what a fitted release determines: on the resonance, the delay, and the change of the frequency."""
+    return (
+        *_resonance(best, uncertainty, without),
+        *_delay(best, uncertainty["delay"], falls),
+        *_change(extrema, decays),
+    )
+
+
+def statements_on_record(readback: Readback | None, missing: int) -> tuple[str, ...]:
+    """Write how many rows were omitted from a record, and what its drive column does not determine."""
+    said = []
+    if missing:
+        rows = "1 row that holds" if missing == 1 else f"{missing} rows that hold"
+        said.append(f"{rows} a NaN {'was' if missing == 1 else 'were'} omitted.")
+    if isinstance(readback, OneOfTwoInAntiphase) and readback.stop is None:
+        said.append(
+            "The drive is taken to end at the last fall of the electrode that was read back. If the other electrode was"
+            " driven after that, the drive ended later and the delay is shorter by the same time; readback.stop states when."
+        )
+    return tuple(said)
+
+
+def _resonance(best: Release, uncertainty: Mapping[str, Interval], without: float) -> tuple[str, ...]:
+    frequency, quality = uncertainty["frequency"], uncertainty["quality"]
+    if not frequency.standard_error < _KNOWN * best.frequency:
+        return (
+            f"The record does not determine a resonance: the best fit, {best.frequency:.0f} Hz, has a standard uncertainty"
+            f" of {frequency.standard_error:.2g} Hz.",
+        )
+    return (
+        f"One resonance of the loaded assembly (load cell with its load) is fitted: {best.frequency:.0f} Hz with a"
+        f" standard uncertainty of {frequency.standard_error:.2g} Hz ({_parts(frequency, 1, 'Hz')}), quality factor"
+        f" {best.quality:.1f} with {quality.standard_error:.2g} ({_parts(quality, 1, '')}). Its residual is"
+        f" {best.misfit:.1%} of the force after the end of the drive; without the resonance the residual is {without:.1%}.",
+    )
+
+
+def _delay(best: Release, uncertainty: Interval, falls: tuple[float, float]) -> tuple[str, ...]:
+    said = (
+        f"The force falls {best.delay * 1e3:.2f} ms after the end of the drive, with a standard uncertainty of"
+        f" {uncertainty.standard_error * 1e3:.2g} ms ({_parts(uncertainty, 1e3, 'ms')})."
+    )
+    low, high = falls
+    if low == 0:
+        return (
+            said,
+            f"The time constant of the fall is not determined: any value up to {high * 1e3:.2g} ms fits as well.",
+        )
+    return said, (
+        f"The time constant of the fall is {best.fall_time * 1e3:.2g} ms; values between {low * 1e3:.2g} and"
+        f" {high * 1e3:.2g} ms fit as well."
+    )
+
+
+def _parts(uncertainty: Interval, factor: float, unit: str) -> str:
+    return ", ".join(
+        f"{_CALLED[name]} {value * factor:.2g} {unit}".rstrip()
+        for name, value in uncertainty.components.items()
+    )
+
+
+def _change(extrema: Sequence[Extremum], decays: tuple[RingSection | None, RingSection | None]) -> list[str]:
+    said = []
+    times = [extremum.time for extremum in extrema]
+    halves = [1 / (2 * (later - earlier)) for earlier, later in itertools.pairwise(times)]
+    if len(halves) >= 2:
+        said.append(f"Successive turning points give {', '.join(f'{value:.0f}' for value in halves)} Hz.")
+    early, late = decays
+    if early and late:
+        first, last = early.frequency, late.frequency
+        said.append(
+            f"A damped sine fitted from the first turning point on has {first.value:.0f} ± {first.standard_error:.2g} Hz"
+            f" (quality factor {early.quality.value:.1f}); fitted from three quarters of a period later,"
+            f" {last.value:.0f} ± {last.standard_error:.2g} Hz (quality factor {late.quality.value:.1f})."
+        )
+        error = float(np.hypot(first.standard_error, last.standard_error))
+        if abs(last.value - first.value) > max(_APART * error, 0.01 * first.value):
+            change = "falls" if last.value < first.value else "rises"
+            said.append(
+                f"The frequency {change} during the decay, which no single linear resonance reproduces: part of the"
+                " misfit is due to it and not to noise."
+            )
+    return said

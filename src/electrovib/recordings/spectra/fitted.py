@@ -1,65 +1,38 @@
-"""A material fitted to measured spectra, with its origin and both of its uncertainties, ready for a scenario."""
+"""A material fitted to measured spectra, judged, with its origin and both of its uncertainties, ready for a scenario."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import exact_text, format_quantity
-from electrovib.recordings.spectra.form_names import forms_of
-from electrovib.recordings.spectra.judged import (
-    acceptable_first,
-    diagnostics_of,
-    history_of,
-    loss_that_follows,
-    refuse_misfit,
-)
-from electrovib.recordings.spectra.linear_test import consistency
-from electrovib.recordings.spectra.material import fit_material
+from electrovib.recordings.interval import NORMAL, EstimatedParameter
+from electrovib.recordings.spectra.forms import forms_of
+from electrovib.recordings.spectra.material import consistency, fit_material, slopes_of
+from electrovib.scenario.toml import model_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.core.model import Model
     from electrovib.recordings.importing.sample import SampleSpectrum
     from electrovib.recordings.spectra.instrument import InstrumentError
     from electrovib.recordings.spectra.material import MaterialFit
 
 
-@dataclass(frozen=True, kw_only=True)
-class MaterialParameter:
-    """One parameter of a fitted material, by its dotted path within it.
-
-    The interval is statistical, 95 %, NaN where there is none, for which `note` gives the reason.
-    `systematic` is the standard deviation by the error of the instrument; NaN where that is not stated.
-    """
-
-    path: str
-    unit: str
-    value: float
-    lower: float
-    upper: float
-    systematic: float
-    note: str
-
-    @property
-    def sentence(self) -> str:
-        """Both uncertainties in words."""
-        if self.note:
-            text = f"no statistical interval: {self.note}"
-        else:
-            ends = (format_quantity(end, self.unit, digits=4) for end in (self.lower, self.upper))
-            text = f"statistical 95 % interval {' to '.join(ends)}"
-        if math.isnan(self.systematic):
-            return f"{text}; systematic error of the instrument not stated"
-        half = format_quantity(1.96 * self.systematic, self.unit, digits=2)
-        return f"{text}; systematic error of the instrument +- {half} (95 %)"
+def both_uncertainties(parameter: EstimatedParameter) -> str:
+    """Write the statistical interval of a parameter, and the systematic error of the instrument."""
+    _, ends = parameter.texts(parameter.unit, digits=4)
+    text = f"statistical 95 % interval {ends}" if ends else f"no statistical interval: {parameter.note}"
+    if math.isnan(parameter.systematic):
+        return f"{text}; systematic error of the instrument not stated"
+    half = format_quantity(NORMAL * parameter.systematic, parameter.unit, digits=2)
+    return f"{text}; systematic error of the instrument +- {half} (95 %)"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +41,7 @@ class FittedMaterial:
 
     fits: tuple[MaterialFit, ...]
     origin: str
-    parameters: tuple[MaterialParameter, ...]
+    parameters: tuple[EstimatedParameter, ...]
     thickness: float | None
     history: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -93,7 +66,7 @@ class FittedMaterial:
     def sources(self, layer: str = "stratum_corneum") -> dict[str, str]:
         """Return the origin of each parameter, by its path in a scenario."""
         return {
-            f"stack.{layer}.material.{each.path}": f"{self.form} fitted to {self.origin}; {each.sentence}"
+            f"stack.{layer}.material.{each.name}": f"{self.form} fitted to {self.origin}; {both_uncertainties(each)}"
             for each in self.parameters
         }
 
@@ -105,7 +78,7 @@ class FittedMaterial:
         lines = [
             "A material fitted to measured data; put these tables into a scenario in place of its layer of this name.",
             *self.history,
-            *(f"{each.path}: {each.sentence}" for each in self.parameters),
+            *(f"{each.name}: {both_uncertainties(each)}" for each in self.parameters),
             *(f"{each.state}: {each.text}" for each in self.diagnostics),
         ]
         for line in lines:
@@ -113,7 +86,7 @@ class FittedMaterial:
         stack, found = tomlkit.table(is_super_table=True), tomlkit.table()
         if self.thickness is not None:
             found.add("thickness", exact_text(self.thickness, "m"))
-        found.add("material", tomlkit.item(_table_of(self.material)))
+        found.add("material", model_table(self.material))
         stack.add(layer, found)
         document.add("stack", stack)
         return tomlkit.dumps(document)
@@ -181,7 +154,7 @@ def _noise_of(samples: Mapping[str, SampleSpectrum], noise: Mapping[str, float])
     return np.concatenate([np.full(each.frequency.size, noise[name]) for name, each in samples.items()])
 
 
-def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> Iterator[MaterialParameter]:
+def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> Iterator[EstimatedParameter]:
     estimate = best.estimate
     units = {path: quantity.unit for path, _, quantity in best.material.parameters() if quantity is not None}
     for path, value in estimate.values.items():
@@ -189,40 +162,167 @@ def _parameters(best: MaterialFit, deviations: Mapping[str, float] | None) -> It
         if path in estimate.on_bound:
             note = f"the estimate lies on the {estimate.on_bound[path]} bound of the parameter"
         lower, upper = (math.nan, math.nan) if note else estimate.interval(path)
-        yield MaterialParameter(
-            path=path,
+        systematic = math.nan if deviations is None else deviations[path]
+        yield EstimatedParameter(
+            name=path,
             unit=units[path],
             value=value,
             lower=lower,
             upper=upper,
-            systematic=math.nan if deviations is None else deviations[path],
+            systematic=systematic,
             note=note,
         )
     if best.loss != "measured":
-        yield MaterialParameter(
-            path="conductivity",
-            unit=units["conductivity"],
-            value=0.0,
-            lower=math.nan,
-            upper=math.nan,
-            systematic=math.nan,
-            note="0 as stated with the loss"
-            if best.loss == "none"
-            else "not measured, because a permittivity does not show it; 0 was taken",
+        note = {
+            "none": "0 as stated with the loss",
+            "unknown": "not measured, because a permittivity does not show it; 0 was taken",
+        }[best.loss]
+        yield EstimatedParameter(name="conductivity", unit=units["conductivity"], value=0.0, note=note)
+
+
+INCONSISTENT: Final = 0.02
+"""Deviation from the Kramers-Kronig relations, relative, beyond which a table is reported as inconsistent."""
+REFUSED_INCONSISTENT: Final = 0.1
+"""The same, beyond which a table is refused."""
+COMPARABLE: Final = 10.0
+"""Difference of AICc above which a form describes the data clearly worse."""
+MISFIT: Final = 0.05
+"""Relative root mean square by which a form misses the data beyond which that is reported."""
+REFUSED_MISFIT: Final = 0.3
+"""The same, beyond which the form is refused."""
+
+
+def _misses(fit: MaterialFit, allowed: float) -> bool:
+    """Return whether a form misses the data by more than is accepted."""
+    return not fit.error <= max(REFUSED_MISFIT, allowed)
+
+
+def acceptable_first(fits: Sequence[MaterialFit], allowed: float) -> tuple[MaterialFit, ...]:
+    """Put the forms that miss the data by more than is accepted behind the others.
+
+    With few rows the criterion of Akaike, by which they are sorted, prefers forms of few parameters whatever
+    they miss. The limit is at least the relative deviation `allowed`, which the stated noise explains.
+    """
+    return tuple(sorted(fits, key=lambda each: _misses(each, allowed)))
+
+
+def refuse_misfit(best: MaterialFit, consistent: float, allowed: float) -> None:
+    """Refuse a spectrum that is not that of a linear, causal material, and a form that misses it."""
+    limit = max(REFUSED_INCONSISTENT, allowed)
+    if consistent > limit:
+        more = "; a loss that was not measured is stated with --loss unknown" if best.loss == "none" else ""
+        raise InputError(
+            f"the spectrum deviates from the Kramers-Kronig relations by {100 * consistent:.2g} %, more than {100 * limit:.2g} %:"
+            " it is not that of a linear, causal material. Calibrate the instrument and measure again, restrict the band with"
+            f" --band, or state the noise of the rows with --noise if it is as large{more}"
+        )
+    if _misses(best, allowed):
+        raise InputError(
+            f"{best.form}, the best of the forms, misses the spectrum by {100 * best.error:.2g} % rms, more than"
+            f" {100 * REFUSED_MISFIT:g} %: take more terms with --form cole-cole-4, or a smaller --band"
         )
 
 
-def _table_of(model: Model) -> dict[str, Any]:
-    """Return a material as plain tables, each number with its unit where it reads back exactly."""
-    found: dict[str, Any] = {"model": type(model).__name__} if model.is_member else {}
-    quantities = {path: quantity for path, _, quantity in model.parameters()}
-    for name, value in model:
-        if value is None:
-            continue
-        if isinstance(value, tuple):
-            found[name] = [_table_of(item) for item in value]
-        elif isinstance(value, float) and (quantity := quantities.get(name)) is not None:
-            found[name] = exact_text(value, quantity.unit)
-        else:
-            found[name] = value
-    return found
+def history_of(
+    samples: Mapping[str, SampleSpectrum],
+    fits: Sequence[MaterialFit],
+    frequency: Real,
+    noise: Mapping[str, float],
+    error: InstrumentError | None,
+) -> Iterator[str]:
+    """State how a material was fitted, in one sentence for each step."""
+    best = fits[0]
+    for name, each in samples.items():
+        weight = f"; noise {100 * noise[name]:.3g} % as stated" if noise else ""
+        yield f"{'; '.join(each.history)}; {each.frequency.size} rows{weight}"
+    low, high = (format_quantity(float(end), "Hz", digits=4) for end in (frequency.min(), frequency.max()))
+    told = best.loss == "measured"
+    more = f" and the conductivity by {100 * best.conductivity_error:.2g} % rms" if told else ""
+    missed = f"it misses the permittivity by {100 * best.permittivity_error:.2g} % rms{more}"
+    yield f"{best.form} fitted{'' if told else ' to the permittivity alone'} from {low} to {high}; {missed}"
+    if len(fits) > 1:
+        others = {each.form: each.estimate.aicc - best.estimate.aicc for each in fits[1:]}
+        ranks = ", ".join(f"{form} {apart:.3g}" for form, apart in others.items() if apart >= 0)
+        yield f"form chosen by AICc; above the chosen one lie {ranks or 'no others'}"
+        if omitted := [form for form, apart in others.items() if apart < 0]:
+            limit = f"{100 * REFUSED_MISFIT:g} % rms, or than the noise explains"
+            yield f"omitted in spite of a lower AICc, because they miss the data by more than {limit}: {', '.join(omitted)}"
+    if best.outliers.any():
+        rows = ", ".join(format_quantity(float(each), "Hz", digits=4) for each in frequency[best.outliers])
+        yield f"left out as outliers: {rows}"
+    if error is not None:
+        yield (
+            f"systematic error of the instrument: modulus {100 * error.gain:.2g} %, phase {math.degrees(error.phase):.2g} degrees"
+            f" ({error.words or 'as declared'})"
+        )
+
+
+def diagnostics_of(best: MaterialFit, consistent: float, noise: Mapping[str, float]) -> Iterator[Diagnostic]:
+    """Judge the Kramers-Kronig relations, a misfit above 5 %, and the conductivity at zero frequency."""
+    limit = max(INCONSISTENT, 2 * max(noise.values(), default=0.0))
+    state, text = "unknown", "without a measured loss the Kramers-Kronig relations are no test of the data"
+    if best.loss != "unknown" and math.isnan(consistent):
+        text = "too few or repeated frequencies to test the Kramers-Kronig relations"
+    elif best.loss != "unknown":
+        state, text = (
+            "ok",
+            f"the data deviate from the Kramers-Kronig relations by {100 * consistent:.2g} % rms",
+        )
+        if consistent > limit:
+            state = "warning"
+            text += f", more than {100 * limit:.2g} %: no form of dispersion represents them exactly"
+    yield Diagnostic("Kramers-Kronig", state, text)
+    if best.error > MISFIT:
+        missed = f"{100 * best.error:.2g} % rms, more than {100 * MISFIT:g} %"
+        yield Diagnostic("misfit", "warning", f"the form misses the data by {missed}")
+    if best.loss == "none":
+        text = "the loss was stated to be 0, conduction included; it was not measured"
+        yield Diagnostic("loss", "unknown", text)
+    if best.loss == "measured":
+        text = "the conductivity is that of the form, extrapolated below the lowest frequency measured"
+        yield Diagnostic("conductivity at zero frequency", "unknown", text)
+
+
+def loss_that_follows(fits: Sequence[MaterialFit], frequency: Real, allowed: float) -> Diagnostic:
+    """State the loss factor that follows from a permittivity by all acceptable forms within 10 of the best AICc."""
+    low, high = float(frequency.min()), float(frequency.max())
+    at = np.array([low, math.sqrt(low * high), high])
+    near = [
+        each
+        for each in fits
+        if each is fits[0]
+        or (each.estimate.aicc < fits[0].estimate.aicc + COMPARABLE and not _misses(each, allowed))
+    ]
+    ends = [interval for each in near for interval in _losses(each, at)]
+    rows = (
+        f"{value:.3g} ({lower:.3g} to {upper:.3g}) at {format_quantity(float(place), 'Hz', digits=3)}"
+        for value, lower, upper, place in zip(
+            -fits[0].material.complex_permittivity(at).imag,
+            np.min(ends, axis=0),
+            np.max(ends, axis=0),
+            at,
+            strict=True,
+        )
+    )
+    return Diagnostic(
+        "loss",
+        "unknown",
+        f"the loss was not measured; by the Kramers-Kronig relations the permittivity has, in this form, a loss factor of"
+        f" {', '.join(rows)}, in brackets 95 % intervals of all forms that describe it ({', '.join(each.form for each in near)})."
+        " Conduction adds to it without a trace in the permittivity: it is a lower bound, and the conductivity is to be measured",
+    )
+
+
+def _losses(fit: MaterialFit, at: Real) -> tuple[Real, Real]:
+    """Return both ends of the 95 % interval of the loss factor, from 0 on; a form without covariance leaves it open."""
+    value = -fit.material.complex_permittivity(at).imag
+    covariance = fit.estimate.covariance
+    if not value.any():
+        return value, value
+    if covariance is None:
+        return np.zeros(at.shape), np.full(at.shape, np.inf)
+    slopes = slopes_of(
+        fit.material, fit.estimate.values, fit.loss, lambda one: -one.complex_permittivity(at).imag / value
+    )
+    relative = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))
+    return value * np.exp(-relative), value * np.exp(relative)

@@ -2,34 +2,28 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from electrovib.core.constants import eps0
 from electrovib.core.errors import ElectrovibError, InputError, nearest
 from electrovib.core.numbers import with_numbers
-from electrovib.recordings.fit.least_squares import MOST_EVALUATIONS, least_squares
+from electrovib.physics.kramers_kronig import kramers_kronig_residual
+from electrovib.recordings.fit.least_squares import MOST_EVALUATIONS, FreeParameter, least_squares
 from electrovib.recordings.spectra.forms import FORMS, OFFERED
-from electrovib.recordings.spectra.linear_test import consistency
-from electrovib.recordings.spectra.logarithms import (
-    LOSSES,
-    free_parameters,
-    logarithms,
-    parts_of,
-    slopes_of,
-    weights_of,
-)
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.material import Material
-    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
+    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
 
 OUTLIER: Final = 5.0
 """Standard deviations from its neighbours beyond which a row is left out of the fit and named."""
@@ -91,23 +85,22 @@ def fit_material(
     without loss, which is without dispersion too; or ``unknown``: the real part alone is fitted, which holds
     no conductivity at zero frequency.
     """
-    grid, data = np.asarray(frequency, dtype=float), np.asarray(permittivity, dtype=complex)
-    _refuse(grid, data, forms, loss)
-    weights = weights_of(noise, grid.size)
-    consistent = math.nan if loss == "unknown" else consistency(grid, data)
-    outliers = np.zeros(grid.size, bool)
+    spectrum = Spectrum.of(frequency, permittivity, noise, loss)
+    _refuse(spectrum.frequency, spectrum.permittivity, forms, loss)
+    consistent = math.nan if loss == "unknown" else consistency(spectrum.frequency, spectrum.permittivity)
+    outliers = np.zeros(spectrum.frequency.size, bool)
     for _ in range(_MOST_ROUNDS):
         found: list[MaterialFit] = []
         refused: list[str] = []
         for form in forms:
             try:
-                found.append(_best_of(form, grid, data, outliers, weights, consistent, loss))
+                found.append(_best_of(form, spectrum, outliers, consistent))
             except InputError as error:
                 refused += error.problems
         if not found:
             raise InputError(refused)
         found.sort(key=lambda each: each.estimate.aicc)
-        found_out = _outliers(found[0], grid, data)
+        found_out = _outliers(found[0], spectrum)
         if (found_out == outliers).all():
             break
         outliers = found_out
@@ -149,20 +142,17 @@ def _contradicted(loss: str) -> str:
     )
 
 
-def _outliers(fit: MaterialFit, grid: Real, data: Complex) -> NDArray[np.bool_]:
+def _outliers(fit: MaterialFit, spectrum: Spectrum) -> NDArray[np.bool_]:
     """Rows that differ from their two neighbours on each side more than the form differs from the data."""
-    order = np.argsort(grid)
-    model = fit.material.complex_permittivity(grid)
-    left = (logarithms(data, grid, fit.loss) - logarithms(model, grid, fit.loss)).reshape(-1, grid.size)[
-        :, order
-    ]
+    order, plain = np.argsort(spectrum.frequency), replace(spectrum, weights=None)
+    left = (plain.target - plain.rows(fit.material)).reshape(-1, order.size)[:, order]
     padded = np.pad(left, ((0, 0), (2, 2)), mode="reflect")
-    beside = np.stack([padded[:, shift : shift + grid.size] for shift in (0, 1, 3, 4)])
+    beside = np.stack([padded[:, shift : shift + order.size] for shift in (0, 1, 3, 4)])
     alone = left - np.median(beside, axis=0)
     scatter = np.median(np.abs(alone), axis=1, keepdims=True) / 0.6745
     missed = np.sqrt(np.mean(left**2, axis=1, keepdims=True))
     far = np.abs(alone) > np.maximum(OUTLIER * np.maximum(scatter, _LEAST_SCATTER), _BEYOND_MISFIT * missed)
-    found = np.zeros(grid.size, bool)
+    found = np.zeros(order.size, bool)
     found[order] = far.any(axis=0)
     return found
 
@@ -176,103 +166,177 @@ def shift_of(
     noise: ArrayLike | None,
 ) -> dict[str, float]:
     """Compute, to first order, the change of the estimates if all data are multiplied by a complex factor close to 1."""
-    kept = ~fit.outliers
-    grid, data = frequency[kept], permittivity[kept]
-    given = weights_of(noise, frequency.size)
-    each = 1.0 if given is None else given[: parts_of(fit.loss), kept].ravel()
+    given = Spectrum.of(frequency, permittivity, noise, fit.loss)
+    whole, kept = replace(given, permittivity=given.permittivity * factor), ~fit.outliers
+    spectrum = given.part(kept)
     inside = {name: value for name, value in fit.estimate.values.items() if name not in fit.estimate.on_bound}
-
-    def rows(material: Material) -> Real:
-        return logarithms(material.complex_permittivity(grid), grid, fit.loss) * each
-
-    sloped = slopes_of(fit.material, inside, fit.loss, rows)
+    sloped = slopes_of(fit.material, inside, fit.loss, spectrum.rows)
     scale = np.linalg.norm(sloped, axis=0)
-    each_factor = np.broadcast_to(np.asarray(factor, dtype=complex), kept.shape)[kept]
-    change = (logarithms(data * each_factor, grid, fit.loss) - logarithms(data, grid, fit.loss)) * each
+    change = whole.part(kept).target - spectrum.target
     found, *_ = np.linalg.lstsq(sloped / scale, change, rcond=1e-10)
     shift = dict.fromkeys(fit.estimate.values, 0.0)
     return shift | {path: float(value) for path, value in zip(inside, found / scale, strict=True)}
 
 
-def _best_of(
-    form: str,
-    grid: Real,
-    data: Complex,
-    outliers: NDArray[np.bool_],
-    weights: Real | None,
-    consistent: float,
-    loss: str,
-) -> MaterialFit:
+def _best_of(form: str, spectrum: Spectrum, outliers: NDArray[np.bool_], consistent: float) -> MaterialFit:
     """Fit one form roughly from each of its initial values, and continue with the best."""
-    kept, target = grid[~outliers], data[~outliers]
-    weighted = None if weights is None else weights[: parts_of(loss), ~outliers].ravel()
-    rough = []
-    for start in FORMS[form](kept, target):
-        try:
+    kept, loss = spectrum.part(~outliers), spectrum.loss
+    rough: list[tuple[LeastSquaresEstimate, Material]] = []
+    for start in FORMS[form](kept.frequency, kept.permittivity):
+        with contextlib.suppress(ElectrovibError):
             begin = start if loss == "measured" else start.conducting(0.0)
-            rough.append(
-                _from(begin, kept, target, weighted, loss, converged=_ROUGH, most=_FIRST_EVALUATIONS)
-            )
-        except ElectrovibError:
-            continue
+            rough.append(kept.fitted(begin, converged=_ROUGH, most=_FIRST_EVALUATIONS))
     if not rough:
         raise InputError(f"{form}: could not be fitted to this spectrum from any initial values")
     rough.sort(key=lambda each: each[0].sum_of_squares)
-    fine = []
+    fine: list[tuple[LeastSquaresEstimate, Material]] = []
     for _, each in rough[:_POLISHED]:
-        try:
-            fine.append(
-                _from(each, kept, target, weighted, loss, converged=_CONVERGED, most=MOST_EVALUATIONS)
-            )
-        except ElectrovibError:  # ends at values that the material refuses together
-            continue
+        with contextlib.suppress(ElectrovibError):  # ends at values that the material refuses together
+            fine.append(kept.fitted(each, converged=_CONVERGED, most=MOST_EVALUATIONS))
     if not fine:
         raise InputError(f"{form}: no values that the form allows represent this spectrum best")
     estimate, material = min(fine, key=lambda each: each[0].sum_of_squares)
-    model = material.complex_permittivity(kept)
+    model, target = material.complex_permittivity(kept.frequency), kept.permittivity
+    missed = [float(np.sqrt(np.mean((model.real / target.real - 1) ** 2))), math.nan]
+    if loss == "measured":
+        missed[1] = float(np.sqrt(np.mean((model.imag / target.imag - 1) ** 2)))
     return MaterialFit(
-        form=form,
-        material=material,
-        estimate=estimate,
-        permittivity_error=float(np.sqrt(np.mean((model.real / target.real - 1) ** 2))),
-        conductivity_error=float(np.sqrt(np.mean((model.imag / target.imag - 1) ** 2)))
-        if loss == "measured"
-        else math.nan,
-        outliers=outliers,
-        kramers_kronig=consistent,
-        loss=loss,
-    )
+        form=form, material=material, estimate=estimate, permittivity_error=missed[0], conductivity_error=missed[1],
+        outliers=outliers, kramers_kronig=consistent, loss=loss,
+    )  # fmt: skip
 
 
-def _from(
-    start: Material,
-    grid: Real,
-    data: Complex,
-    weights: Real | None,
-    loss: str,
-    *,
-    converged: float,
-    most: int,
-) -> tuple[LeastSquaresEstimate, Material]:
-    free = free_parameters(start, loss)
-    each = 1.0 if weights is None else weights
-    target = logarithms(data, grid, loss) * each
+LOSSES: Final = ("measured", "none", "unknown")
+"""What is known of the loss of a spectrum: it is among the data, it is 0, or the data say nothing of it."""
+_HELD: Final = frozenset({"reference_frequency"})
+_LEAST_LOGARITHM: Final = 1e-18
+_STEP: Final = 1e-7
 
-    def rows(material: Material) -> Real:
-        return logarithms(material.complex_permittivity(grid), grid, loss) * each
 
-    def residual(values: Mapping[str, float]) -> Real:
+@dataclass(frozen=True, kw_only=True)
+class Spectrum:
+    """A measured spectrum, as what is fitted of it: logarithms of its parts.
+
+    `weights` are one over the relative standard deviation of permittivity and conductivity, shape (2, n).
+    """
+
+    frequency: Real
+    permittivity: Complex
+    weights: Real | None
+    loss: str
+
+    @classmethod
+    def of(
+        cls, frequency: ArrayLike, permittivity: ArrayLike, noise: ArrayLike | None, loss: str
+    ) -> Spectrum:
+        """Collect the rows of a table."""
+        grid, data = np.asarray(frequency, dtype=float), np.asarray(permittivity, dtype=complex)
+        if noise is None:
+            return cls(frequency=grid, permittivity=data, weights=None, loss=loss)
         try:
-            return rows(with_numbers(start, values)) - target
-        except ElectrovibError:
-            return np.full(target.shape, np.nan)
+            given = np.broadcast_to(np.asarray(noise, dtype=float), (2, grid.size))
+        except ValueError:
+            raise InputError(
+                f"noise: expected one number, {grid.size} numbers or two rows of {grid.size}"
+            ) from None
+        if not (np.isfinite(given).all() and (given > 0).all()):
+            raise InputError("noise: expected relative standard deviations above 0")
+        return cls(frequency=grid, permittivity=data, weights=1 / given, loss=loss)
 
-    found = least_squares(
-        residual,
-        free,
-        derivatives=lambda values: slopes_of(start, values, loss, rows),
-        noise_is_known=weights is not None,
-        converged=converged,
-        most_evaluations=most,
-    )
-    return found, with_numbers(start, found.values)
+    def part(self, kept: NDArray[np.bool_]) -> Spectrum:
+        """Return some of its rows."""
+        weights = None if self.weights is None else self.weights[:, kept]
+        return replace(
+            self, frequency=self.frequency[kept], permittivity=self.permittivity[kept], weights=weights
+        )
+
+    def _logarithms(self, permittivity: Complex) -> Real:
+        """Weighted logarithms of permittivity and, if the loss was measured, of conductivity [S/m], one after the other."""
+        parts = [permittivity.real]
+        if self.loss == "measured":
+            parts.append(-permittivity.imag * 2 * math.pi * self.frequency * eps0)
+        with np.errstate(all="ignore"):
+            found = np.log(parts)
+        return (found if self.weights is None else found * self.weights[: len(parts)]).ravel()
+
+    @property
+    def target(self) -> Real:
+        """What is fitted, shape (n,) or, with the loss, (2 n,)."""
+        return self._logarithms(self.permittivity)
+
+    def rows(self, material: Material) -> Real:
+        """Return the same of a material."""
+        return self._logarithms(material.complex_permittivity(self.frequency))
+
+    def fitted(
+        self, start: Material, *, converged: float, most: int
+    ) -> tuple[LeastSquaresEstimate, Material]:
+        """Search from one material, and return the best one of its form."""
+        target = self.target
+
+        def residual(values: Mapping[str, float]) -> Real:
+            try:
+                return self.rows(with_numbers(start, values)) - target
+            except ElectrovibError:
+                return np.full(target.shape, np.nan)
+
+        found = least_squares(
+            residual,
+            free_parameters(start, self.loss),
+            derivatives=lambda values: slopes_of(start, values, self.loss, self.rows),
+            noise_is_known=self.weights is not None,
+            converged=converged,
+            most_evaluations=most,
+        )
+        return found, with_numbers(start, found.values)
+
+
+def slopes_of(
+    start: Material, values: Mapping[str, float], loss: str, rows: Callable[[Material], Real]
+) -> Real:
+    """Compute the derivatives, shape (n, parameters), of the numbers `rows` of a material after its parameters."""
+    free = free_parameters(start, loss)
+    base, columns = rows(with_numbers(start, values)), []
+    for path, value in values.items():
+        step = _STEP * max(abs(value), 1e-3 if not free[path].logarithmic else 0.0)
+        moved = value + step if value + step <= free[path].upper else value - step
+        columns.append((rows(with_numbers(start, dict(values) | {path: moved})) - base) / (moved - value))
+    return np.column_stack(columns)
+
+
+def free_parameters(start: Material, loss: str) -> dict[str, FreeParameter]:
+    """Every number of a material that the data hold, within its range, by its logarithm where it may change by decades."""
+    held = _HELD if loss == "measured" else _HELD | {"conductivity"}
+    free = {}
+    for path, value, quantity in start.parameters():
+        if value is None or path in held or quantity is None:
+            continue
+        decades = quantity.high / max(quantity.low, _LEAST_LOGARITHM) > 1e3
+        lower = max(quantity.low, _LEAST_LOGARITHM) if decades else quantity.low
+        begin = min(max(float(value), lower), quantity.high)
+        free[path] = FreeParameter(start=begin, lower=lower, upper=quantity.high, logarithmic=decades)
+    return free
+
+
+def impedance_residual(frequency: ArrayLike, impedance: ArrayLike) -> float:
+    """Compute the relative rms deviation of a measured admittance from the Kramers-Kronig relations.
+
+    The admittance over j w is tested as a permittivity by `kramers_kronig_residual`. Inductive parts count as
+    a misfit.
+    """
+    grid, data = np.asarray(frequency, dtype=float), np.asarray(impedance, dtype=complex)
+    if grid.shape != data.shape or grid.ndim != 1 or not np.isfinite(data).all() or (data == 0).any():
+        raise InputError(
+            "frequency, impedance: expected two rows of the same length, impedances finite and not 0"
+        )
+    admittance = 1 / data
+    return kramers_kronig_residual(grid, admittance.imag / (2 * math.pi * grid * eps0), admittance.real)
+
+
+def consistency(frequency: Real, permittivity: Complex) -> float:
+    """Compute the deviation of a permittivity from the Kramers-Kronig relations; NaN where the rows do not allow it."""
+    loss = -permittivity.imag * 2 * math.pi * frequency * eps0
+    try:
+        return kramers_kronig_residual(frequency, permittivity.real, loss)
+    except InputError:
+        return math.nan

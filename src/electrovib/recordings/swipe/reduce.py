@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
+from electrovib.recordings.interval import Interval, NumberRow
 from electrovib.recordings.rail import about_rails
-from electrovib.recordings.swipe.baseline import (
-    BLOCKS,
-    Estimate,
-    block_means,
-    choices_of,
-    standard_error,
-    zeros_beside,
+from electrovib.recordings.recording import recording_of
+from electrovib.recordings.swipe.parts import (
+    SHORTEST,
+    find_contacts,
+    find_slides,
+    middle,
+    sliding_speed,
+    travel,
 )
-from electrovib.recordings.swipe.opened import recording_of
-from electrovib.recordings.swipe.parts import find_contacts, find_slides, middle, sliding_speed, travel
-from electrovib.recordings.swipe.result import SwipeResult
 
 if TYPE_CHECKING:
-    import xarray
+    from collections.abc import Mapping, Sequence
 
-    from electrovib.recordings.recording import Recording
+    import xarray
+    from numpy.typing import NDArray
+
+    from electrovib.recordings.recording import Channels, Recorded, Recording
     from electrovib.recordings.spans import Span
-    from electrovib.recordings.swipe.baseline import Zero
-    from electrovib.recordings.swipe.opened import Channels, Recorded
     from electrovib.recordings.swipe.parts import Touch
 
 _BEST_FIRST = ("interpolated", "before", "after")
@@ -151,7 +152,7 @@ def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, sw
     speed = recording.channels.speed if inner is None else inner / (inside[1] - inside[0])
     words = railed + _words(recording, zeros, contact, distance, inside, swipes, estimates)
     result = dict(zip(("normal_force", "lateral_force", "friction"), estimates, strict=True))
-    trace = _trace(recording, zeros, {name: value.to_dict() for name, value in result.items()}, words)
+    trace = _trace(recording, zeros, {name: _plain(value) for name, value in result.items()}, words)
     return SwipeResult(
         **result,
         direction=direction,
@@ -166,7 +167,7 @@ def _reduced(recording: Recording, contact: Touch, slide: Span, window: Span, sw
 
 def _estimates(
     recording: Recording, zeros: dict[str, Zero], window: Span
-) -> tuple[Estimate, Estimate, Estimate]:
+) -> tuple[Interval, Interval, Interval]:
     choices = choices_of(zeros, at=float(np.mean(recording.time[slice(*window)])))
     at = block_means(recording.time, window)
     normal, lateral = (
@@ -193,9 +194,9 @@ def _estimates(
         standard_error(lateral - ratio[best] * normal), np.hypot(lateral_zero, ratio[best] * normal_zero)
     )
     return (
-        Estimate(pressed[best], pressed, float(np.hypot(standard_error(normal), normal_zero))),
-        Estimate(pulled[best], pulled, float(np.hypot(standard_error(lateral), lateral_zero))),
-        Estimate(ratio[best], ratio, float(of_ratio) / min(pressed.values())),
+        over_baselines(pressed, best, float(np.hypot(standard_error(normal), normal_zero))),
+        over_baselines(pulled, best, float(np.hypot(standard_error(lateral), lateral_zero))),
+        over_baselines(ratio, best, float(of_ratio) / min(pressed.values())),
     )
 
 
@@ -206,7 +207,7 @@ def _words(
     distance: float | None,
     window: tuple[float, float],
     swipes: int,
-    estimates: tuple[Estimate, Estimate, Estimate],
+    estimates: tuple[Interval, Interval, Interval],
 ) -> tuple[str, ...]:
     normal, lateral, friction = estimates
     first, last = (recording.time[place] for place in (contact.span[0], contact.span[1] - 1))
@@ -214,8 +215,8 @@ def _words(
         f"The finger presses from {first:.2f} to {last:.2f} s and {_slide(recording, distance)};"
         f" the forces are averaged from {window[0]:.2f} to {window[1]:.2f} s.",
         f"Normal force {normal.value:.3f} N, lateral force {lateral.value:.3f} N, friction {friction.value:.3f}"
-        f" ({friction.interval[0]:.3f} to {friction.interval[1]:.3f}; due to the choice of the baseline alone"
-        f" {friction.baseline_interval[0]:.3f} to {friction.baseline_interval[1]:.3f}).",
+        f" ({friction.ends[0]:.3f} to {friction.ends[1]:.3f}; due to the choice of the baseline alone"
+        f" {friction.choice_ends[0]:.3f} to {friction.choice_ends[1]:.3f}).",
     ]
     if len(zeros) == 2:
         drift = zeros["after"].lateral - zeros["before"].lateral
@@ -270,3 +271,166 @@ def _trace(
             "words": "\n".join(words),
         },
     )
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SwipeResult:
+    """One swipe, reduced to forces and friction.
+
+    - `normal_force`, `lateral_force`: means over the window [N]; the lateral force is positive in the
+      direction of the friction of this swipe.
+    - `direction`: 1 if the position increases, else -1; without a position, the sign of the lateral force.
+    - `speed`, `distance`: mean speed in the window and sliding distance of the whole slide. Without a
+      position the speed is the declared one; None if not known.
+    - `trace`: whole record, with the baseline of this swipe subtracted.
+    """
+
+    normal_force: Interval
+    lateral_force: Interval
+    friction: Interval
+    direction: int
+    speed: float | None
+    distance: float | None
+    contact: tuple[float, float]
+    window: tuple[float, float]
+    words: tuple[str, ...]
+    trace: xarray.Dataset
+
+    def __repr__(self) -> str:
+        return "\n".join(self.words)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and texts for JSON, in SI, without the Trace."""
+        return {
+            **{name: _plain(getattr(self, name)) for name in ("normal_force", "lateral_force", "friction")},
+            "direction": self.direction,
+            "speed": self.speed,
+            "distance": self.distance,
+            "contact": list(self.contact),
+            "window": list(self.window),
+            "words": list(self.words),
+        }
+
+
+def _plain(found: Interval) -> dict[str, Any]:
+    """Return plain numbers for JSON."""
+    return {
+        "value": found.value,
+        "interval": list(found.ends),
+        "baseline_interval": list(found.choice_ends),
+        "by_baseline": dict(found.choices),
+        "standard_error": found.standard_error,
+    }
+
+
+def swipe_rows(swipes: Sequence[SwipeResult]) -> list[NumberRow]:
+    """List the numbers of swipes."""
+    rows = []
+    for number, swipe in enumerate(swipes, start=1):
+        group = f"swipe {number}" if len(swipes) > 1 else "swipe"
+        note = "; ".join(text.removeprefix("Warning: ") for text in swipe.words if text.startswith("Warning"))
+        for name, unit, found in (
+            ("friction", "1", swipe.friction),
+            ("normal force", "N", swipe.normal_force),
+            ("lateral force", "N", swipe.lateral_force),
+        ):
+            rows.append(NumberRow(group=group, name=name, unit=unit, number=found, note=note))
+        measured = swipe.distance is not None
+        for name, unit, value in (("speed", "m/s", swipe.speed), ("distance", "m", swipe.distance)):
+            if value is not None:
+                how = "from the position" if measured else "as declared"
+                rows.append(
+                    NumberRow(group=group, name=name, unit=unit, number=Interval(value=value, method=how))
+                )
+    return rows
+
+
+BLOCKS = 10
+"""Number of parts of a window from whose scatter the statistical error is computed."""
+_COVERAGE = 2.262
+"""Standard errors on either side of an interval: 95 % for a mean of ten parts (Student's t)."""
+
+
+def over_baselines(choices: Mapping[str, float], best: str, standard_error: float) -> Interval:
+    """Make the interval of a number over the choices of the baseline, extended by 2.26 standard errors (95 %) on either side."""
+    half = _COVERAGE * standard_error
+    return Interval(
+        value=choices[best],
+        lower=min(choices.values()) - half,
+        upper=max(choices.values()) + half,
+        standard_error=standard_error,
+        choices=choices,
+        method="choices of the zero of the sensors, and scatter within the window",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Zero:
+    """Zeros of both force sensors in one section free of load: median readings, with errors without the drift."""
+
+    time: float
+    normal: float
+    lateral: float
+    normal_error: float
+    lateral_error: float
+
+
+def zeros_beside(recording: Recording, contact: Touch, window: Span) -> dict[str, Zero]:
+    """Compute the zeros before and after a contact from the nearest samples free of load."""
+    longest = window[1] - window[0]
+    found = {}
+    if contact.before is not None:
+        found["before"] = _zero(
+            recording, (max(contact.before[0], contact.before[1] - longest), contact.before[1])
+        )
+    if contact.after is not None:
+        found["after"] = _zero(
+            recording, (contact.after[0], min(contact.after[1], contact.after[0] + longest))
+        )
+    if not found:
+        raise InputError(
+            f"{recording.source}: no section of {SHORTEST:g} s is free of load before or after the contact that begins at"
+            f" {recording.time[contact.span[0]]:.3g} s, so the zero of the sensors is unknown."
+        )
+    return found
+
+
+def _zero(recording: Recording, span: Span) -> Zero:
+    part = slice(*span)
+    normal, lateral = recording.normal_force[part], recording.lateral_force[part]
+    return Zero(
+        time=float(np.mean(recording.time[part])),
+        normal=float(np.median(normal)),
+        lateral=float(np.median(lateral)),
+        normal_error=standard_error(_detrended(block_means(recording.normal_force, span, median=True))),
+        lateral_error=standard_error(_detrended(block_means(recording.lateral_force, span, median=True))),
+    )
+
+
+def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, float]]:
+    """Return the zeros of normal and lateral force for each simple choice of the baseline; the line is evaluated at `at`."""
+    found = {name: (zero.normal, zero.lateral) for name, zero in zeros.items()}
+    if len(zeros) == 2:
+        before, after = zeros["before"], zeros["after"]
+        part = (at - before.time) / (after.time - before.time)
+        for name, weight in (("mean", 0.5), ("interpolated", part)):
+            normal = (1 - weight) * before.normal + weight * after.normal
+            found[name] = (normal, (1 - weight) * before.lateral + weight * after.lateral)
+    return found
+
+
+def block_means(values: NDArray[np.float64], span: Span, *, median: bool = False) -> NDArray[np.float64]:
+    """Return the means of `BLOCKS` equal parts of a section, or medians, which a brief touch changes less."""
+    blocks = np.array_split(values[slice(*span)], BLOCKS)
+    return np.array([np.median(block) if median else np.mean(block) for block in blocks])
+
+
+def standard_error(means: NDArray[np.float64]) -> float:
+    """Return the standard error of the mean of independent numbers."""
+    return float(np.std(means, ddof=1) / np.sqrt(len(means)))
+
+
+def _detrended(means: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Subtract a straight line, because a drift is covered by the choice of the baseline."""
+    place = np.arange(len(means)) - (len(means) - 1) / 2
+    return means - place * (place @ means) / (place @ place)

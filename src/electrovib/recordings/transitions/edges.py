@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from electrovib.core.errors import InputError
+from electrovib.core.errors import InputError, nearest
+from electrovib.core.signals import SIGNALS
+from electrovib.recordings.correlated import averages
 from electrovib.recordings.importing.periods import find_edges
 from electrovib.recordings.spans import _closed
-from electrovib.recordings.transitions.crossings import Passages, passages
+from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, levels_of, passages
 from electrovib.recordings.transitions.impacts import find_impacts
-from electrovib.recordings.transitions.levels import EdgeLevels, levels_of
 
 if TYPE_CHECKING:
+    import xarray
+
     from electrovib.core.arrays import Real
+    from electrovib.physics.drive.readback import Readback
 
 Direction = Literal["rising", "falling"]
 _LONG: Final = 30.0
@@ -39,7 +44,8 @@ _PER_TIME: Final = 100.0
 class EdgeRecord:
     """One edge with its samples, times counted from `reference`: the edge of the drive, or the middle of the signal.
 
-    `reference_error` is the standard uncertainty of that time by the distance of its samples. Forms are
+    `reference_error` is the standard uncertainty of that time by the distance of its samples, `fractions` are
+    those of the change, from its beginning on, between which times are measured. Forms are
     fitted to `fit_values`, averages of neighbouring samples, of which `fit_noise` is the standard deviation
     before the edge.
     """
@@ -50,6 +56,7 @@ class EdgeRecord:
     time: Real
     values: Real
     levels: EdgeLevels
+    fractions: tuple[float, float]
     passages: Passages
     fit_time: Real
     fit_values: Real
@@ -129,8 +136,7 @@ def edge_record(
     own_time, own_values = time[here] - at, values[here]
     step = float(np.median(np.diff(own_time)))
     count = max(1, int(passed.time / step / _PER_TIME))
-    size = len(own_time) // count * count
-    averaged = [part[:size].reshape(-1, count).mean(axis=1) for part in (own_time, own_values)]
+    averaged = [averages(part, count) for part in (own_time, own_values)]
     return EdgeRecord(
         direction="rising" if level.change > 0 else "falling",
         reference=at,
@@ -138,6 +144,7 @@ def edge_record(
         time=own_time,
         values=own_values,
         levels=level,
+        fractions=_of_change(levels, rising=level.change > 0),
         passages=passed,
         fit_time=averaged[0],
         fit_values=averaged[1],
@@ -168,7 +175,7 @@ def _found(
     start = 0.0
     level = levels_of(part, own, edge=start if driven else -behind / 2, settled=0.75 * ahead)
     for _ in range(2):
-        fractions = of_change(levels, rising=level.change > 0)
+        fractions = _of_change(levels, rising=level.change > 0)
         passed = passages(part, own, level, fractions=fractions, edge=start if driven else -behind / 2)
         if driven:
             break
@@ -177,6 +184,76 @@ def _found(
     return here, level, passed
 
 
-def of_change(levels: tuple[float, float], *, rising: bool) -> tuple[float, float]:
+def _of_change(levels: tuple[float, float], *, rising: bool) -> tuple[float, float]:
     """Return the fractions of a change from its beginning on, dimensionless, of levels of the range from below."""
     return levels if rising else (1 - levels[1], 1 - levels[0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Columns:
+    """A signal in its unit over increasing times, and the drive at the same times, or the signal that was chosen for it."""
+
+    signal: str
+    unit: str
+    time: Real
+    values: Real
+    drive: Real | None
+
+
+def columns_of(
+    record: xarray.Dataset | str | Path,
+    *,
+    signal: str | None,
+    by: str | None = None,
+    readback: Readback | None = None,
+) -> Columns:
+    """Return the signal, the only one besides `by` if None, and the drive of a record, without missing samples."""
+    if isinstance(record, (str, Path)):
+        from electrovib.data.traces import open_trace
+
+        record = open_trace(record)
+    signal = _named(record, signal, by)
+    if readback is not None and by is None:
+        raise InputError("readback: states how a signal relates to the drive; name that signal with by")
+    time = np.asarray(record["time"].values, dtype=float)
+    values = np.asarray(record[signal].values, dtype=float)
+    drive = None if by is None else np.asarray(record[by].values, dtype=float)
+    whole = np.isfinite(values) & (True if drive is None else np.isfinite(drive))
+    time, values = time[whole], values[whole]
+    if time.size < 40:
+        raise InputError(f"signal = {signal}: it has {time.size} samples; 40 are needed")
+    if not (np.diff(time) > 0).all():
+        raise InputError("time: the times do not increase; import the record with stamps = 'keep_increasing'")
+    if drive is not None:
+        drive = _driving(time, drive[whole], readback, by)
+    unit = SIGNALS[signal].unit if signal in SIGNALS else str(record[signal].attrs.get("units", ""))
+    return Columns(signal=signal, unit=unit, time=time, values=values, drive=drive)
+
+
+def _named(record: xarray.Dataset, signal: str | None, by: str | None) -> str:
+    """Refuse signals that the record does not hold, and return the one to measure."""
+    over_time = [str(name) for name, values in record.data_vars.items() if values.dims == ("time",)]
+    if signal is None:
+        left = [name for name in over_time if name != by]
+        if len(left) != 1:
+            raise InputError(
+                f"signal: the record has {len(left)} signals over time ({', '.join(left) or 'none'}); name the one to measure"
+            )
+        signal = left[0]
+    for option, name in (("signal", signal), ("by", by)):
+        if name is not None and name not in over_time:
+            raise InputError(
+                f"{option} = {name}: the record has no such signal over time; it has {', '.join(over_time) or 'none'}."
+                f"{nearest(name, over_time)}"
+            )
+    return signal
+
+
+def _driving(time: Real, values: Real, readback: Readback | None, by: str | None) -> Real:
+    """Return the drive of which a signal was read back."""
+    if readback is None:
+        return values
+    try:
+        return readback.driving(time - time[0], values)
+    except ValueError as error:
+        raise InputError(f"by = {by}: {error}") from None

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.recordings.fit.least_squares import FreeParameter
-from electrovib.recordings.transitions.estimate import Interval, from_noise
-from electrovib.recordings.transitions.separable import Separable, Whitening
+from electrovib.recordings.fit.separable import Separable, Whitening
+from electrovib.recordings.interval import Interval
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
+    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
 
 ONE: Final = "one mode"
 DRIFTING: Final = "one drifting mode"
@@ -60,15 +60,9 @@ class FittedModes:
             frequency, quality = self._mode(part)
             found |= {f"{part}frequency": frequency, f"{part}quality": quality}
         if self.form == DRIFTING:
-            found["drift"] = from_noise(
-                self.estimate.values["drift"], self.estimate.standard_deviations["drift"],
-                freedom=self.estimate.degrees_of_freedom,
-            )  # fmt: skip
+            found["drift"] = self.estimate.parameter("drift")
         if self.level == RELAXING:
-            found["level_time_constant"] = from_noise(
-                self.estimate.values["level_time"], self.estimate.standard_deviations["level_time"],
-                freedom=self.estimate.degrees_of_freedom,
-            )  # fmt: skip
+            found["level_time_constant"] = self.estimate.parameter("level_time")
         return found
 
     def level_change(self, time: Real) -> Real:
@@ -82,21 +76,46 @@ class FittedModes:
 
     def _mode(self, part: str) -> tuple[Interval, Interval]:
         """Natural frequency sqrt(f_d^2 + (r/2 pi)^2) and quality factor pi f/r of a mode with rate of decay r."""
-        values, names = self.estimate.values, list(self.estimate.values)
-        damped, rate = values[f"{part}damped_frequency"], values[f"{part}rate"]
+        names = (f"{part}damped_frequency", f"{part}rate")
+        damped, rate = (self.estimate.values[name] for name in names)
         frequency = math.hypot(damped, rate / (2 * math.pi))
         quality = math.pi * frequency / rate
-        freedom = self.estimate.degrees_of_freedom
-        if self.estimate.covariance is None:
-            return from_noise(frequency, math.nan), from_noise(quality, math.nan)
-        at = [names.index(f"{part}damped_frequency"), names.index(f"{part}rate")]
-        alike = self.estimate.covariance[np.ix_(at, at)]
         of_frequency = np.array([damped / frequency, rate / (4 * math.pi**2 * frequency)])
         of_quality = math.pi * of_frequency / rate - np.array([0.0, quality / rate])
-        errors = [math.sqrt(max(float(each @ alike @ each), 0.0)) for each in (of_frequency, of_quality)]
-        return from_noise(frequency, errors[0], freedom=freedom), from_noise(
-            quality, errors[1], freedom=freedom
+        return (
+            self.estimate.derived(frequency, dict(zip(names, of_frequency.tolist(), strict=True))),
+            self.estimate.derived(quality, dict(zip(names, of_quality.tolist(), strict=True))),
         )
+
+
+@dataclass(frozen=True)
+class RingSection:
+    """One damped oscillation, fitted from `start` after the reference on, by frequency [Hz] and quality factor.
+
+    `misfit` is the rms of the residual, in the unit of the signal.
+    """
+
+    start: float
+    frequency: Interval
+    quality: Interval
+    misfit: float
+
+
+def damped_sine(time: Real, values: Real, *, start: float) -> RingSection:
+    """Fit a damped sine about a level from a time on, whose frequency is that of the damped oscillation."""
+    time = time - start
+    problem = _problem(time, values, ONE, CONSTANT)
+    estimate = problem.solve(_starts(problem, ONE, None, time)[:1])
+    frequency, rate = estimate.values["damped_frequency"], estimate.values["rate"]
+    quality = math.pi * frequency / rate
+    slopes = {"damped_frequency": quality / frequency, "rate": -quality / rate}
+    left = problem.predicted(estimate.values) - values
+    return RingSection(
+        start=start,
+        frequency=estimate.derived(frequency, {"damped_frequency": 1.0}),
+        quality=estimate.derived(quality, slopes),
+        misfit=float(np.sqrt(np.mean(left**2))),
+    )
 
 
 def fit_modes(
@@ -124,9 +143,9 @@ def fit_modes(
             starts = _starts(problem, name, one, time)
         else:
             starts = _with_level(problem, [dict(fitted[name].estimate.values)], time)
-        estimate = problem.solve(starts)
+        estimate = problem.solve(starts, whitening=Whitening())
         if name == TWO and estimate.values["early_rate"] < estimate.values["rate"]:
-            estimate = problem.solve([_swapped(estimate.values)])
+            estimate = problem.solve([_swapped(estimate.values)], whitening=Whitening())
         one = one or estimate
         found[name] = FittedModes(
             form=name,
@@ -139,10 +158,12 @@ def fit_modes(
     return found
 
 
-def _with_level(problem: Separable, starts: list[dict[str, float]], time: Real) -> list[dict[str, float]]:
+def _with_level(
+    problem: Separable, starts: Sequence[Mapping[str, float]], time: Real
+) -> list[Mapping[str, float]]:
     """Add to each start a short and a long time constant of an exponential level, where it has one."""
     if "level_time" not in problem.free:
-        return starts
+        return list(starts)
     whole = float(time[-1] - time[0])
     return [{**start, "level_time": part * whole} for start in starts for part in (0.3, 1.0)]
 
@@ -209,12 +230,12 @@ def _problem(time: Real, values: Real, name: str, level: str) -> Separable:
 
 def _starts(
     problem: Separable, name: str, one: LeastSquaresEstimate | None, time: Real
-) -> list[dict[str, float]]:
+) -> list[Mapping[str, float]]:
     if one is not None and name == DRIFTING:
         return [{**one.values, "drift": 0.0}]
     low, high = (getattr(problem.free["damped_frequency"], end) for end in ("lower", "upper"))
     whole = float(time[-1] - time[0])
-    grid: list[dict[str, float]] = []
+    grid: list[Mapping[str, float]] = []
     for frequency in np.geomspace(1.05 * low, high / 1.05, 48):
         for quality in (1.5, 4.0, 12.0):
             mode = {"damped_frequency": float(frequency), "rate": float(np.pi * frequency / quality)}
@@ -226,5 +247,4 @@ def _starts(
                     {**one.values, "rate": 4 / whole, **{f"early_{key}": each for key, each in mode.items()}}
                 )
     grid = _with_level(problem, grid, time)
-    costs = [problem.sum_of_squares(start) for start in grid]
-    return [grid[at] for at in np.argsort(costs)[:_BEST_STARTS]]
+    return problem.best_starts(grid, _BEST_STARTS)

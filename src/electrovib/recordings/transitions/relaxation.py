@@ -1,4 +1,4 @@
-"""Fits of several forms of relaxation to one edge, compared by a criterion, with the time between levels of each."""
+"""Forms of relaxation fitted to one edge, compared by a criterion, with the time between levels of each."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.recordings.transitions.estimate import Interval, from_noise, none
-from electrovib.recordings.transitions.forms import EXPONENTIAL, INSTANTANEOUS, RelaxationForm
-from electrovib.recordings.transitions.problem import EdgeProblem, starts
-from electrovib.recordings.transitions.profile import profile_of_time
-from electrovib.recordings.transitions.separable import Whitening
+from electrovib.physics.relaxation import stretched_exponential, stretched_seen_by_sensor, time_of_progress
+from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.recordings.correlated import autocovariance
+from electrovib.recordings.fit.least_squares import FreeParameter
+from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
+from electrovib.recordings.interval import Interval, profile_interval
+from electrovib.recordings.transitions.sensor import INSTANT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.fit.estimate import LeastSquaresEstimate
+    from electrovib.recordings.fit.least_squares import LeastSquaresEstimate
     from electrovib.recordings.transitions.edges import EdgeRecord
     from electrovib.recordings.transitions.sensor import Sensor
 
@@ -53,7 +55,6 @@ def fit_forms(
     edge: EdgeRecord,
     *,
     forms: Sequence[RelaxationForm],
-    fractions: tuple[float, float],
     sensor: Sensor | None = None,
     estimated: bool = False,
 ) -> dict[str, FittedForm]:
@@ -65,7 +66,7 @@ def fit_forms(
     correlated samples count for what they are worth. Sums of more exponentials than one that is rejected are
     not fitted.
     """
-    problem = EdgeProblem(edge=edge, fractions=fractions, sensor=sensor, estimated=estimated)
+    problem = EdgeProblem(edge=edge, sensor=sensor, estimated=estimated)
     before = edge.fit_time < min(0.0, edge.passages.first - edge.passages.time)
     white = Whitening.of(edge.fit_values[before])
     found: dict[str, LeastSquaresEstimate] = {}
@@ -73,7 +74,7 @@ def fit_forms(
     for form in forms:
         if form.exponentials > 2 and _rejected(fewer, found[fewer.name]):
             continue  # more terms than are found already in a sum of fewer
-        found[form.name] = problem.separable(form).solve(starts(problem, form, found))
+        found[form.name] = problem.separable(form).solve(starts(problem, form, found), whitening=Whitening())
         fewer = form
     return {
         form.name: _fitted(problem, form, found[form.name], white) for form in forms if form.name in found
@@ -91,7 +92,7 @@ def _fitted(
     )
     rms = float(np.sqrt(np.mean(left[since] ** 2))) if since.any() else math.nan
     rejected = _rejected(form, estimate)
-    between = _between(problem, form, estimate) if not rejected else none(math.nan, rejected)
+    between = _between(problem, form, estimate) if not rejected else Interval(value=math.nan, method=rejected)
     filtered = problem.separable(form).solve([values], whitening=white)
     return FittedForm(
         form=form,
@@ -124,23 +125,245 @@ def _rejected(form: RelaxationForm, estimate: LeastSquaresEstimate) -> str:
 
 def _between(problem: EdgeProblem, form: RelaxationForm, estimate: LeastSquaresEstimate) -> Interval:
     """Compute the time between the levels with its interval: to first order, or from a profile where it may be 0."""
-    value = form.time_between(estimate.values, problem.fractions)
+    value = form.time_between(estimate.values, problem.edge.fractions)
     if form is INSTANTANEOUS:
-        return none(0.0, "an instantaneous change has no time to be estimated")
+        return Interval(value=0.0, method="an instantaneous change has no time to be estimated")
     if estimate.covariance is None:
-        return none(value, estimate.why_no_covariance)
-    slopes = []
-    for name, at in estimate.values.items():
-        step = 1e-5 * (abs(at) or 1.0)
-        if name == "start" or name in {"frequency", "quality", "after"}:
-            slopes.append(0.0)
-            continue
+        return Interval(value=value, method=estimate.why_no_covariance)
+    slopes = {}
+    for name in (*form.time_constants, *form.amplitudes[:-1], *(["stretching"] if form.stretched else [])):
+        step = 1e-5 * (abs(estimate.values[name]) or 1.0)
         more, less = (
-            form.time_between({**estimate.values, name: at + sign * step}, problem.fractions)
+            form.time_between(
+                {**estimate.values, name: estimate.values[name] + sign * step}, problem.edge.fractions
+            )
             for sign in (1, -1)
         )
-        slopes.append((more - less) / (2 * step))
-    error = math.sqrt(max(float(np.array(slopes) @ estimate.covariance @ np.array(slopes)), 0.0))
-    if form is EXPONENTIAL and (error > 0.2 * value or "time_constant" in estimate.on_bound):
-        return profile_of_time(problem, estimate, error)
-    return from_noise(value, error, freedom=estimate.degrees_of_freedom)
+        slopes[name] = (more - less) / (2 * step)
+    found = estimate.derived(value, slopes)
+    if form is EXPONENTIAL and (found.standard_error > 0.2 * value or "time_constant" in estimate.on_bound):
+        return _profile_of_time(problem, estimate, found.standard_error)
+    return found
+
+
+@dataclass(frozen=True)
+class RelaxationForm:
+    """One form of a relaxation after a delay: its number of time constants, 0 for an instantaneous change."""
+
+    name: str
+    exponentials: int
+    stretched: bool = False
+
+    @property
+    def time_constants(self) -> tuple[str, ...]:
+        """Names of the time constants."""
+        if self.exponentials == 1:
+            return ("time_constant",)
+        return tuple(f"time_constant_{number}" for number in range(1, self.exponentials + 1))
+
+    @property
+    def amplitudes(self) -> tuple[str, ...]:
+        """Names of the amplitudes of the columns: those of the relaxations, and the level after them."""
+        count = max(self.exponentials, 1)
+        changes = ("change",) if count == 1 else tuple(f"change_{number}" for number in range(1, count + 1))
+        return (*changes, "after")
+
+    def columns(self, time: Real, values: Mapping[str, float], sensor: tuple[float, float] | None) -> Real:
+        """Compute what the amplitudes multiply, shape (n, k): relaxations from 1 to 0, and a column of ones."""
+        start = values["start"]
+        if self.stretched:
+            shape = {"time_constant": values["time_constant"], "stretching": values["stretching"]}
+            if sensor is None:
+                found = [stretched_exponential(time - start, **shape)]
+            else:
+                found = [
+                    stretched_seen_by_sensor(time - start, frequency=sensor[0], quality=sensor[1], **shape)
+                ]
+        else:
+            falls = [values[name] for name in self.time_constants] or [0.0]
+            found = [_exponential(time, start, fall, sensor) for fall in falls]
+        return np.column_stack([*found, np.ones_like(time)])
+
+    def time_between(self, values: Mapping[str, float], fractions: tuple[float, float]) -> float:
+        """Compute the time between two fractions of the change of the force."""
+        if not self.exponentials:
+            return 0.0
+        if self.exponentials == 1:
+            shape = {"time_constant": values["time_constant"], "stretching": values.get("stretching", 1.0)}
+            return time_of_progress(fractions[1], **shape) - time_of_progress(fractions[0], **shape)
+        falls = np.array([values[name] for name in self.time_constants])
+        shares = np.array([values[name] for name in self.amplitudes[:-1]])
+        shares = shares / shares.sum()
+        return _passage(fractions[1], shares, falls) - _passage(fractions[0], shares, falls)
+
+
+INSTANTANEOUS: Final = RelaxationForm("instantaneous", 0)
+EXPONENTIAL: Final = RelaxationForm("exponential", 1)
+STRETCHED: Final = RelaxationForm("stretched exponential", 1, stretched=True)
+
+
+def forms(most: int, *, sensor: bool) -> tuple[RelaxationForm, ...]:
+    """List the forms that are compared, by their number of parameters; only a sensor gives an instantaneous change a form."""
+    sums = tuple(RelaxationForm(f"{count} exponentials", count) for count in range(2, most + 1))
+    return (*((INSTANTANEOUS,) if sensor else ()), EXPONENTIAL, STRETCHED, *sums)
+
+
+def _exponential(time: Real, start: float, fall: float, sensor: tuple[float, float] | None) -> Real:
+    if sensor is None:
+        return np.asarray(np.exp(-np.maximum(time - start, 0.0) / fall))
+    frequency, quality = sensor
+    return release_seen_by_sensor(
+        time, start=start, fall_time=max(fall, INSTANT / frequency), frequency=frequency, quality=quality
+    )
+
+
+def _passage(progress: float, shares: Real, falls: Real) -> float:
+    """Return the time at which a sum of exponentials has made a fraction of its change; NaN if it has not one such time."""
+    from scipy.optimize import brentq
+
+    if (shares < 0).any():
+        return math.nan
+    longest = float(falls.max()) * -math.log1p(-progress)
+    if longest == 0:
+        return 0.0
+    return float(brentq(lambda at: shares @ np.exp(-at / falls) - (1 - progress), 0.0, longest * (1 + 1e-12)))
+
+
+_STRETCHINGS: Final = (0.3, 1.5)
+"""Bounds of the exponent of a stretched exponential, where its reading through a sensor is accurate."""
+_BEST_STARTS: Final = 2
+_COARSE: Final = 400
+"""Samples on which the starts of a search are compared."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EdgeProblem:
+    """What the fits of all forms to one edge share."""
+
+    edge: EdgeRecord
+    sensor: Sensor | None
+    estimated: bool
+
+    @property
+    def rough(self) -> float:
+        """Time between the levels as recorded [s]."""
+        return self.edge.passages.time
+
+    @property
+    def step(self) -> float:
+        """Time between samples [s]."""
+        return float(np.median(np.diff(self.edge.fit_time)))
+
+    @property
+    def window(self) -> float:
+        """Time after the reference up to which there are samples [s]."""
+        return float(self.edge.fit_time[-1])
+
+    def free(self, form: RelaxationForm) -> dict[str, FreeParameter]:
+        """Return the nonlinear parameters with their bounds."""
+        passages = self.edge.passages
+        low = max(float(self.edge.fit_time[2]), passages.first - 3 * self.rough - 2 * self.step)
+        found = {"start": FreeParameter(start=passages.first, lower=low, upper=passages.last)}
+        fall = FreeParameter(start=self.rough, lower=self.step / 10, upper=2 * self.window, logarithmic=True)
+        found |= {name: fall.starting_at(self.rough) for name in form.time_constants}
+        if form.stretched:
+            low, high = _STRETCHINGS
+            found["stretching"] = FreeParameter(start=1.0, lower=low, upper=high, logarithmic=True)
+        if self.estimated:
+            found |= resonance_parameters(self.window, self.step)
+        return found
+
+    def separable(self, form: RelaxationForm, *, coarse: bool = False) -> Separable:
+        """Return the problem of one form, on few samples to compare starts."""
+        every = max(1, len(self.edge.fit_time) // _COARSE) if coarse else 1
+        time, values = self.edge.fit_time[::every], self.edge.fit_values[::every]
+        return Separable(
+            columns=lambda at: form.columns(time, at, self.seen_by(at)),
+            data=values,
+            free=self.free(form),
+            names=form.amplitudes,
+            ranges={"start": self.rough},
+        )
+
+    def seen_by(self, values: Mapping[str, float]) -> tuple[float, float] | None:
+        """Return the sensor at some parameters."""
+        if self.estimated:
+            return values["frequency"], values["quality"]
+        return (self.sensor.frequency, self.sensor.quality) if self.sensor else None
+
+
+def starts(
+    problem: EdgeProblem, form: RelaxationForm, found: Mapping[str, LeastSquaresEstimate]
+) -> list[Mapping[str, float]]:
+    """Compare many starts of a search on few samples, and return the best of them."""
+    passages, rough = problem.edge.passages, problem.rough
+    coarse = problem.separable(form, coarse=True)
+    known = found.get(EXPONENTIAL.name)
+    sensors: list[dict[str, float]] = [{}]
+    if problem.estimated and known is not None:
+        sensors = [{name: known.values[name] for name in ("frequency", "quality")}]
+    elif problem.estimated:
+        band = coarse.free["frequency"]
+        sensors = [
+            {"frequency": float(frequency), "quality": quality}
+            for frequency in np.geomspace(
+                max(1.2 * band.lower, 0.02 / rough), min(band.upper / 1.2, 0.5 / rough), 14
+            )
+            for quality in (1.0, 3.0, 10.0)
+        ]
+    shift = 0.0 if problem.seen_by(sensors[0]) is None else 0.7 * rough
+    begins = [passages.first - shift - part * rough for part in (0.0, 0.1, 0.4)]
+    if known is not None:
+        begins.append(known.values["start"])
+    centre = known.values["time_constant"] if known is not None else rough / 2.2
+    if form.exponentials > 1:
+        ratios = list(itertools.combinations((0.05, 0.15, 0.4, 1.0, 2.0, 5.0, 12.0), form.exponentials))
+        begins = begins[-2:]
+    else:
+        ratios = [(ratio,) for ratio in (0.03, 0.2, 0.6, 1.0)] if form.exponentials else [()]
+    grid = [
+        {
+            "start": begin,
+            **sensor,
+            **extra,
+            **dict(zip(form.time_constants, (centre * each for each in ratio), strict=True)),
+        }
+        for begin in begins
+        for sensor in sensors
+        for ratio in ratios
+        for extra in ([{"stretching": 0.6}, {"stretching": 1.0}] if form.stretched else [{}])
+    ]
+    return coarse.best_starts(grid, _BEST_STARTS)
+
+
+def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error: float) -> Interval:
+    """Find the times between levels with which an exponential fits as well; from 0 where an instantaneous change does."""
+    from scipy.stats import t
+
+    separable, values = problem.separable(EXPONENTIAL), estimate.values
+    factor = EXPONENTIAL.time_between({"time_constant": 1.0}, problem.edge.fractions)
+    best, free = values["time_constant"], separable.free["time_constant"]
+    left = separable.predicted(values) - separable.data
+    alike = autocovariance(left, fitted=len(values) - len(estimate.on_bound))
+    unit = estimate.variance * separable.inflation(values, "start", alike, estimate.on_bound)
+
+    def rise(fall: float) -> float:
+        # a longer fall starts earlier by about as much
+        start = {**values, "start": values["start"] + best - fall}
+        found = separable.holding(time_constant=fall).solve([start, values], whitening=Whitening())
+        return (found.sum_of_squares - estimate.sum_of_squares) / unit
+
+    found = profile_interval(
+        rise,
+        best,
+        deviation=error / factor,
+        bounds=(free.lower, free.upper),
+        allowed=float(t.ppf(0.975, estimate.degrees_of_freedom)) ** 2,
+        logarithmic=True,
+    )
+    if found.open_above:
+        return Interval(value=best * factor, method="any time constant fits as well")
+    return Interval(
+        value=best * factor, lower=0.0 if found.open_below else found.lower * factor, upper=found.upper * factor,
+        standard_error=error, method="profile of the time constant in one edge",
+    )  # fmt: skip

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.transitions.chosen import Columns, columns_of
-from electrovib.recordings.transitions.criterion import above_lowest, chosen_form
-from electrovib.recordings.transitions.edges import reference_times
+from electrovib.recordings.correlated import averages
+from electrovib.recordings.fit.separable import above_lowest, chosen_form
+from electrovib.recordings.interval import mean_of
+from electrovib.recordings.transitions.edges import Columns, columns_of, reference_times
 from electrovib.recordings.transitions.impacts import LONGER, Impact, end_of_ring, find_impacts
 from electrovib.recordings.transitions.modes import (
     CONSTANT,
@@ -21,17 +23,19 @@ from electrovib.recordings.transitions.modes import (
     ONE,
     TWO,
     FittedModes,
+    RingSection,
     fit_modes,
 )
-from electrovib.recordings.transitions.ring_result import MeasuredRing, MeasuredRings, RingSection
-from electrovib.recordings.transitions.statements import MISFIT, in_few
+from electrovib.recordings.transitions.table import MISFIT, in_few
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import xarray
 
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.readback import Readback
-    from electrovib.recordings.transitions.estimate import Interval
+    from electrovib.recordings.interval import Interval
 
 _FEWEST: Final = 20
 """Fewest samples of a section."""
@@ -171,8 +175,7 @@ def _measured(
     step = float(np.median(np.diff(since)))
     count = max(1, int(min(span.period / _PER_PERIOD, (end - begin) / _AT_LEAST) / step))
     first = int(np.searchsorted(since, begin))
-    size = (since.size - first) // count * count
-    since, values = (part[first : first + size].reshape(-1, count).mean(axis=1) for part in (since, values))
+    since, values = (averages(part[first:], count) for part in (since, values))
     quarter = since > max(0.75 * since[-1], end)
     part = since <= end
     if np.count_nonzero(part) < _FEWEST:
@@ -255,7 +258,8 @@ def _sections(
         of = fitted.parameters()
         if not of["quality"].standard_error < _KNOWN * of["quality"].value:
             break
-        found.append(RingSection(start=start, frequency=of["frequency"], quality=of["quality"]))
+        left = float(np.std(fitted.model - values[part]))
+        found.append(RingSection(start, of["frequency"], of["quality"], left))
     return tuple(found)
 
 
@@ -316,3 +320,69 @@ def _of_level(found: FittedModes, unit: str) -> str:
         f"The level about which the signal oscillates relaxes exponentially by {-values['level_change']:.3g} {unit} with a time"
         f" constant of {values['level_time'] * 1e3:.3g} ms."
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredRing:
+    """Resonance, quality factor and drift of a damped oscillation after an impact or a release, at the time `reference`.
+
+    - `form`: ``one mode``, ``one drifting mode`` or ``two modes``: the simplest whose criterion is at most 2
+      above the lowest.
+    - `level`: level about which the signal oscillates: ``constant``, ``linear`` or ``exponential`` in time,
+      chosen likewise.
+    - `criteria`: BIC of each form over the lowest; infinite for a form that was rejected.
+    - `parameters`: of the best form: ``frequency`` [Hz] and ``quality`` of the mode that lasts longer, at the
+      start of the section for a drifting one; ``drift`` [Hz/s] of a drifting mode; ``level_time_constant``
+      [s] of an exponential level; ``early_frequency`` and ``early_quality`` of the mode that decays sooner.
+    - `drift`: rate of change of the frequency of one drifting mode [Hz/s], whichever form is best.
+    - `sections`: one mode fitted from later and later starts.
+    - `misfit`: rms of the residual over the noise at the end of the record.
+    """
+
+    signal: str
+    unit: str
+    reference: float
+    form: str
+    level: str
+    criteria: Mapping[str, float]
+    parameters: Mapping[str, Interval]
+    drift: Interval
+    sections: tuple[RingSection, ...]
+    time: Real
+    values: Real
+    model: Real
+    misfit: float
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredRings:
+    """Damped oscillations after all impacts of a record, at least one, and why other impacts were not measured."""
+
+    rings: tuple[MeasuredRing, ...]
+    skipped: tuple[str, ...] = ()
+
+    @property
+    def frequency(self) -> Interval:
+        """Natural frequency [Hz]: mean over the impacts by Student's t, or that of the only one."""
+        return self._mean("frequency")
+
+    @property
+    def quality(self) -> Interval:
+        """Quality factor, dimensionless: mean over the impacts by Student's t, or that of the only one."""
+        return self._mean("quality")
+
+    def _mean(self, name: str) -> Interval:
+        return mean_of([each.parameters[name] for each in self.rings], of="impact")
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Sentences about the results, those of several impacts with the time of each in front."""
+        if len(self.rings) == 1:
+            return (*self.rings[0].words, *in_few(self.skipped))
+        said = [
+            f"{'Warning: ' * text.startswith('Warning')}impact at {each.reference:.6g} s: {text.removeprefix('Warning: ')}"
+            for each in self.rings
+            for text in each.words
+        ]
+        return (*sorted(said, key=lambda text: not text.startswith("Warning")), *in_few(self.skipped))

@@ -1,19 +1,19 @@
-"""The numbers of measured times and rings as rows of a table."""
+"""The numbers of measured times and rings as rows of a table, and sentences on what limits them."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from electrovib.core.units import KINDS, digits_of_interval, format_quantity
-from electrovib.recordings.transitions.estimate import none
-from electrovib.recordings.transitions.statements import MISFIT
+from electrovib.recordings.interval import Interval, NumberRow
+from electrovib.recordings.transitions.relaxation import INSTANTANEOUS
 
 if TYPE_CHECKING:
-    from electrovib.recordings.transitions.estimate import Interval
-    from electrovib.recordings.transitions.result import DirectionTimes, MeasuredTimes
-    from electrovib.recordings.transitions.ring_result import MeasuredRing, MeasuredRings
+    from collections.abc import Sequence
+
+    from electrovib.recordings.transitions.ring import MeasuredRing, MeasuredRings
+    from electrovib.recordings.transitions.sensor import Sensor
+    from electrovib.recordings.transitions.times import DirectionTimes, MeasuredTimes
 
 UNITS: Final = {
     "delay": "s",
@@ -26,43 +26,9 @@ UNITS: Final = {
 """Units of parameters; those that are absent are dimensionless."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class TimeRow:
-    """One number of a measurement, in its SI unit, and why it may be wrong."""
-
-    group: str
-    name: str
-    unit: str
-    number: Interval
-    note: str = ""
-
-
-def with_interval(row: TimeRow) -> str:
-    """Write a number with its 95 % interval, the method, and what may be wrong with it."""
-    number = row.number
-    if not math.isfinite(number.value):
-        return f"{row.name}: none, {number.method}"
-    digits = digits_of_interval(number.value, number.lower, number.upper)
-    value, lower, upper = (
-        _shown(each, row.unit, digits) for each in (number.value, number.lower, number.upper)
-    )
-    text = f"{row.name}: {value}"
-    if math.isfinite(number.upper):
-        text += f", 95 % interval {lower} to {upper} ({number.method})"
-        if math.isfinite(number.scatter):
-            text += f", scatter {_shown(number.scatter, row.unit)}"
-    else:
-        text += f", no interval: {number.method}"
-    return f"{text}; {row.note}" if row.note else text
-
-
-def _shown(value: float, unit: str, digits: int = 4) -> str:
-    return format_quantity(value, unit, digits=digits) if unit in KINDS else f"{value:.{digits}g} {unit}"
-
-
-def time_rows(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[TimeRow]:
+def time_rows(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -> list[NumberRow]:
     """List the numbers of a measurement."""
-    rows: list[TimeRow] = []
+    rows: list[NumberRow] = []
     if found is not None:
         shown = "-".join(f"{100 * each:g}" for each in found.levels)
         for each in found.directions:
@@ -82,7 +48,7 @@ def time_rows(found: MeasuredTimes | None, rings: MeasuredRings | None = None) -
     return rows
 
 
-def _of_ring(ring: MeasuredRing) -> list[TimeRow]:
+def _of_ring(ring: MeasuredRing) -> list[NumberRow]:
     rows = [
         _parameter("ring", name, each, ring.form, _misfit(ring.misfit))
         for name, each in ring.parameters.items()
@@ -98,7 +64,7 @@ def _of_ring(ring: MeasuredRing) -> list[TimeRow]:
     return rows
 
 
-def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[TimeRow]:
+def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[NumberRow]:
     interpolated = any(each.record.passages.interpolated for each in found.edges)
     few = "interpolated between two samples" if interpolated else ""
     drifts = (
@@ -107,22 +73,22 @@ def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[T
     warning = "; ".join(filter(None, [_misfit(found.misfit), drifts]))
     without = "without the sensor" if sensor else "of the fitted form"
     rows = [
-        TimeRow(
+        NumberRow(
             group=found.direction, name=f"{levels} % time as recorded", unit="s", number=found.recorded,
             note="; ".join(filter(None, [few, drifts])),
         ),
-        TimeRow(
+        NumberRow(
             group=found.direction, name=f"{levels} % time {without} ({found.form})", unit="s",
             number=found.without_sensor, note=warning,
         ),
     ]  # fmt: skip
     if not math.isnan(found.sensor_limit):
         rows.append(
-            TimeRow(
+            NumberRow(
                 group=found.direction,
                 name=f"{levels} % time of an instantaneous change through the sensor",
                 unit="s",
-                number=none(found.sensor_limit, "closed form of the sensor"),
+                number=Interval(value=found.sensor_limit, method="closed form of the sensor"),
             )
         )
     rows += [
@@ -137,13 +103,95 @@ def _of_direction(found: DirectionTimes, levels: str, *, sensor: bool) -> list[T
     return rows
 
 
-def _parameter(group: str, name: str, number: Interval, form: str, note: str) -> TimeRow:
+def _parameter(group: str, name: str, number: Interval, form: str, note: str) -> NumberRow:
     words = name.replace("_", " ")
     unit = next((unit for key, unit in UNITS.items() if words.startswith(key)), "1")
-    return TimeRow(group=group, name=f"{words} ({form})", unit=unit, number=number, note=note)
+    return NumberRow(group=group, name=f"{words} ({form})", unit=unit, number=number, note=note)
 
 
 def _misfit(misfit: float) -> str:
     if math.isinf(misfit):
         return "error not known: the record has no noise without signal"
     return f"error beyond the interval: residual {misfit:.2g} times the noise" if misfit > MISFIT else ""
+
+
+MISFIT: Final = 1.5
+"""Rms residual over the noise above which a form does not reproduce an edge."""
+_SUPPORT: Final = 10.0
+"""Difference of the criterion above which a form has essentially no support (Burnham and Anderson 2002)."""
+_FEW: Final = 3
+
+
+def in_few(reasons: Sequence[str]) -> list[str]:
+    """Return at most three reasons, the last with the number of those left out."""
+    left = len(reasons) - _FEW
+    return [*reasons[: _FEW - 1], f"{reasons[_FEW - 1]} (and {left} more)"] if left > 0 else list(reasons)
+
+
+def statements(found: DirectionTimes, *, sensor: Sensor | None, estimated: bool) -> tuple[str, ...]:
+    """Write what limits the times of one direction, warnings first."""
+    which = found.direction.capitalize()
+    warnings = {
+        "the record does not determine a time between the levels: its interval reaches 0. Choose the window after an edge so"
+        " that the signal reaches both levels, or measure the other edges alone.": not found.recorded.lower
+        > 0,
+        "the record has no noise before an edge, as a computed one, so no error of the fitted form"
+        f" ({found.form}) is known; the intervals state none.": math.isinf(found.misfit),
+        f"the best form ({found.form}) leaves a residual of {found.misfit:.2g} times the noise before the edge, so the time"
+        " from the fit has an error beyond its interval.": MISFIT < found.misfit < math.inf,
+        "the signal drifts before an edge; both levels are taken as constant, which shifts the times.": any(
+            each.record.levels.drift for each in found.edges
+        ),
+        "fewer than five samples lie near a level, so that the time as recorded is interpolated between two samples and may"
+        " be wrong by up to a sampling interval.": any(
+            each.record.passages.interpolated for each in found.edges
+        ),
+    }
+    said = [f"Warning: {which} edges: {text}" for text, holds in warnings.items() if holds]
+    said += _of_sensor(found, which, sensor=sensor, estimated=estimated)
+    close = [
+        name
+        for name, above in found.criteria.items()
+        if name != found.form and above < _SUPPORT + found.criteria[found.form]
+    ]
+    if close:
+        ranked = ", ".join(
+            f"{name} (AICc {found.criteria[name] - found.criteria[found.form]:+.1f})" for name in close
+        )
+        said.append(f"{which} edges: the record does not exclude other forms than {found.form}: {ranked}.")
+    if len(found.edges) == 1:
+        said.append(
+            f"{which} edges: there is one; its interval is due to noise alone and does not contain the scatter between edges."
+        )
+    return tuple(said)
+
+
+def _of_sensor(found: DirectionTimes, which: str, *, sensor: Sensor | None, estimated: bool) -> list[str]:
+    if math.isnan(found.sensor_limit):
+        return [
+            f"{which} edges: no sensor was taken out; a resonance or bandwidth of the sensor is part of these times."
+        ]
+    limit = f"an instantaneous change would show {found.sensor_limit * 1e3:.3g} ms through this sensor"
+    said = []
+    if found.form == INSTANTANEOUS.name:
+        said.append(
+            f"{which} edges: an instantaneous change through the sensor reproduces the record as well as a relaxation does"
+            f" ({limit}); only an upper end of the time is known."
+        )
+        if "delay" in found.parameters:
+            fall = found.exponential["time_constant"].upper
+            shorter = f"up to {fall * 1e3:.2g} ms earlier" if math.isfinite(fall) else "earlier"
+            said.append(
+                f"{which} edges: the delay is that of an instantaneous change; if the force relaxes exponentially, it begins to"
+                f" change {shorter}."
+            )
+    else:
+        said.append(f"{which} edges: {limit}.")
+    if estimated:
+        said.append(
+            f"{which} edges: the sensor was estimated from the same edges, with one resonance. Delay, time constant and"
+            " resonance then share what the record determines."
+        )
+    elif sensor is not None and not (sensor.frequency_error or sensor.quality_error):
+        said.append(f"{which} edges: the declared sensor is taken as exact.")
+    return said

@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+import numpy as np
+
 from electrovib.core.errors import InputError
-from electrovib.recordings.transitions.chosen import columns_of
-from electrovib.recordings.transitions.edges import edge_record, reference_times
-from electrovib.recordings.transitions.measurement import Measurement
-from electrovib.recordings.transitions.result import EdgeTimes, MeasuredTimes
+from electrovib.recordings.fit.separable import above_lowest, chosen_form
+from electrovib.recordings.interval import Interval, from_noise, mean_of
+from electrovib.recordings.transitions.edges import (
+    EdgeRecord,
+    columns_of,
+    edge_record,
+    reference_times,
+)
+from electrovib.recordings.transitions.relaxation import EXPONENTIAL, INSTANTANEOUS, fit_forms, forms
 from electrovib.recordings.transitions.sensor import Sensor, read_sensor
-from electrovib.recordings.transitions.statements import in_few
+from electrovib.recordings.transitions.table import in_few, statements
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import xarray
 
     from electrovib.physics.drive.readback import Readback
+    from electrovib.recordings.transitions.relaxation import FittedForm
 
 SensorSource: TypeAlias = Sensor | str | None
 """A declared sensor, as an object or as text, ``"estimate"``, or none."""
@@ -86,12 +97,8 @@ def measure_times(
 
     With several edges the interval is Student's t over the edges. With one it follows from the noise of this edge alone.
     """
-    given = Measurement(
-        levels=_checked_levels(levels),
-        sensor=_sensor(sensor),
-        estimated=sensor == "estimate",
-        driven=by is not None,
-    )
+    given = Measurement(sensor=_sensor(sensor), estimated=sensor == "estimate", driven=by is not None)
+    fractions = _checked_levels(levels)
     _check_numbers(exponentials=exponentials, window=window, before=before, edges=edges)
     chosen = columns_of(record, signal=signal, by=by, readback=readback)
     references = reference_times(chosen.time, chosen.values, chosen.drive)
@@ -101,7 +108,7 @@ def measure_times(
         try:
             each = edge_record(
                 chosen.time, chosen.values, references, number,
-                levels=given.levels, driven=given.driven, window=window, before=before,
+                levels=fractions, driven=given.driven, window=window, before=before,
             )  # fmt: skip
             measured = given.measured(each, exponentials) if edges in ("both", each.direction) else None
         except InputError as error:
@@ -114,7 +121,7 @@ def measure_times(
     return MeasuredTimes(
         signal=chosen.signal,
         unit=chosen.unit,
-        levels=given.levels,
+        levels=fractions,
         rising=given.summary([each for each in found if each.record.direction == "rising"]),
         falling=given.summary([each for each in found if each.record.direction == "falling"]),
         sensor="estimated" if given.estimated else ("declared" if given.sensor else "none"),
@@ -151,3 +158,206 @@ def _check_numbers(*, exponentials: int, window: float | None, before: float | N
         problems.append(f"edges = {edges}: expected both, rising or falling")
     if problems:
         raise InputError(problems)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement:
+    """How the edges of one record are measured."""
+
+    sensor: Sensor | None
+    estimated: bool
+    driven: bool
+
+    def measured(self, edge: EdgeRecord, exponentials: int) -> EdgeTimes:
+        """Measure one edge."""
+        compared = forms(exponentials, sensor=self.sensor is not None or self.estimated)
+        fitted = fit_forms(edge, forms=compared, sensor=self.sensor, estimated=self.estimated)
+        passed = edge.passages
+        recorded = from_noise(passed.time, passed.standard_error, freedom=passed.freedom)
+        return EdgeTimes(record=edge, recorded=recorded, fitted=fitted)
+
+    def summary(self, edges: Sequence[EdgeTimes]) -> DirectionTimes | None:
+        """Choose the form for all edges of a direction, and average over them."""
+        if not edges:
+            return None
+        names = [name for name in edges[0].fitted if all(name in each.fitted for each in edges)]
+        sums = {name: sum(each.fitted[name].aicc for each in edges) for name in names}
+        form = chosen_form(sums)
+        rejected = {
+            name: reasons[0]
+            for name in names
+            if (reasons := [each.fitted[name].rejected for each in edges if each.fitted[name].rejected])
+        }
+        found = DirectionTimes(
+            direction=edges[0].record.direction,
+            edges=tuple(edges),
+            recorded=mean_of([each.recorded for each in edges]),
+            without_sensor=self.without_sensor(edges, form),
+            form=form,
+            criteria=above_lowest(sums),
+            rejected=rejected,
+            parameters=self.parameters(edges, form),
+            exponential=self.parameters(edges, EXPONENTIAL.name),
+            sensor_limit=self.limit(edges, form),
+            misfit=max(each.fitted[form].misfit for each in edges),
+            words=(),
+        )
+        return replace(found, words=statements(found, sensor=self.sensor, estimated=self.estimated))
+
+    def without_sensor(self, edges: Sequence[EdgeTimes], form: str) -> Interval:
+        """Average the time between the levels of the fitted force."""
+        if form == INSTANTANEOUS.name:
+            others = [each.fitted[EXPONENTIAL.name].between for each in edges]
+            uppers = [each.upper for each in others]
+            if not np.isfinite(uppers).all():
+                return Interval(
+                    value=0.0, method="an instantaneous change fits; an exponential has no upper end"
+                )
+            return Interval(
+                value=0.0, lower=0.0, upper=float(np.mean(uppers)), standard_error=math.nan, count=len(edges),
+                method="an instantaneous change fits best; upper end from the profile of an exponential",
+            )  # fmt: skip
+        mean = mean_of([each.fitted[form].between for each in edges])
+        return self.with_sensor_error(mean, edges, form)
+
+    def with_sensor_error(self, mean: Interval, edges: Sequence[EdgeTimes], form: str) -> Interval:
+        """Add what the uncertainty of a declared sensor contributes, which is common to all edges."""
+        sensor = self.sensor
+        if sensor is None or not (sensor.frequency_error or sensor.quality_error):
+            return mean
+        changed = [
+            replace(sensor, frequency=sensor.frequency + sensor.frequency_error),
+            replace(sensor, quality=sensor.quality + sensor.quality_error),
+        ]
+        moved = []
+        for other in changed:
+            each = [fit_forms(one.record, forms=[one.fitted[form].form], sensor=other)[form] for one in edges]
+            moved.append(float(np.mean([one.between.value for one in each])) - mean.value)
+        half = math.hypot((mean.upper - mean.lower) / 2, 1.96 * math.hypot(*moved))
+        centre = (mean.upper + mean.lower) / 2
+        return replace(
+            mean, lower=max(centre - half, 0.0), upper=centre + half,
+            standard_error=math.hypot(mean.standard_error, *moved), method=f"{mean.method}, and the declared sensor",
+        )  # fmt: skip
+
+    def parameters(self, edges: Sequence[EdgeTimes], form: str) -> dict[str, Interval]:
+        """Average the parameters of the form over the edges."""
+        per_edge = [parameters_of(each, form, driven=self.driven, estimated=self.estimated) for each in edges]
+        return {name: mean_of([each[name] for each in per_edge]) for name in per_edge[0]}
+
+    def limit(self, edges: Sequence[EdgeTimes], form: str) -> float:
+        """Compute the time that an instantaneous change would show through the sensor."""
+        seen = [(each.fitted[form].sensor, each.record.fractions) for each in edges]
+        times = [
+            Sensor(frequency=one[0], quality=one[1]).shortest_time(fractions)
+            for one, fractions in seen
+            if one is not None
+        ]
+        return float(np.mean(times)) if times else math.nan
+
+
+@dataclass(frozen=True, kw_only=True)
+class EdgeTimes:
+    """Times of one edge: the time between the levels as recorded, and the forms of relaxation by name."""
+
+    record: EdgeRecord
+    recorded: Interval
+    fitted: Mapping[str, FittedForm]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionTimes:
+    """Times of all edges of one direction, ``rising`` or ``falling``.
+
+    - `recorded`: time between the levels as recorded, as a mean over the edges.
+    - `without_sensor`: that of the fitted force, the sensor taken out; without a sensor, of the fitted
+      signal.
+    - `form`: simplest form of relaxation whose criterion is at most 2 above the lowest.
+    - `criteria`: AICc of each form over the lowest, summed over the edges; infinite for one of those in
+      `rejected`.
+    - `parameters`: of the best form as means over the edges, in SI: ``delay`` (with a drive),
+      ``time_constant`` or ``time_constant_1`` and ``share_1`` and so on from the shortest, ``stretching``,
+      and ``frequency`` and ``quality`` of an estimated sensor; `exponential` has those of the exponential,
+      whichever form is best.
+    - `sensor_limit`: time between the levels that an instantaneous change would show through the sensor; NaN
+      without a sensor.
+    - `misfit`: largest rms residual over the noise before the edge.
+    """
+
+    direction: str
+    edges: tuple[EdgeTimes, ...]
+    recorded: Interval
+    without_sensor: Interval
+    form: str
+    criteria: Mapping[str, float]
+    rejected: Mapping[str, str]
+    parameters: Mapping[str, Interval]
+    exponential: Mapping[str, Interval]
+    sensor_limit: float
+    misfit: float
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredTimes:
+    """Times between levels of the edges of a recorded signal; a direction without edges is None.
+
+    `levels` are fractions of the range between the levels before and after an edge, counted from the lower
+    one. `sensor` was ``none``, ``declared`` or ``estimated``; `driven` says whether the edges are those of a
+    drive. `skipped` says which edges were not evaluated, and why.
+    """
+
+    signal: str
+    unit: str
+    levels: tuple[float, float]
+    rising: DirectionTimes | None
+    falling: DirectionTimes | None
+    sensor: str
+    driven: bool
+    skipped: tuple[str, ...]
+
+    @property
+    def directions(self) -> tuple[DirectionTimes, ...]:
+        """The directions that have edges, rising before falling."""
+        return tuple(each for each in (self.rising, self.falling) if each is not None)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """All sentences."""
+        return (*(text for each in self.directions for text in each.words), *in_few(self.skipped))
+
+
+def parameters_of(edge: EdgeTimes, form: str, *, driven: bool, estimated: bool) -> dict[str, Interval]:
+    """Return the parameters of a form fitted to one edge, each with its interval, by the names of `DirectionTimes`."""
+    fitted, found = edge.fitted[form], {}
+    estimate, values = fitted.estimate, fitted.estimate.values
+    if driven:
+        error = math.hypot(estimate.standard_deviations["start"], edge.record.reference_error)
+        found["delay"] = from_noise(values["start"], error, freedom=estimate.degrees_of_freedom)
+    ordered = sorted(fitted.form.time_constants, key=lambda name: values[name])
+    changes = fitted.form.amplitudes[:-1]
+    whole = sum(values[name] for name in changes)
+    for place, name in enumerate(ordered, start=1):
+        if len(ordered) == 1:
+            found["time_constant"] = _from_profile(fitted) or estimate.parameter(name)
+            continue
+        found[f"time_constant_{place}"] = estimate.parameter(name)
+        own = name.replace("time_constant", "change")
+        share = values[own] / whole
+        slopes = {each: ((each == own) - share) / whole for each in changes}
+        found[f"share_{place}"] = estimate.derived(share, slopes)
+    for name in ("stretching", *(("frequency", "quality") if estimated else ())):
+        if name in values:
+            found[name] = estimate.parameter(name)
+    return found
+
+
+def _from_profile(fitted: FittedForm) -> Interval | None:
+    """Return the interval of the time constant of an exponential whose time between levels has a profile."""
+    between, value = fitted.between, fitted.estimate.values["time_constant"]
+    if fitted.form is not EXPONENTIAL or not between.method.startswith("profile"):
+        return None
+    lower, upper, error = (
+        each * value / between.value for each in (between.lower, between.upper, between.standard_error)
+    )
+    return replace(between, value=value, lower=lower, upper=upper, standard_error=error)

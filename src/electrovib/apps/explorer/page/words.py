@@ -128,16 +128,9 @@ def safety_words(check: CheckResult) -> str:
 def fit_words(result: FitResult) -> str:
     """Tabulate the estimates of a fit with their 95 % intervals, or the reason why there is none."""
     rows = [
-        (
-            row.name,
-            pretty_quantity(row.value, row.unit, digits=row.digits),
-            f"{pretty_quantity(row.lower, row.unit, digits=row.digits)} to"
-            f" {pretty_quantity(row.upper, row.unit, digits=row.digits)}"
-            if np.isfinite(row.lower)
-            else "–",
-            row.note or row.state,
-        )
+        (row.name, value, ends or "–", row.note or row.state)
         for row in result.rows
+        for value, ends in [row.shown(pretty_quantity)]
     ]
     return _table(("parameter", "estimate", "95 % interval", "note"), rows)
 

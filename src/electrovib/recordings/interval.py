@@ -1,0 +1,241 @@
+"""A number with its 95 % interval, the rows of a table of such numbers, and how they are written."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.units import KINDS, digits_of_interval, format_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+NORMAL: Final = 1.959963984540054
+"""Standard deviations of a normal distribution that hold 95 % of it on both sides."""
+MISFIT: Final = "misfit"
+"""State of every parameter of a model that does not describe the recordings."""
+_UPPER: Final = 0.975
+_FURTHEST: Final = 1e6
+"""Factor between an estimate and a value, or distance in estimates, beyond which an interval counts as open."""
+_ACCURACY: Final = 1e-3
+"""Accuracy of the end of an interval, relative to its distance from the estimate."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interval:
+    """A number with its 95 % interval; what there is none of is NaN.
+
+    - `method`: what the interval is from, or why there is none.
+    - `scatter`: standard deviation between the `count` edges, impacts, ... of which the number is the mean.
+    - `components`: standard errors by their causes, whose squares add to that of `standard_error`.
+    - `choices`: the number for every choice of what is not determined, such as the zero of a sensor.
+    - `open_below`, `open_above`: the data exclude no value on that side, and the end is where the number itself ends.
+    """
+
+    value: float
+    lower: float = math.nan
+    upper: float = math.nan
+    standard_error: float = math.nan
+    scatter: float = math.nan
+    count: int = 1
+    method: str = ""
+    components: Mapping[str, float] = field(default_factory=dict)
+    choices: Mapping[str, float] = field(default_factory=dict)
+    open_below: bool = False
+    open_above: bool = False
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Both ends of the interval."""
+        return self.lower, self.upper
+
+    @property
+    def choice_ends(self) -> tuple[float, float]:
+        """Lowest and highest number over the choices."""
+        return min(self.choices.values()), max(self.choices.values())
+
+    @property
+    def digits(self) -> int:
+        """Digits that show the interval."""
+        return digits_of_interval(self.value, self.lower, self.upper)
+
+    def texts(
+        self, unit: str, *, digits: int | None = None, write: Callable[..., str] | None = None
+    ) -> tuple[str, str]:
+        """Write the number, and both ends of its interval or nothing."""
+        shown = self.digits if digits is None else digits
+        value, *ends = (
+            (write or _shown)(each, unit, digits=shown) for each in (self.value, self.lower, self.upper)
+        )
+        return value, "" if math.isnan(self.upper) else " to ".join(ends)
+
+    def in_words(self, unit: str, *, why: str = "") -> str:
+        """Write the number with its interval and the method, or why there is none."""
+        value, ends = self.texts(unit)
+        if not ends:
+            return f"{value}, no interval: {why or self.method}"
+        method = f" ({self.method})" if self.method else ""
+        scatter = f", scatter {_shown(self.scatter, unit)}" if math.isfinite(self.scatter) else ""
+        return f"{value}, 95 % interval {ends}{method}{scatter}"
+
+
+def from_noise(value: float, standard_error: float, *, freedom: float = math.inf) -> Interval:
+    """Make the interval of a number of one edge by Student's t; without ends if the standard error is not finite."""
+    from scipy.stats import t
+
+    if not math.isfinite(standard_error):
+        return Interval(value=value, method="the samples do not determine it")
+    half = float(t.ppf(_UPPER, min(freedom, 1e9))) * standard_error
+    return Interval(
+        value=value, lower=value - half, upper=value + half, standard_error=standard_error,
+        method="noise of one edge",
+    )  # fmt: skip
+
+
+def from_causes(value: float, components: Mapping[str, float]) -> Interval:
+    """Make the interval of a number whose standard errors by independent causes are known."""
+    error = math.sqrt(sum(each**2 for each in components.values()))
+    half = NORMAL * error
+    return Interval(
+        value=value, lower=value - half, upper=value + half, standard_error=error, components=dict(components),
+        method="all causes",
+    )  # fmt: skip
+
+
+def mean_of(each: Sequence[Interval], *, of: str = "edge") -> Interval:
+    """Compute the mean of a number over edges, by Student's t over the edges; one edge keeps its own interval."""
+    from scipy.stats import t
+
+    if len(each) == 1:
+        return each[0]
+    values = np.array([one.value for one in each])
+    mean, scatter = float(values.mean()), float(values.std(ddof=1))
+    error = scatter / math.sqrt(len(each))
+    half = float(t.ppf(_UPPER, len(each) - 1)) * error
+    return Interval(
+        value=mean, lower=mean - half, upper=mean + half, standard_error=error, scatter=scatter, count=len(each),
+        method=f"Student's t over {len(each)} {of}s",
+    )  # fmt: skip
+
+
+def profile_interval(
+    rise: Callable[[float], float],
+    best: float,
+    *,
+    deviation: float,
+    bounds: tuple[float, float],
+    allowed: float,
+    logarithmic: bool = False,
+) -> Interval:
+    """Find where the smallest sum of squares at a fixed value of one parameter has risen by an allowed amount.
+
+    `rise` maps a value to the rise above the minimum over the variance of the residuals, infinite where no
+    prediction exists; `allowed` is the quantile of chi-squared, or of F, for one parameter. The search begins
+    with `deviation`, not finite or 0 where none is known, and goes outwards by factors if `logarithmic`.
+    """
+
+    def height(value: float) -> float:
+        if value == best:
+            return -math.sqrt(allowed)
+        return math.sqrt(max(rise(value), 0.0)) - math.sqrt(allowed)
+
+    (lower, open_below), (upper, open_above) = (
+        _end(height, best, side, deviation, bounds, logarithmic=logarithmic) for side in (-1, 1)
+    )
+    return Interval(
+        value=best, lower=lower, upper=upper, method="profile", open_below=open_below, open_above=open_above
+    )  # fmt: skip
+
+
+def _end(
+    height: Callable[[float], float],
+    best: float,
+    side: int,
+    deviation: float,
+    bounds: tuple[float, float],
+    *,
+    logarithmic: bool,
+) -> tuple[float, bool]:
+    """Go outwards until the profile is above the allowed rise, then divide the last step."""
+    bound = bounds[0] if side < 0 else bounds[1]
+    known = math.isfinite(deviation) and deviation > 0
+    step = min(2 * deviation / abs(best), 1.0) if known and best else 0.1
+    by_factor = logarithmic and best > 0
+
+    def moved(units: float) -> float:
+        value = (
+            best * math.exp(side * step * units)
+            if by_factor
+            else best + side * units * step * (abs(best) or 1)
+        )
+        return max(value, bound) if side < 0 else min(value, bound)
+
+    inner, outer = 0.0, 1.0
+    while (reached := height(moved(outer))) <= 0:
+        if moved(outer) == bound or outer * step > (math.log(_FURTHEST) if by_factor else _FURTHEST):
+            return bound, True
+        inner, outer = outer, 1.6 * outer
+    if not math.isfinite(reached):
+        return moved(inner), True
+    return moved(_crossing(lambda units: height(moved(units)), inner, outer)), False
+
+
+def _crossing(height: Callable[[float], float], inner: float, outer: float) -> float:
+    """Find where the profile crosses the allowed rise between two distances, in steps."""
+    from scipy.optimize import brentq
+
+    return float(brentq(height, inner, outer, xtol=_ACCURACY * outer))
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatedParameter(Interval):
+    """One parameter of a fit with its interval, in the SI unit `unit`; NaN where there is none, for the reason in `note`.
+
+    - `name`: dotted path, with the session where the parameter varies between sessions.
+    - `method`: ``"symmetric"``, ``"profile"``, ``"sessions"`` or ``"recordings"``; empty without an interval.
+    - `state`: how the data determine it, as in `ScenarioFit.states`.
+    - `systematic`: standard deviation by the calibration errors of the signals, in addition to that by noise.
+    - `low`: lowest value that the parameter may have, below which no interval reaches.
+    """
+
+    name: str
+    unit: str
+    state: str = "well"
+    note: str = ""
+    systematic: float = math.nan
+    low: float = -math.inf
+
+    @property
+    def systematic_ends(self) -> tuple[float, float]:
+        """95 % interval by the calibration errors alone, in SI; NaN where none is stated."""
+        half = NORMAL * self.systematic
+        return max(self.value - half, self.low), self.value + half
+
+    def shown(self, write: Callable[..., str]) -> tuple[str, str]:
+        """Write the estimate, and both ends of its interval or nothing, each by a function of value, unit and digits."""
+        return self.texts(self.unit, write=write)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NumberRow:
+    """One number of a measurement as a row of a table, in its SI unit, and why it may be wrong."""
+
+    group: str
+    name: str
+    unit: str
+    number: Interval
+    note: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The number with its interval, the method, and what may be wrong with it."""
+        known = math.isfinite(self.number.value)
+        text = f"{self.name}: {self.number.in_words(self.unit) if known else f'none, {self.number.method}'}"
+        return f"{text}; {self.note}" if self.note and known else text
+
+
+def _shown(value: float, unit: str, *, digits: int = 4) -> str:
+    return format_quantity(value, unit, digits=digits) if unit in KINDS else f"{value:.{digits}g} {unit}"
