@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -104,3 +106,9 @@ def test_parts_add_up(drive):
 def test_common_period(periods, expected):
     found = common_period(periods)
     assert found == (None if expected is None else pytest.approx(expected, rel=1e-9))
+
+
+def test_the_default_duration_is_five_periods_and_a_drive_that_does_not_repeat_declares_its_own():
+    assert Drive.duration.fget(SimpleNamespace(period=0.02)) == 0.1
+    with pytest.raises(NotImplementedError, match="SimpleNamespace does not repeat"):
+        Drive.duration.fget(SimpleNamespace(period=None))

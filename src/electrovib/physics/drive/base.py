@@ -57,14 +57,17 @@ class Drive(Model, family=True):
         """Return the closed forms whose sum is the drive."""
 
     @property
-    @abstractmethod
     def period(self) -> float | None:
         """Period of the drive [s]; None for a drive that does not repeat."""
+        return None
 
     @property
-    @abstractmethod
     def duration(self) -> float:
-        """Default duration of a simulation under this drive [s]."""
+        """Default duration of a simulation under this drive [s]: five periods; a drive that does not repeat declares its own."""
+        if self.period is None:
+            msg = f"{type(self).__name__} does not repeat, so that it has to declare its duration"
+            raise NotImplementedError(msg)
+        return 5 * self.period
 
     @property
     def time_stamps(self) -> Real | None:

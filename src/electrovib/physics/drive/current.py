@@ -53,11 +53,6 @@ class CurrentSine(Swing):
         """Reciprocal of the frequency [s]."""
         return 1 / self.frequency
 
-    @property
-    def duration(self) -> float:
-        """Five periods [s]."""
-        return 5 / self.frequency
-
 
 class CurrentAmplifier(Drive):
     """A current proportional to a command voltage, which is any drive.

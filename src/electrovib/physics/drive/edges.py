@@ -55,10 +55,6 @@ class Step(Drive):
         return (_pieces([(0.0, self.level)]),)
 
     @property
-    def period(self) -> None:
-        """None: a step does not repeat."""
-
-    @property
     def duration(self) -> float:
         """0.1 s, long compared with the charge relaxation of a finger."""
         return 0.1
@@ -156,11 +152,6 @@ class Square(Levels):
         """Reciprocal of the frequency [s]."""
         return 1 / self.frequency
 
-    @property
-    def duration(self) -> float:
-        """Five periods [s]."""
-        return 5 / self.frequency
-
 
 class PulseTrain(Levels):
     """A pulse train: pulses of one width, repeated with a period."""
@@ -199,11 +190,6 @@ class PulseTrain(Levels):
     def period(self) -> float:
         """Reciprocal of the frequency [s]."""
         return 1 / self.frequency
-
-    @property
-    def duration(self) -> float:
-        """Five periods [s]."""
-        return 5 / self.frequency
 
 
 def _train(low: float, high: float, width: float, period: float, edge: float) -> Linear:

@@ -70,10 +70,6 @@ class Held(Drive):
         return (self._pieces,)
 
     @property
-    def period(self) -> None:
-        """None: a record does not repeat."""
-
-    @property
     def duration(self) -> float:
         """Time from the first sample to the end of the edge to the last [s]."""
         return float(self._pieces.times[-1])

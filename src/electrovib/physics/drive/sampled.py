@@ -152,10 +152,6 @@ class Sampled(Drive):
         return (self._pieces,)
 
     @property
-    def period(self) -> None:
-        """None: a record does not repeat."""
-
-    @property
     def duration(self) -> float:
         """Time from the first sample to the last [s]."""
         return float(self._pieces.times[-1])

@@ -63,11 +63,6 @@ class Sine(Swing):
         """Reciprocal of the frequency [s]."""
         return 1 / self.frequency
 
-    @property
-    def duration(self) -> float:
-        """Five periods [s]."""
-        return 5 / self.frequency
-
 
 class Burst(Swing):
     """A whole number of cycles of a sine, which begins and ends at the offset."""
@@ -98,10 +93,6 @@ class Burst(Swing):
         stop = self.delay + self.cycles / self.frequency
         tone = np.array([-1j * self.amplitude * turn])
         return self._with_offset((Tones(np.array([self.frequency]), tone, self.delay, stop),))
-
-    @property
-    def period(self) -> None:
-        """None: a burst does not repeat."""
 
     @property
     def duration(self) -> float:
@@ -251,10 +242,6 @@ class Chirp(Swing):
     def parts(self) -> tuple[Part, ...]:
         """Return the sine and the offset."""
         return self._with_offset((Chirped.between(self.amplitude, self.first, self.last, self.length),))
-
-    @property
-    def period(self) -> None:
-        """None: a chirp does not repeat."""
 
     @property
     def duration(self) -> float:
