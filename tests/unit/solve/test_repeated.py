@@ -172,3 +172,38 @@ def test_the_closed_form_gives_the_signals_of_the_validated_path(changes, monkey
     monkeypatch.setattr(Expanded, "at", None)  # nothing else is called
     Repeated(Prepared(scenario, free=free), NAMES, times).signals(points[0])
     agree(expected)
+
+
+def test_over_another_band_the_materials_are_reduced_again():
+    skin = papers()["palmar_1995"].skins()["dry_men"].material.to_dict()
+    scenario = ev.load("vezzoli_2014/fig6").replace({"stack.stratum_corneum.material": skin})
+    times = np.linspace(0, 0.05, 11)
+    given = {"time": times, "band": np.geomspace(1e-7, 10, 50)}
+    prepared = Prepared(scenario, free=["contact.area"])
+    own = prepared.signals({}, time=times)["electrostatic_force"]
+    found = prepared.signals({}, **given)["electrostatic_force"]
+    alone = Prepared(scenario, free=["contact.area"]).signals({}, **given)["electrostatic_force"]
+    np.testing.assert_array_equal(found, alone)
+    assert not np.array_equal(found, own)
+    np.testing.assert_allclose(found, own, atol=1e-3 * own.max())
+
+
+def test_the_last_points_are_kept_and_friction_needs_no_other_electrics(monkeypatch):
+    scenario, times = chain(), np.linspace(0, 10e-3, 11)
+    prepared = Prepared(scenario, free=["friction.coefficient", "contact.area"])
+    names = ("electrostatic_force", "lateral_force")
+    first = prepared.signals({}, names=names, time=times)
+    monkeypatch.setattr(closed_form.ClosedElectrics, "of", None)  # nothing electrical is computed again
+    again = prepared.signals(
+        {"friction.coefficient": 2 * prepared.begin["friction.coefficient"]}, names=names, time=times
+    )
+    np.testing.assert_array_equal(again["electrostatic_force"], first["electrostatic_force"])
+    np.testing.assert_allclose(again["lateral_force"], 2 * first["lateral_force"], rtol=1e-12)
+
+
+def test_a_drive_of_many_pieces_is_not_evaluated_piece_by_piece(monkeypatch):
+    fast = chain(drive={"model": "Square", "low": "-50 V", "high": "70 V", "frequency": "5 kHz"})
+    monkeypatch.setattr(closed_form.Pieces, "of", None)
+    assert fast.drive.count_corners(10e-3) > closed_form.MOST_PIECES
+    found = Prepared(fast, free=["contact.area"]).signals({}, time=np.linspace(0, 10e-3, 11))
+    assert np.all(np.isfinite(found["electrostatic_force"]))

@@ -8,7 +8,7 @@ import pytest
 from electrovib.core.model import read_model
 from electrovib.physics.conduction import PolarityConduction
 from electrovib.physics.drive.base import Drive
-from electrovib.solve.electrics.steps import STEPS, STEPS_PER_PERIOD, jump_heights, step_grid
+from electrovib.solve.electrics.steps import STEPS, STEPS_PER_PERIOD, halved, jump_heights, step_grid
 from electrovib.solve.stack.transfer import Transfer
 
 DRIVEN = Transfer(rates=np.array([1e7, 50.0]), gains=np.array([1e4, -5e3]))
@@ -89,3 +89,14 @@ def test_oscillations_are_followed():
 def test_a_single_instant_has_no_step():
     grid = grid_of(read_model(Drive, DRIVES["sine"]), np.zeros(1))
     np.testing.assert_array_equal(grid, [0.0])
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_the_error_of_halved_steps_is_that_of_the_finer_ones(order):
+    def march(grid):
+        return np.full(len(grid), 1 + (grid[1] - grid[0]) ** order)
+
+    grid, fine, coarse, error = halved(np.linspace(0, 1, 5), march, np.asarray, order=order, tolerance=2e-3)
+    assert (len(grid), len(fine)) == (2 * len(coarse) - 1, 2 * len(coarse) - 1)
+    assert error * fine[0] == pytest.approx(fine[0] - 1, rel=1e-9)
+    assert error < 2e-3 < 2**order * error

@@ -86,7 +86,7 @@ def renewed(
     alone = dict(
         zip(rates.tolist(), (Transfer(rates=rates, gains=row) for row in np.eye(len(rates))), strict=True)
     )
-    states = {rate: np.where(moments > 0, row, 0.0) for rate, row in transient(alone, drive, moments).items()}
+    states = transient(alone, drive, moments)  # 0 at time 0
     places = np.searchsorted(moments, began)
     found = {}
     for name, transfer in transfers.items():

@@ -132,42 +132,27 @@ def chunks(samples: int, modes: int) -> list[slice]:
 
 
 def _marched(part: Linear, time: Real) -> tuple[Real, Real, Real | float] | None:
-    """Return starts, ends and durations of the pieces between output times that include every break; otherwise None."""
+    """Return starts, ends and durations of the pieces between output times that include every break; otherwise None.
+
+    The times are the first breaks themselves, or many times of an even grid that begins at 0.
+    """
+    end = float(time[-1])
     if part.begins_with(time):
         last = len(time) - 1
         steps = part.lengths[:last] if part.step is None else part.step
         return part.after[:last], part.before[1 : last + 1], steps
-    even = _even_step(part, time)
-    if even is None:
+    if len(time) < MANY_SAMPLES or time[0] != 0 or part.count_breaks(end) > len(time):
         return None
-    before, after = _sides(part.until(float(time[-1])), time)
-    return after[:-1], before[1:], even
-
-
-def _even_step(part: Linear, time: Real) -> float | None:
-    """Return the step of an even grid that begins at 0 and includes every break, if there are many samples."""
-    if len(time) < MANY_SAMPLES or time[0] != 0:
+    step, rounding, pieces = end / (len(time) - 1), ROUNDING * end, part.until(end)
+    inside = pieces.times <= end + rounding
+    places = np.round(pieces.times[inside] / step).astype(int)
+    off = np.max(np.abs(pieces.times[inside] - step * places))
+    if max(off, np.max(np.abs(time - step * np.arange(len(time))))) > rounding:
         return None
-    end = float(time[-1])
-    if part.count_breaks(end) > len(time):
-        return None
-    step, rounding = end / (len(time) - 1), ROUNDING * end
-    times = part.until(end).times
-    breaks = times[times <= end + rounding]
-    off = np.max(np.abs(breaks - step * np.round(breaks / step)))
-    uneven = np.max(np.abs(time - step * np.arange(len(time))))
-    return step if max(off, uneven) <= rounding else None
-
-
-def _sides(part: Linear, time: Real) -> tuple[Real, Real]:
-    """Return the drive just before and just after each time of a grid that includes every break."""
-    step = float(time[-1]) / (len(time) - 1)
-    after = part.value(time)
+    after = pieces.value(time)
     before = after.copy()
-    inside = part.times <= time[-1] * (1 + ROUNDING)
-    places = np.round(part.times[inside] / step).astype(int)
-    before[places], after[places] = part.before[inside], part.after[inside]
-    return before, after
+    before[places], after[places] = pieces.before[inside], pieces.after[inside]
+    return after[:-1], before[1:], step
 
 
 def periodic_state(part: Linear, rates: Real) -> Real:

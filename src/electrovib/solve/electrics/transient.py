@@ -77,8 +77,12 @@ class Response:
         self.parts, self.settled = parts, settled
         self.slopes = {name: each.slope for name, each in transfers.items() if each.slope}
         self.groups: list[tuple[list[Any], Real, Real, SharedModes]] = []
-        for names, rates in _groups(transfers):
+        together: dict[bytes, list[Any]] = {}  # quantities with the same modes, which are computed once
+        for name, transfer in transfers.items():
+            together.setdefault(transfer.rates.tobytes(), []).append(name)
+        for names in together.values():
             group = [transfers[name] for name in names]
+            rates = group[0].rates
             lag = np.array([each.static is not None for each in group])
             direct = np.array([each.direct if each.static is None else each.static for each in group])
             gains, free = np.array([each.gains for each in group]), np.array([each.free for each in group])
@@ -134,19 +138,6 @@ def how_it_begins(drive: Drive, *, settled: bool) -> str:
     count = count_harmonics(drive) if settled else None
     how = f"exact (harmonics of the drive: {count})" if count else "exact for straight pieces and sines"
     return f"from {'the periodic state' if settled else 'rest'}, {how}"
-
-
-def _groups(transfers: Mapping[K, Transfer]) -> list[tuple[list[K], Real]]:
-    """Collect quantities with the same modes, so that these are computed once."""
-    groups: list[tuple[list[K], Real]] = []
-    for name, transfer in transfers.items():
-        for names, rates in groups:
-            if rates is transfer.rates or np.array_equal(rates, transfer.rates):
-                names.append(name)
-                break
-        else:
-            groups.append(([name], transfer.rates))
-    return groups
 
 
 def _of_part(modes: SharedModes, part: Part, time: Real, *, settled: bool) -> list[Real]:
