@@ -11,7 +11,7 @@ from electrovib.export.spice.ladder import LayerElements, between
 from electrovib.export.spice.reading import FilterToBuild, MeterReading
 from electrovib.export.spice.text import continued, number, remark
 from electrovib.physics.interface import beside_interface
-from electrovib.solve.stack.section import LayerState, inverse_root_thickness
+from electrovib.solve.stack.section import StackLayer, inverse_root_thickness
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -52,7 +52,7 @@ class ReadSection:
         """Layers from the plate to the finger."""
         return tuple(self.slabs)
 
-    def __getitem__(self, name: str) -> LayerState:
+    def __getitem__(self, name: str) -> StackLayer:
         """Return the state of a layer; its displacement is the charge on its capacitors over the area."""
         slab = self.slabs[name]
         thickness, area = slab.layer.thickness, slab.area
@@ -60,7 +60,7 @@ class ReadSection:
         charge |= {
             between(branch.node, slab.finger_side): branch.capacitance / area for branch in slab.branches
         }
-        return LayerState(
+        return StackLayer(
             thickness=thickness,
             material=slab.layer.material,
             field=MeterReading({slab.voltage: 1 / thickness}, self.start.field(name)),

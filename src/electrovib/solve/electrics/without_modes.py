@@ -14,7 +14,7 @@ from electrovib.solve.electrics.attraction import pressed
 from electrovib.solve.electrics.leaks import leaking_slabs
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf
-from electrovib.solve.stack.section import APART, LayerState, StackSection
+from electrovib.solve.stack.section import APART, StackLayer, StackSection
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -118,7 +118,7 @@ def _over_time(scenario: Scenario, found: dict[Key, Real]) -> TimeSection:
     """Return the stack over time in the form that a force law takes."""
     gap = scenario.stack.gap_name
     layers = {
-        name: LayerState(
+        name: StackLayer(
             thickness=found["gap"] if name == gap and "gap" in found else layer.thickness,
             material=layer.material,
             field=found[FieldOf(name)],

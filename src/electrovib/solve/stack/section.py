@@ -31,7 +31,7 @@ IDLE = 1e-12
 
 
 @dataclass(frozen=True)
-class LayerState:
+class StackLayer:
     """State of a layer per unit of the drive: phasors (..., frequencies), transfer functions, or values over time."""
 
     thickness: Column
@@ -44,7 +44,7 @@ class LayerState:
 class StackSection:
     """The states of the layers of a stack, from the plate to the finger."""
 
-    layers: dict[str, LayerState]
+    layers: dict[str, StackLayer]
     roles: Mapping[str, Role]
 
     @property
@@ -52,7 +52,7 @@ class StackSection:
         """Layers from the plate to the finger."""
         return tuple(self.layers)
 
-    def __getitem__(self, name: str) -> LayerState:
+    def __getitem__(self, name: str) -> StackLayer:
         """Return the state of a layer by its name."""
         return self.layers[name]
 
@@ -113,7 +113,7 @@ def section_of_voltages(
     for name, layer in layers.items():
         field = voltages[name] / layer.thickness
         displacement = eps0 * layer.material.bound_permittivity(frequency) * field
-        states[name] = LayerState(layer.thickness, layer.material, field, displacement)
+        states[name] = StackLayer(layer.thickness, layer.material, field, displacement)
     return PhasorSection(
         layers=states,
         roles=roles_of(layers),
@@ -194,7 +194,7 @@ def slabs_of(layers: dict[str, Layer], debye: dict[str, DebyeSum]) -> list[Slab]
 def section_of(layers: dict[str, Layer], debye: dict[str, DebyeSum], modes: StackModes) -> ModalSection:
     """Return modes as a section, with the names and roles of its layers."""
     states = {
-        name: LayerState(layer.thickness, layer.material, field, displacement)
+        name: StackLayer(layer.thickness, layer.material, field, displacement)
         for (name, layer), field, displacement in zip(
             layers.items(), modes.fields, modes.displacements, strict=True
         )

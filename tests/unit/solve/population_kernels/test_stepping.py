@@ -36,7 +36,7 @@ def some_times(kind, seed=1):
         return np.insert(
             np.linspace(0.0, 7e-3, 300), [5, 100, 100], [7e-3 * 4 / 299, 7e-3 * 99 / 299, 7e-3 * 99 / 299]
         )
-    return np.cumsum(random.exponential(1e-5, 300))
+    return np.cumsum(random.exponential(1e-5, 700))  # more kinds of steps than weights are kept for
 
 
 def drive(times, seed=2):
