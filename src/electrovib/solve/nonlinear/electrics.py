@@ -240,14 +240,10 @@ class Electrics(System):
         """Return the mode after the switching function of this index has fallen through zero."""
         return self._watched(time, state, mode, gap, closing)[index][1]
 
-    def attraction(self, state: Real, mode: Mode, *, time: float, gap: float | None = None) -> float:
-        """Compute the Maxwell stress in the gap, eps0 E^2/2.
-
-        `state` (size,).
-        """
+    def attraction(self, state: Real, mode: Mode, *, time: Any, gap: Any = None) -> Any:
+        """Compute the Maxwell stress in the gap, eps0 E^2/2 [Pa], at one time or at n times."""
         moment = self._supplied(time, state, mode, gap, 0.0)[2]
-        field = float(moment.field[self.space.interface])
-        return eps0 * field**2 / 2
+        return eps0 * moment.field[self.space.interface] ** 2 / 2
 
     def _aimed(self, voltage: float) -> float:
         return float(self.amplifier.aim(voltage))
