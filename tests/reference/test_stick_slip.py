@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
-from electrovib.solve.mechanics.skin import OVER_PLATE, SlidingSkin
+from electrovib.solve.mechanics.skin import OVER_PLATE, SlidingSkin, skin_of
 from electrovib.solve.mechanics.sliding import Sliding, sliding
 
 COULOMB = Coulomb(coefficient=0.5)
@@ -375,6 +375,17 @@ def test_nothing_depends_on_the_size(unit):
     )
     assert abs(one.steps - other.steps) <= 0.02 * one.steps
     np.testing.assert_allclose(other.lateral_force / unit, one.lateral_force, rtol=0, atol=1e-6 * STRENGTH)
+
+
+def test_scales_are_positive_at_rest_and_without_friction():
+    """A skin released from its stretch is as fast as F/sqrt(k m), one that is stopped pulls as strongly as u sqrt(k m)."""
+    impedance = np.sqrt(1.5e-3 * 1000)
+    skin, rigid = skin_of(STICKY, **FINGER), skin_of(STICKY, mass=None, stiffness=None, damping=None)
+    assert skin.scales(3.0, 2.0) == rigid.scales(3.0, 2.0) == (3.0, 2.0)
+    assert skin.scales(3.0, 0.0) == pytest.approx((3.0, 3.0 / impedance))
+    assert skin.scales(0.0, 2.0) == pytest.approx((2.0 * impedance, 2.0))
+    assert skin.scales(0.0, 0.0) == pytest.approx((1.0, 1.0 / impedance))
+    assert rigid.scales(0.0, 0.0) == (1.0, 1.0)
 
 
 # ------------------------------------------------------------------ lifted off, and driven

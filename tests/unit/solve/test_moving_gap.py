@@ -256,6 +256,8 @@ def test_several_times_of_a_gap_that_yields_are_one_after_the_other(mass, togeth
         found = asked(states, mode, time=times)
         np.testing.assert_allclose(found, np.transpose(one), rtol=1e-12, atol=0)
         assert np.all(np.ptp(found[-1:], axis=1) > 0)
+    if mass:
+        np.testing.assert_array_equal(system.rate(states, mode, time=times)[-2], states[-1])
 
 
 def test_a_gap_that_only_creeps_follows_its_closed_form():
