@@ -82,6 +82,7 @@ def test_it_slides_as_the_reference_does(law, motion, finger):
         one, other = getattr(quick.energies, name), getattr(exact.energies, name)
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-6 * np.max(exact.energies.work), err_msg=name)
     assert quick.energy_residual < 1e-6
+    assert quick.evaluations < 60 * quick.steps  # Newton's iteration converges as it should
     moved = [event for event in exact.events if event[0] < 0.0399]  # before it is lifted, or a skin rings out
     assert len([event for event in quick.events if event[0] < 0.0399]) == len(moved)
 

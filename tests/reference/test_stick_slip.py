@@ -11,9 +11,8 @@ from scipy.optimize import brentq
 
 from electrovib.core.errors import InputError
 from electrovib.physics.friction import Coulomb, Dahl, LuGre
-from electrovib.solve.mechanics.skin import OVER_PLATE, SlidingSkin
+from electrovib.solve.mechanics.skin import OVER_PLATE, SlidingSkin, skin_of
 from electrovib.solve.mechanics.sliding import Sliding, sliding
-from electrovib.solve.nonlinear.integrate import ORDER
 
 COULOMB = Coulomb(coefficient=0.5)
 STRENGTH = 0.3
@@ -196,6 +195,8 @@ def test_limit_cycle_where_a_steady_slide_is_unstable_only(ratio, share):
         assert np.ptp(late) < 0.01 * STRENGTH / 1000
 
 
+ORDER = 5
+"""Of Radau's method with three stages, where the rate is smooth."""
 LOOSE = 1e-4
 """A tolerance with which the largest step alone sets the steps."""
 STEPS = [2e-4, 1e-4, 5e-5, 2.5e-5]
@@ -239,8 +240,8 @@ def test_order_is_lost_where_reversals_are_not_located(monkeypatch):
     exact = march_steps([STEPS[-1]])[0]
 
     def rate(self, state, mode, *, time):
-        direction = -1 if state[OVER_PLATE] < 0 else 1
-        speed, strength = float(self.speed(time)), float(self.strength_of(time))
+        direction = np.where(state[OVER_PLATE] < 0, -1, 1)
+        speed, strength = self.speed(time), self.strength_of(time)
         return self.skin.rate(state, speed=speed, strength=strength, direction=direction, touches=True)
 
     monkeypatch.setattr(Sliding, "rate", rate)
@@ -351,7 +352,7 @@ def test_a_wrong_heat_is_noticed(monkeypatch):
     honest = SlidingSkin.rate
 
     def rate(self, now, **at):
-        return honest(self, now, **at) * [1, 1, 1, 1, 1, 0.99]
+        return (honest(self, now, **at).T * [1, 1, 1, 1, 1, 0.99]).T
 
     monkeypatch.setattr(SlidingSkin, "rate", rate)
     slide = sliding(
@@ -374,6 +375,17 @@ def test_nothing_depends_on_the_size(unit):
     )
     assert abs(one.steps - other.steps) <= 0.02 * one.steps
     np.testing.assert_allclose(other.lateral_force / unit, one.lateral_force, rtol=0, atol=1e-6 * STRENGTH)
+
+
+def test_scales_are_positive_at_rest_and_without_friction():
+    """A skin released from its stretch is as fast as F/sqrt(k m), one that is stopped pulls as strongly as u sqrt(k m)."""
+    impedance = np.sqrt(1.5e-3 * 1000)
+    skin, rigid = skin_of(STICKY, **FINGER), skin_of(STICKY, mass=None, stiffness=None, damping=None)
+    assert skin.scales(3.0, 2.0) == rigid.scales(3.0, 2.0) == (3.0, 2.0)
+    assert skin.scales(3.0, 0.0) == pytest.approx((3.0, 3.0 / impedance))
+    assert skin.scales(0.0, 2.0) == pytest.approx((2.0 * impedance, 2.0))
+    assert skin.scales(0.0, 0.0) == pytest.approx((1.0, 1.0 / impedance))
+    assert rigid.scales(0.0, 0.0) == (1.0, 1.0)
 
 
 # ------------------------------------------------------------------ lifted off, and driven

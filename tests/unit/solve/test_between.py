@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from electrovib.solve.mechanics.between import Between
+from electrovib.solve.mechanics.between import Between, Cubics
 
 
 def kinked(time):
@@ -22,6 +22,14 @@ def test_it_is_the_force_to_its_stated_error():
     assert between(0.3) == pytest.approx(kinked(np.array(0.3)), abs=1e-9)
     assert between(0.3 - 1e-6) == pytest.approx(kinked(np.array(0.3 - 1e-6)), abs=1e-8)
     assert isinstance(between(0.25), float)
+
+
+def test_a_cubic_is_its_own_interpolation():
+    knots = np.array([0.0, 0.3, 1.0])
+    pieces = Cubics(knots, 2 * knots**3 - knots**2 + 1, 6 * knots**2 - 2 * knots)
+    time = np.linspace(0, 0.999, 50)
+    found = pieces.at(np.searchsorted(knots, time, side="right") - 1, time)
+    np.testing.assert_allclose(found, 2 * time**3 - time**2 + 1, rtol=1e-14)
 
 
 def test_a_corner_that_is_not_named_is_seen_in_the_error():

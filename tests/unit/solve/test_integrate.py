@@ -12,7 +12,10 @@ from scipy.linalg import expm
 
 from electrovib.core.errors import ElectrovibError
 from electrovib.solve.nonlinear import integrate as integrator
-from electrovib.solve.nonlinear.integrate import ORDER, System, integrate, land
+from electrovib.solve.nonlinear.integrate import System, integrate, land
+
+ORDER = 5
+"""Of Radau's method with three stages, where the rate is smooth."""
 
 
 class Plain(System):
@@ -121,7 +124,7 @@ class Kicked(Plain):
         return state + 1 if time == 2.0 else state
 
     def rate(self, state, _mode, *, time):
-        return (3.0 if time >= 1 else 0.0) - state
+        return np.where(np.asarray(time) >= 1, 3.0, 0.0) - state
 
     def exact(self, time):
         to_one = np.exp(-np.minimum(time, 1))
@@ -150,8 +153,8 @@ class Window(Plain):
 
     scale = np.ones(1)
 
-    def rate(self, _state, _mode, **_):
-        return np.ones(1)
+    def rate(self, state, _mode, **_):
+        return np.ones_like(state)
 
     def switches(self, state, mode, **_):
         return np.array([{0: 0.4, 1: 0.45, 2: np.inf}[mode[0]] - state[0]])
@@ -180,11 +183,11 @@ class Dip(Plain):
 
     scale = np.ones(1)
 
-    def rate(self, _state, _mode, **_):
-        return np.ones(1)
+    def rate(self, state, _mode, **_):
+        return np.ones_like(state)
 
     def switches(self, state, mode, **_):
-        return np.array([(state[0] - 0.5) ** 2 - 0.2**2 if mode == (0,) else 1.0])
+        return (state - 0.5) ** 2 - 0.2**2 if mode == (0,) else np.ones_like(state)
 
     def following(self, _index, _state, _mode, **_):
         return (1,)
@@ -196,8 +199,8 @@ def test_a_switch_that_has_risen_again_is_found():
 
 
 class Chatter(Window):
-    def switches(self, _state, _mode, **_):
-        return np.array([-1.0])
+    def switches(self, state, _mode, **_):
+        return -np.ones_like(state)
 
 
 def test_chatter_is_refused(monkeypatch):
@@ -220,6 +223,18 @@ def test_what_has_no_solution_is_refused(step):
         pytest.raises(ElectrovibError, match="could not be solved"),
     ):
         integrate(Exploding(), np.array([1.0]), (), np.array([0.0, 2.0]), step=step)
+
+
+class Undefined(Plain):
+    scale = np.ones(1)
+
+    def rate(self, state, _mode, **_):
+        return np.where(state < 2, 1.0, np.nan)
+
+
+def test_a_rate_that_is_not_a_number_is_refused():
+    with np.errstate(invalid="ignore"), pytest.raises(ElectrovibError, match="could not be solved beyond"):
+        integrate(Undefined(), np.array([1.0]), (), np.array([0.0, 2.0]))
 
 
 class Linear(Plain):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -131,7 +130,6 @@ class Between:
             self._missed = self._every_other()
         else:
             self._halve(force_at)
-        self._listed: Any = None
 
     @property
     def pieces(self) -> Cubics:
@@ -140,14 +138,7 @@ class Between:
 
     def __call__(self, time: Any) -> Any:
         """Return the force at times [s], scalar or array [N]."""
-        pieces = self._pieces
-        if np.ndim(time) == 0:
-            if self._listed is None:  # one time in plain numbers is many times faster than with an array
-                self._listed = tuple(each.tolist() for each in pieces)
-            knots, values, slopes = self._listed
-            place = min(max(bisect_right(knots, time) - 1, 0), len(knots) - 2)
-            return cubic(knots, values, slopes, place, float(time))
-        return pieces.at(self._place(np.asarray(time)), np.asarray(time))
+        return self._pieces.at(self._place(np.asarray(time)), np.asarray(time))
 
     def error(self) -> float:
         """Return the estimated error of the cubics over the largest force [1]."""

@@ -16,10 +16,10 @@ from electrovib.physics.friction import bristle
 from electrovib.physics.friction.bristle import strength_at_speed, yielding_rate
 from electrovib.solve.mechanics import between, skin
 from electrovib.solve.mechanics.between import cubic
-from electrovib.solve.mechanics.skin import KINDS, let_go, rates_of_skin
+from electrovib.solve.mechanics.skin import DEFLECTION, KINDS, OVER_PLATE, let_go, rates_of_skin
 from electrovib.solve.meter import Meter
 from electrovib.solve.nonlinear import integrate
-from electrovib.solve.nonlinear.integrate import COEFFICIENTS, MOST_EVENTS, NODES, WEIGHTS
+from electrovib.solve.nonlinear.integrate import MOST_EVENTS, NODES, WEIGHTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,6 +36,8 @@ AT_ONCE = 100_000
 """Steps in one call, some tenths of a second: between calls the run can be interrupted and reports its progress."""
 _SMALLEST_STEP = 1e-15
 _STAGES = 3
+_COEFFICIENTS = np.linalg.inv(NODES[:, None] ** np.arange(1, _STAGES + 1))
+"""Matrix from the increments of the stages to coefficients of powers of the share of a step."""
 _MOST_ITERATIONS = 80
 _SETTLED = 1e-3  # change over the tolerance at which Newton's iteration ends
 _REAL = 3 + 3 ** (2 / 3) - 3 ** (1 / 3)
@@ -119,7 +121,7 @@ def _at(time: Any, given: Any, memory: Any) -> Any:
 def _rates(state: Any, at: Any, rates: Any) -> Any:
     """Compute the rates of all states."""
     strength, speed, touch, direction, law, body = at
-    deflection, over_plate = state[0], state[2] if body[0] > 0 else speed
+    deflection, over_plate = state[DEFLECTION], state[OVER_PLATE] if body[0] > 0 else speed
     level = _level_at(over_plate, strength, law.excess, law.stribeck_speed)
     numbers = law.stiffness, law.exponent, law.nearest / strength
     rate = touch * _deflection_rate(deflection, over_plate, level, direction, *numbers)
@@ -224,7 +226,7 @@ def _state_at(share: Any, before: Any, stages: Any, state: Any) -> Any:
         power = share
         for order in range(_STAGES):
             for stage in range(_STAGES):
-                state[row] += stages[stage, row] * COEFFICIENTS[order, stage] * power
+                state[row] += stages[stage, row] * _COEFFICIENTS[order, stage] * power
             power *= share
 
 
@@ -266,8 +268,8 @@ def _switch(kind: Any, state: Any, strength: Any, given: Any, memory: Any) -> An
     """Return a quantity that is above 0 in the mode: speed along its direction, or remaining share of the strength."""
     direction = memory[DIRECTION]
     if kind == 0:
-        return direction * state[2] + given.turned
-    left = 1 - direction * given.law.stiffness * state[0] / strength
+        return direction * state[OVER_PLATE] + given.turned
+    left = 1 - direction * given.law.stiffness * state[DEFLECTION] / strength
     return memory[SIDE] * left + given.passed / strength
 
 
@@ -335,7 +337,7 @@ def _turn(kind: Any, now: Any, state: Any, strength: Any, given: Any, memory: An
     if kind == 1:
         memory[SIDE] = -memory[SIDE]
         return
-    left = 1 + direction * given.law.stiffness * state[0] / strength
+    left = 1 + direction * given.law.stiffness * state[DEFLECTION] / strength
     memory[DIRECTION], memory[SIDE] = -direction, 1.0 if left >= 0 else -1.0
 
 

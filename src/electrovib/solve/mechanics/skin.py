@@ -29,20 +29,21 @@ def rates_of_skin(state: Any, rate: Any, friction: Any, speed: Any, bristles: An
     mass, stiffness and damping of the skin, of which a mass of 0 stands for a skin that moves with the bone.
     """
     mass, stiffness, damping = body
-    held = bristles * state[0]
+    held = bristles * state[DEFLECTION]
     if mass == 0:
-        return rate, 0.0, 0.0, friction * speed, 0.0, friction * speed - held * rate
-    over_plate = state[2]
+        work, still = friction * speed, 0.0 * rate
+        return rate, still, still, work, still, work - held * rate
+    over_plate = state[OVER_PLATE]
     lag = speed - over_plate
-    hand = stiffness * state[1] + damping * lag
+    hand = stiffness * state[DISPLACEMENT] + damping * lag
     push = (hand - friction) / mass
     return rate, lag, push, hand * speed, damping * lag * lag, friction * over_plate - held * rate
 
 
 def let_go(state: Real, stiffness: float) -> None:
     """Set the deflection of the bristles to 0 [m]; their energy becomes heat [J]."""
-    state[5] += stiffness * state[0] ** 2 / 2
-    state[0] = 0.0
+    state[HEAT] += stiffness * state[DEFLECTION] ** 2 / 2
+    state[DEFLECTION] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,25 +99,23 @@ class SlidingSkin:
         """Whether the skin moves with the bone."""
         return self.body[0] == 0
 
-    def rate(self, now: Real, *, speed: float, strength: float, direction: int, touches: bool) -> Real:
+    def rate(self, now: Real, *, speed: Any, strength: Any, direction: int, touches: Any) -> Real:
         """Return the rate of change of the states, at a speed of the bone [m/s] and a strength [N].
 
-        `now` (6,); returns `rate` (6,).
+        `now` (6,) or (6, n); returns `rate` of the same shape.
         """
-        rate, friction = 0.0, 0.0
-        if touches:
-            deflection, over_plate = now[DEFLECTION], self.over_plate(now, speed=speed)
-            rate = self.law.deflection_rate(deflection, over_plate, strength, direction)
-            friction = self.law.force(deflection, rate, over_plate)
+        deflection, over_plate = now[DEFLECTION], self.over_plate(now, speed=speed)
+        rate = np.where(touches, self.law.deflection_rate(deflection, over_plate, strength, direction), 0.0)
+        friction = np.where(touches, self.law.force(deflection, rate, over_plate), 0.0)
         return np.array(rates_of_skin(now, rate, friction, speed, self.law.stiffness, self.body))
 
     def over_plate(self, now: Real, *, speed: Any) -> Any:
         """Return the speed of the skin over the plate at a speed of the bone [m/s]."""
         return speed if self.is_rigid else now[OVER_PLATE]
 
-    def left(self, now: Real, *, strength: float, direction: int) -> float:
-        """Return the share of the strength [N] that the bristles have not reached yet, from the states (6,) [1]."""
-        return float(1 - direction * self.law.stiffness * now[DEFLECTION] / strength)
+    def left(self, now: Real, *, strength: Any, direction: int) -> Any:
+        """Return the share of the strength [N] that the bristles have not reached yet [1]."""
+        return 1 - direction * self.law.stiffness * now[DEFLECTION] / strength
 
     def scales(self, strength: float, speed: float) -> tuple[float, float]:
         """Return scales of strength [N] and speed [m/s] above 0 from their largest values.

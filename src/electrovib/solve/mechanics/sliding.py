@@ -83,19 +83,20 @@ class Sliding(System):
             let_go(after, self.skin.law.stiffness)
         return after
 
-    def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Return the rate of change of each state at a time [s]."""
-        speed, strength = float(self.speed(time)), float(self.strength_of(time))
-        touches = bool(self.touches(time))
-        return self.skin.rate(state, speed=speed, strength=strength, direction=mode[0], touches=touches)
+    def rate(self, state: Real, mode: Mode, *, time: Any) -> Real:
+        """Return the rate of change of each state at times [s]."""
+        speed, strength = self.speed(time), self.strength_of(time)
+        return self.skin.rate(
+            state, speed=speed, strength=strength, direction=mode[0], touches=self.touches(time)
+        )
 
-    def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Return speed [m/s] and remaining share of the strength [1] at a time [s], each times its sign in the mode."""
+    def switches(self, state: Real, mode: Mode, *, time: Any) -> Real:
+        """Return speed [m/s] and remaining share of the strength [1] at times [s], each times its sign in the mode."""
         direction, side = mode
-        along = direction * self.skin.over_plate(state, speed=float(self.speed(time)))
+        along = direction * self.skin.over_plate(state, speed=self.speed(time))
         if self.skin.law.yields_smoothly:
             return np.array([along])
-        left = self.skin.left(state, strength=float(self.strength_of(time)), direction=direction)
+        left = self.skin.left(state, strength=self.strength_of(time), direction=direction)
         return np.array([along, side * left + DEAD_BAND])
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
@@ -104,7 +105,7 @@ class Sliding(System):
         if index == 1:
             return (direction, -side)
         turned = -direction
-        left = self.skin.left(state, strength=float(self.strength_of(time)), direction=turned)
+        left = self.skin.left(state, strength=self.strength_of(time), direction=turned)
         return (turned, 1 if left >= 0 else -1)
 
     def strength_of(self, time: float | Real) -> Real:

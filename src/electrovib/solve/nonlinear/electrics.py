@@ -201,53 +201,26 @@ class Electrics(System):
             state[-1] = across + state[place]
         return state
 
-    def rate(
-        self,
-        state: Real,
-        mode: Mode,
-        *,
-        time: float | Real,
-        gap: float | Real | None = None,
-        closing: float | Real = 0.0,
-    ) -> Real:
+    def rate(self, state: Real, mode: Mode, *, time: Any, gap: Any = None, closing: Any = 0.0) -> Real:
         """Return the rate of change of each state [its unit/s], at one time or at n times."""
         _, slope, moment = self._supplied(time, state, mode, gap, closing)
         own = self.space.rate(state[: self.space.size], moment, slope=slope)
         return own if self.follows else np.concatenate([own, np.broadcast_to(slope, state.shape[1:])[None]])
 
-    def switches(
-        self,
-        state: Real,
-        mode: Mode,
-        *,
-        time: float | Real,
-        gap: float | Real | None = None,
-        closing: float | Real = 0.0,
-    ) -> Real:
+    def switches(self, state: Real, mode: Mode, *, time: Any, gap: Any = None, closing: Any = 0.0) -> Real:
         """Return values that stay above 0 as long as the mode holds, at one time or at n times."""
         return np.array([value for value, _ in self._watched(time, state, mode, gap, closing)])
 
     def following(
-        self,
-        index: int,
-        state: Real,
-        mode: Mode,
-        *,
-        time: float,
-        gap: float | None = None,
-        closing: float = 0.0,
+        self, index: int, state: Real, mode: Mode, *, time: float, gap: Any = None, closing: Any = 0.0
     ) -> Mode:
         """Return the mode after the switching function of this index has fallen through zero."""
         return self._watched(time, state, mode, gap, closing)[index][1]
 
-    def attraction(self, state: Real, mode: Mode, *, time: float, gap: float | None = None) -> float:
-        """Compute the Maxwell stress in the gap, eps0 E^2/2.
-
-        `state` (size,).
-        """
+    def attraction(self, state: Real, mode: Mode, *, time: Any, gap: Any = None) -> Any:
+        """Compute the Maxwell stress in the gap, eps0 E^2/2 [Pa], at one time or at n times."""
         moment = self._supplied(time, state, mode, gap, 0.0)[2]
-        field = float(moment.field[self.space.interface])
-        return eps0 * field**2 / 2
+        return eps0 * moment.field[self.space.interface] ** 2 / 2
 
     def _aimed(self, voltage: float) -> float:
         return float(self.amplifier.aim(voltage))

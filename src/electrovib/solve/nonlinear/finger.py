@@ -112,14 +112,6 @@ class FingerOverPlate(System):
         own = self.electrics.jump(state[:count], time=time)
         return np.concatenate([own, state[count:]])
 
-    def rates(self, states: Real, mode: Mode, *, times: Real) -> Real:
-        """Return the rate of change of each state [its unit/s] at n times, all at once."""
-        return self.rate(states, mode, time=times)
-
-    def watched(self, states: Real, mode: Mode, *, times: Real) -> Real:
-        """Return the switching functions at n times, all at once."""
-        return self.switches(states, mode, time=times)
-
     def rate(self, state: Real, mode: Mode, *, time: Any) -> Real:
         """Return the rate of change of each state [its unit/s]."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
@@ -183,27 +175,21 @@ class FingerOnSurface(FingerOverPlate):
         state, mode = self.electrics.begin(self.motion.start)
         return np.append(state, [self.motion.start, 0.0][: self.mechanical]), mode
 
-    def rates(self, states: Real, mode: Mode, *, times: Real) -> Real:
-        """Return the rate of change of each state [its unit/s] at n times, one after the other."""
-        return System.rates(self, states, mode, times=times)
-
-    def watched(self, states: Real, mode: Mode, *, times: Real) -> Real:
-        """Return the switching functions at n times, one after the other."""
-        return System.watched(self, states, mode, times=times)
-
     def rate(self, state: Real, mode: Mode, *, time: Any) -> Real:
         """Return the rate of change of each state [its unit/s]."""
         own, (gap, closing) = state[: self.electrics.size], self._gap(time, state, mode)
         found = self.electrics.rate(own, mode, time=time, gap=gap, closing=closing)
         if self.motion.mass > 0:
             push = self._push(time, state, mode) - self.motion.damping * closing
-            return np.append(found, [closing, push / self.motion.mass])
-        return np.append(found, closing)
+            return np.concatenate([found, [closing, push / self.motion.mass]])
+        return np.concatenate([found, [closing]])
 
     def switches(self, state: Real, mode: Mode, *, time: Any) -> Real:
         """Return values that stay above 0 as long as the mode holds, the last one as long as the gap is open."""
-        open_ = float(state[self.electrics.size]) / self.motion.start - CLOSED
-        return np.append(super().switches(state, mode, time=time), open_)
+        open_ = state[self.electrics.size] / self.motion.start - CLOSED
+        return np.concatenate(
+            [super().switches(state, mode, time=time).reshape(-1, *np.shape(open_)), [open_]]
+        )
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
         """Return the mode after the switching function of this index has fallen through zero; a closed gap is refused."""
@@ -223,27 +209,27 @@ class FingerOnSurface(FingerOverPlate):
             " topography or a shorter time.duration; 'electrovib equilibrium' shows the gap at a voltage"
         )
 
-    def _pull(self, time: float, state: Real, mode: Mode) -> float:
+    def _pull(self, time: Any, state: Real, mode: Mode) -> Any:
         """Return the pressure of the attraction over the contact [Pa]."""
         count = self.electrics.size
-        gap = float(state[count])
+        gap = state[count]
         return self.motion.pulling * self.electrics.attraction(state[:count], mode, time=time, gap=gap)
 
-    def _push(self, time: float, state: Real, mode: Mode) -> float:
+    def _push(self, time: Any, state: Real, mode: Mode) -> Any:
         """Return the pressure that opens the gap [Pa]: that of the surface, less load and attraction."""
-        held = float(self.motion.surface.pressure(float(state[self.electrics.size])))
+        held = self.motion.surface.pressure(state[self.electrics.size])
         return held - self._pressing(time, self._pull(time, state, mode))
 
-    def _pressing(self, time: float, pull: float) -> float:
+    def _pressing(self, time: Any, pull: Any) -> Any:
         """Return the pressure of load and attraction together [Pa]."""
-        together = self.motion.together
-        return self.motion.load(time) + pull if together is None else together(time, pull)
+        together = self.motion.together or (lambda when, pulled: self.motion.load(when) + pulled)
+        return np.vectorize(together, otypes=[float])(time, pull)[()]
 
     def _gap(self, time: Any, state: Real, mode: Mode | None) -> tuple[Any, Any]:
         """Return the gap [m] and its rate of change [m/s]."""
-        gap = float(state[self.electrics.size])
+        gap = state[self.electrics.size]
         if self.motion.mass > 0:
-            return gap, float(state[self.electrics.size + 1])
+            return gap, state[self.electrics.size + 1]
         return gap, 0.0 if mode is None else self._push(time, state, mode) / self.motion.damping
 
     def _gaps(self, times: Real, states: Real) -> tuple[Any, Any]:
@@ -257,8 +243,8 @@ class FingerOnSurface(FingerOverPlate):
         # the field does not depend on the rate of change of the gap
         field = found[FieldOf(self.electrics.space.names[moving])]
         pulls = self.motion.pulling * eps0 * field**2 / 2
-        pressing = [self._pressing(*each) for each in zip(times.tolist(), pulls.tolist(), strict=True)]
-        return gap, (self.motion.surface.pressure(gap) - np.array(pressing)) / self.motion.damping
+        push = self.motion.surface.pressure(gap) - self._pressing(times, pulls)
+        return gap, push / self.motion.damping
 
 
 def follow_finger(

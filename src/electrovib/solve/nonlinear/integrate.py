@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -25,15 +25,17 @@ if TYPE_CHECKING:
     Rates: TypeAlias = Callable[[Real, Real], Real]
 
 
-NODES = np.array([(4 - 6**0.5) / 10, (4 + 6**0.5) / 10, 1.0])
+_ROOT = np.sqrt(6.0)
+NODES = np.array([(4 - _ROOT) / 10, (4 + _ROOT) / 10, 1.0])
 """Radau IIA, three stages: zeros of x^2 (x - 1)^3 differentiated twice (Hairer and Wanner 1996, IV.5)."""
-_POWERS = np.arange(1, 4)
-COEFFICIENTS = np.linalg.inv(NODES[:, None] ** _POWERS)
-"""Matrix from the increments of the stages to coefficients of powers of the share of a step."""
-WEIGHTS = NODES[:, None] ** _POWERS / _POWERS @ np.linalg.inv(NODES[:, None] ** (_POWERS - 1))
-"""Integral of each stage's polynomial from the beginning to each node, as a share of the step."""
-ORDER = 5
-"""Order of convergence where the rate is smooth."""
+WEIGHTS = np.array(
+    [
+        [(88 - 7 * _ROOT) / 360, (296 - 169 * _ROOT) / 1800, (-2 + 3 * _ROOT) / 225],
+        [(296 + 169 * _ROOT) / 1800, (88 + 7 * _ROOT) / 360, (-2 - 3 * _ROOT) / 225],
+        [(16 - _ROOT) / 36, (16 + _ROOT) / 36, 1 / 9],
+    ]
+)
+"""Integral of each stage's polynomial from the beginning to each node, as a share of the step (the same place)."""
 Mode: TypeAlias = tuple[int, ...]
 """The side of each kink on which a system is: signs and states that hold until the next event."""
 TOLERANCE = 1e-9
@@ -72,32 +74,16 @@ class System(Protocol):
         `state` (states,); returns `state` (states,).
         """
 
-    def rate(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Return the rate of change of each state.
+    def rate(self, state: Real, mode: Mode, *, time: Any) -> Real:
+        """Return the rate of change of each state, at one time or at n times.
 
-        `state` (states,); returns `rate` (states,).
+        `state` (states,) or (states, n); returns `rate` of the same shape.
         """
 
-    def rates(self, states: Real, mode: Mode, *, times: Real) -> Real:
-        """Return the rates of change at several times: `rate` for each.
+    def switches(self, state: Real, mode: Mode, *, time: Any) -> Real:
+        """Return the switching functions, which stay above 0 as long as the mode holds, at one time or at n times.
 
-        `states` (states, n), `times` (n,); returns `rates` (states, n).
-        """
-        every = zip(states.T, times.tolist(), strict=True)
-        return np.transpose([self.rate(state, mode, time=time) for state, time in every])
-
-    def watched(self, states: Real, mode: Mode, *, times: Real) -> Real:
-        """Return the switching functions at several times: `switches` for each.
-
-        Returns `values` (switches, n).
-        """
-        every = zip(states.T, times.tolist(), strict=True)
-        return np.transpose([self.switches(state, mode, time=time) for state, time in every])
-
-    def switches(self, state: Real, mode: Mode, *, time: float) -> Real:
-        """Return the switching functions, which stay above 0 as long as the mode holds.
-
-        `state` (states,); returns `values` (switches,).
+        `state` (states,) or (states, n); returns `values` (switches,) or (switches, n).
         """
 
     def following(self, index: int, state: Real, mode: Mode, *, time: float) -> Mode:
@@ -233,7 +219,7 @@ def _leg(
     def rate(every: Real, now: Real) -> Real:
         nonlocal asked
         asked += len(every)
-        return system.rates(now, mode, times=np.minimum(every, latest))
+        return system.rate(now, mode, time=np.minimum(every, latest))
 
     pieces: list[DenseOutput] = []
     event = None
@@ -347,7 +333,7 @@ def first_fall(
 
     looks = before + (after - before) * _LOOKS
     inside = np.column_stack([piece(looks), state])
-    values = system.watched(inside, mode, times=np.append(looks, after)).T
+    values = system.switches(inside, mode, time=np.append(looks, after)).T
     fallen = values < 0
     if not fallen.any():
         return None

@@ -309,7 +309,8 @@ def test_states_stand_beside_others():
 
         def rate(self, state, mode, *, time):
             pull = self.electrics.attraction(state[:-1], mode, time=time)
-            return np.append(self.electrics.rate(state[:-1], mode, time=time), (pull - state[-1]) / 1e-3)
+            lag = (pull - state[-1]) / 1e-3
+            return np.concatenate([self.electrics.rate(state[:-1], mode, time=time), [lag]])
 
         def switches(self, state, mode, *, time):
             return self.electrics.switches(state[:-1], mode, time=time)
@@ -352,12 +353,10 @@ def test_several_times_at_once_are_one_after_the_other(amplifier, drive):
         if (clipped and electrics.volts == 100) or (held and not electrics.limited):
             continue
         mode = (clipped, held, sign)
-        for together, one in (
-            (system.rates, System.rates),
-            (system.watched, System.watched),
-        ):
-            expected = one(system, states, mode, times=times)
-            found = together(states, mode, times=times)
+        for asked in (system.rate, system.switches):
+            every = zip(states.T, times.tolist(), strict=True)
+            expected = np.transpose([asked(state, mode, time=time) for state, time in every])
+            found = asked(states, mode, time=times)
             size = np.max(np.abs(expected), axis=1, keepdims=True)
             assert np.all(np.abs(found - expected) <= 1e-12 * size)
 
