@@ -63,7 +63,7 @@ class Release:
         )
         grid = _with_resonance(free["frequency"]) if resonant else _without_resonance(window)
         starts = problem.best_starts(grid, 4 if resonant else 6)
-        return cls(stamps=stamps, problem=problem, values=problem.solve(starts).values)
+        return cls(stamps=stamps, problem=problem, values=problem.minimum(starts).values)
 
     def refined(self, *, kept: NDArray[np.bool_] | None = None, fall_time: float | None = None) -> Release:
         """Fit the same release to a part of the samples, or with a prescribed fall time."""
@@ -75,7 +75,7 @@ class Release:
         if fall_time is not None:
             held = {"time_constant": fall_time}
             start["start"] = max(self.delay - fall_time, 0.0)
-        found = problem.holding(**held).solve([start])
+        found = problem.holding(**held).minimum([start])
         return Release(stamps=stamps, problem=problem, values={**found.values, **held})
 
     @property
