@@ -9,8 +9,10 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
 
-def autocovariance(residual: NDArray[np.float64], *, fitted: int = 0) -> NDArray[np.float64]:
+
+def autocovariance(residual: Real, *, fitted: int = 0) -> Real:
     """Return the autocovariance of residuals at lags of 0 to n - 1 samples, by an autoregression of second order.
 
     `residual` is about 0 at even intervals, n >= 4; `fitted` parameters were fitted to these samples. The
@@ -43,12 +45,12 @@ def rough_noise(values: NDArray[Any]) -> float:
     return float(np.median(np.abs(np.diff(values, 3))) / 0.6745 / np.sqrt(20 * parts))
 
 
-def averages(values: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+def averages(values: Real, count: int) -> Real:
     """Return the means of successive groups of samples; what is left at the end is omitted."""
     return np.asarray(values[: len(values) // count * count].reshape(-1, count).mean(axis=1))
 
 
-def covariance(*, jacobian: NDArray[np.float64], autocovariance: NDArray[np.float64]) -> NDArray[np.float64]:
+def covariance(*, jacobian: Real, autocovariance: Real) -> Real:
     """Return the covariance of parameters fitted by least squares to samples with noise of known autocovariance.
 
     (J^T J)^-1 J^T R J (J^T J)^-1 with the `jacobian` J (n, p) and the covariance R of the noise, for a fit
@@ -67,7 +69,7 @@ def covariance(*, jacobian: NDArray[np.float64], autocovariance: NDArray[np.floa
     return np.asarray(inverse @ matmul_toeplitz(lags, inverse.T))
 
 
-def line(*, time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, float, float, float]:
+def line(*, time: Real, values: Real) -> tuple[float, float, float, float]:
     """Fit a straight line: mean, its standard error, slope, its standard error, with the correlation of the samples."""
     jacobian = np.column_stack([np.ones_like(time), time - time.mean()])
     mean, slope = (float(value) for value in np.linalg.lstsq(jacobian, values, rcond=None)[0])

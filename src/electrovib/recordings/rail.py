@@ -11,6 +11,7 @@ from electrovib.core.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
     from electrovib.recordings.recording import Recording
     from electrovib.recordings.spans import Span
     from electrovib.recordings.swipe.parts import Touch
@@ -27,7 +28,7 @@ _MOST = 0.5
 """Largest fraction of a window at the end of the range with which a force is still computed."""
 
 
-def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
+def at_rail(reading: Real) -> NDArray[np.bool_]:
     """Find the samples at which a sensor is at the end of its range, at a reading that occurs much more often than any other.
 
     A converter at the end of its range repeats one number, while a force within the range comes with noise. A
@@ -45,7 +46,7 @@ def at_rail(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
     return found if len(noise) and np.median(noise) > _NOISE * step else np.zeros_like(found)
 
 
-def at_extreme(reading: NDArray[np.float64]) -> NDArray[np.bool_]:
+def at_extreme(reading: Real) -> NDArray[np.bool_]:
     """Find the samples at a highest or lowest reading that repeats, at a rail or because the quantity is constant."""
     low, high = reading.min(), reading.max()
     found = np.zeros(len(reading), dtype=np.bool_)

@@ -44,10 +44,10 @@ class Recording:
     - `at_rail`: for ``normal`` and ``lateral``, True where the sensor is at the end of its range.
     """
 
-    time: NDArray[np.float64]
-    normal_force: NDArray[np.float64]
-    lateral_force: NDArray[np.float64]
-    position: NDArray[np.float64] | None
+    time: Real
+    normal_force: Real
+    lateral_force: Real
+    position: Real | None
     step: float
     channels: TribometerChannels
     source: str
@@ -88,7 +88,7 @@ def read_recording(path: Path, channels: TribometerChannels) -> Recording:
 
 
 def calibrated(
-    columns: Mapping[str, NDArray[np.float64]], channels: TribometerChannels, *, source: str = "the recording"
+    columns: Mapping[str, Real], channels: TribometerChannels, *, source: str = "the recording"
 ) -> Recording:
     """Compute forces and a position from the columns ``normal``, ``lateral``, ``encoder`` and ``time`` of a tribometer."""
     needed = ["normal", "lateral"]
@@ -123,8 +123,8 @@ def calibrated(
 
 
 def _on_time(
-    columns: dict[str, NDArray[np.float64]], clock: Clock, whole: NDArray[np.bool_], source: str
-) -> tuple[dict[str, NDArray[np.float64]], NDArray[np.float64]]:
+    columns: dict[str, Real], clock: Clock, whole: NDArray[np.bool_], source: str
+) -> tuple[dict[str, Real], Real]:
     """Return the rows that are kept and their times; an omitted row leaves a gap in time."""
     rows = np.flatnonzero(whole)
     if isinstance(clock, TimeColumn):
@@ -136,7 +136,7 @@ def _on_time(
     return {name: values[rows] for name, values in columns.items()}, time
 
 
-def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -> NDArray[np.bool_]:
+def increasing(time: Real, stamps: StampTreatment, source: str) -> NDArray[np.bool_]:
     """Return which samples of a record to keep so that time stamps increase, or refuse the record; 100 have to be left."""
     try:
         kept = stamps.keep(time)
@@ -152,9 +152,7 @@ def increasing(time: NDArray[np.float64], stamps: StampTreatment, source: str) -
     return kept
 
 
-def without_missing(
-    columns: Mapping[str, NDArray[np.float64]], allowed: int, source: str
-) -> NDArray[np.bool_]:
+def without_missing(columns: Mapping[str, Real], allowed: int, source: str) -> NDArray[np.bool_]:
     """Find the rows of a record in which every value is a finite number; refuse if more than `allowed` are not."""
     kept = np.all([np.isfinite(values) for values in columns.values()], axis=0)
     missing = int(np.count_nonzero(~kept))
@@ -170,7 +168,7 @@ def without_missing(
     raise InputError(f"{'; '.join(faults)}. This concerns {rows} of {len(kept)}; {may}.", path=source)
 
 
-def _faults(source: str, name: str, values: NDArray[np.float64]) -> list[str]:
+def _faults(source: str, name: str, values: Real) -> list[str]:
     if values.ndim != 1 or len(values) < _FEWEST:
         return [
             f"{source}: column '{name}' has shape {values.shape}; a row of at least {_FEWEST} samples is needed."

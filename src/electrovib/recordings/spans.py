@@ -9,12 +9,14 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
+
 
 Span = tuple[int, int]
 """Index of the first sample of a section, and of the sample after its last."""
 
 
-def _scatter_about_two_levels(values: NDArray[np.float64]) -> float:
+def _scatter_about_two_levels(values: Real) -> float:
     """Return the sum of squares about the means of the two groups for which it is least."""
     level = _split(values)
     high = values > level
@@ -23,7 +25,7 @@ def _scatter_about_two_levels(values: NDArray[np.float64]) -> float:
     )
 
 
-def _split(values: NDArray[np.float64]) -> float:
+def _split(values: Real) -> float:
     """Find the level that splits values into two groups of least scatter (Otsu's threshold)."""
     ordered = np.sort(values)
     count = np.arange(1, len(ordered))

@@ -49,7 +49,7 @@ def test_a_dispersion_is_recovered_from_the_real_part_within_its_intervals(tmp_p
     for seed in range(20):
         file = written(tmp_path / "eps.csv", SKIN, seed=seed)
         found = ev.fit_material(file, loss="unknown", form="cole-cole-1", noise=noise and {"eps.csv": noise})
-        by = {each.path: each for each in found.parameters}
+        by = {each.name: each for each in found.parameters}
         inside += [by[path].lower <= value <= by[path].upper for path, value in TRUE.items()]
         assert by["conductivity"].value == 0.0
         assert "not measured" in by["conductivity"].note
@@ -137,6 +137,6 @@ def test_the_error_of_the_modulus_reaches_the_permittivity(tmp_path, noise):
     found = ev.fit_material(
         written(tmp_path / "eps.csv", SKIN), loss="unknown", form="cole-cole-1", systematic=0.02, noise=noise
     )
-    by = {each.path: each for each in found.parameters}
+    by = {each.name: each for each in found.parameters}
     assert by["terms.0.strength"].systematic == pytest.approx(by["terms.0.strength"].value * 0.0202, rel=0.01)
     assert by["terms.0.broadening"].systematic == pytest.approx(0, abs=1e-6)

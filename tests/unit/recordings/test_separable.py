@@ -6,6 +6,7 @@ import pytest
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
 from electrovib.recordings.interval import from_causes
+from electrovib.recordings.transitions.modes import damped_sine
 from electrovib.recordings.transitions.relaxation import EXPONENTIAL
 
 STAMPS = np.linspace(-2e-3, 10e-3, 150)
@@ -95,3 +96,15 @@ def test_components_add_as_squares():
     assert found.standard_error == 5
     assert found.ends == pytest.approx((0.2, 19.8), abs=1e-3)
     assert dict(found.components) == {"noise": 3.0, "window": 4.0}
+
+
+def test_the_errors_of_a_damped_sine_are_those_of_its_scatter():
+    rng, rate = np.random.default_rng(1), np.pi * 200.0 / 0.8
+    time = np.arange(0, 12e-3, 1e-4)
+    clean = 0.3 + np.exp(-rate * time) * np.cos(2 * np.pi * 200.0 * time + 0.5)
+    found = [damped_sine(time, clean + 0.005 * rng.standard_normal(time.size), start=0.0) for _ in range(60)]
+    for name, exact in (("frequency", 200.0), ("quality", 0.8)):
+        values = np.array([getattr(each, name).value for each in found])
+        stated = np.sqrt(np.mean([getattr(each, name).standard_error ** 2 for each in found]))
+        assert values.mean() == pytest.approx(exact, rel=0.02)
+        assert values.std() == pytest.approx(stated, rel=0.25)

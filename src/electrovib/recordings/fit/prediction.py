@@ -286,11 +286,11 @@ class Residuals:
 
     recording: str
     observed: Observed
-    predicted: NDArray[np.float64] | NDArray[np.complex128]
+    predicted: Real | NDArray[np.complex128]
     noise: float
 
     @property
-    def values(self) -> NDArray[np.float64] | NDArray[np.complex128]:
+    def values(self) -> Real | NDArray[np.complex128]:
         """Data less prediction, shape (n,), in the signal's unit."""
         return np.asarray(self.observed.y - self.predicted)
 
@@ -308,7 +308,7 @@ def residuals_of(
     residuals = []
     for (record, _, each, rows), sigma in zip(prediction.pieces(), noise, strict=True):
         own, name = found[rows], prediction.measured[record].name
-        row: NDArray[np.float64] | NDArray[np.complex128] = own
+        row: Real | NDArray[np.complex128] = own
         if each.parts == 2:
             row = own[: each.x.size] + 1j * own[each.x.size :]
         residuals.append(Residuals(recording=name, observed=each, predicted=row, noise=sigma))

@@ -92,16 +92,24 @@ class Separable:
         left = [self._solved(start, None)[2] for start in inside]
         return [inside[at] for at in np.argsort([float(each @ each) for each in left])[:count]]
 
+    def minimum(
+        self, starts: Sequence[Mapping[str, float]], *, whitening: Whitening | None = None
+    ) -> LeastSquaresEstimate:
+        """Search the nonlinear parameters from several starts, and return the best values of all parameters."""
+        found = [self._minimum(start, whitening) for start in starts]
+        best = min(found, key=lambda each: each.sum_of_squares)
+        _, amplitudes, _ = self._solved(best.values, whitening)
+        values = {**best.values, **dict(zip(self.names, map(float, amplitudes), strict=True))}
+        return dataclasses.replace(best, values=values)
+
     def solve(
         self, starts: Sequence[Mapping[str, float]], *, whitening: Whitening | None = None
     ) -> LeastSquaresEstimate:
-        """Search the nonlinear parameters from several starts, and return the best estimate of all parameters."""
-        found = [self._minimum(start, whitening) for start in starts]
-        best = min(found, key=lambda each: each.sum_of_squares)
-        _, amplitudes, left = self._solved(best.values, whitening)
-        values = {**best.values, **dict(zip(self.names, map(float, amplitudes), strict=True))}
-        slopes = self.jacobian(values, whitening)
-        estimate = dataclasses.replace(best, values=values).judged(left, slopes, self.free)
+        """Return the same with the covariance, which contains the correlation of the residuals."""
+        best = self.minimum(starts, whitening=whitening)
+        left = _filtered(self.predicted(best.values) - self.data, whitening)
+        slopes = self.jacobian(best.values, whitening)
+        estimate = best.judged(left, slopes, self.free)
         return dataclasses.replace(estimate, covariance=_with_correlation(estimate, slopes, left))
 
     def _minimum(self, start: Mapping[str, float], whitening: Whitening | None) -> LeastSquaresEstimate:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
     from electrovib.physics.drive.readback import Readback
     from electrovib.physics.drive.sampled import StampTreatment
     from electrovib.recordings.interval import Interval
@@ -47,13 +48,13 @@ _PERIODS = 4.0
 
 
 def fit_release(
-    time: NDArray[np.float64],
-    force: NDArray[np.float64],
-    voltage: NDArray[np.float64],
+    time: Real,
+    force: Real,
+    voltage: Real,
     *,
     duration: float = 20e-3,
     readback: Readback | None = None,
-    enabled: NDArray[np.float64] | None = None,
+    enabled: Real | None = None,
     stamps: StampTreatment | None = None,
     missing_rows: int = 0,
 ) -> FittedRelease:
@@ -138,9 +139,7 @@ def fit_release(
     )
 
 
-def _fitted(
-    since: NDArray[np.float64], measured: NDArray[np.float64], duration: float
-) -> tuple[Release, NDArray[np.bool_], float]:
+def _fitted(since: Real, measured: Real, duration: float) -> tuple[Release, NDArray[np.bool_], float]:
     """Fit the release within a window that ends where the fitted oscillation has fallen to `_REMAINS`."""
     window, best = duration, None
     for _ in range(6):
@@ -155,12 +154,12 @@ def _fitted(
 
 
 def _checked(
-    given: Mapping[str, NDArray[np.float64]],
+    given: Mapping[str, Real],
     duration: float,
     readback: Readback,
     stamps: StampTreatment,
     missing_rows: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float, int]:
+) -> tuple[Real, Real, float, int]:
     """Refuse what is no record; return the times after the end of the drive, the forces, that end, and the rows omitted."""
     columns = {name: np.asarray(values, float) for name, values in given.items()}
     problems = []
@@ -198,7 +197,7 @@ def _checked(
     return counted, measured, end, missing
 
 
-def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: float) -> float:
+def _scatter(stamps: Real, force: Real, duration: float) -> float:
     """Refuse a force that does not fall at the release; return its standard deviation before the release [N]."""
     before, after = (stamps > -duration / 2) & (stamps < 0), (stamps > duration / 2) & (stamps < duration)
     if min(np.count_nonzero(before), np.count_nonzero(after)) < _FEWEST:
@@ -225,7 +224,7 @@ def _scatter(stamps: NDArray[np.float64], force: NDArray[np.float64], duration: 
 
 
 def _decays(
-    stamps: NDArray[np.float64], force: NDArray[np.float64], extrema: list[Extremum], period: float
+    stamps: Real, force: Real, extrema: list[Extremum], period: float
 ) -> tuple[RingSection | None, RingSection | None]:
     if not extrema:
         return None, None
@@ -271,10 +270,10 @@ class FittedRelease:
     extrema: tuple[Extremum, ...]
     early: RingSection | None
     late: RingSection | None
-    time: NDArray[np.float64]
-    force: NDArray[np.float64]
-    model: NDArray[np.float64]
-    model_without: NDArray[np.float64]
+    time: Real
+    force: Real
+    model: Real
+    model_without: Real
     words: tuple[str, ...]
 
     @property

@@ -63,7 +63,7 @@ class Release:
         )
         grid = _with_resonance(free["frequency"]) if resonant else _without_resonance(window)
         starts = problem.best_starts(grid, 4 if resonant else 6)
-        return cls(stamps=stamps, problem=problem, values=problem.solve(starts).values)
+        return cls(stamps=stamps, problem=problem, values=problem.minimum(starts).values)
 
     def refined(self, *, kept: NDArray[np.bool_] | None = None, fall_time: float | None = None) -> Release:
         """Fit the same release to a part of the samples, or with a prescribed fall time."""
@@ -75,7 +75,7 @@ class Release:
         if fall_time is not None:
             held = {"time_constant": fall_time}
             start["start"] = max(self.delay - fall_time, 0.0)
-        found = problem.holding(**held).solve([start])
+        found = problem.holding(**held).minimum([start])
         return Release(stamps=stamps, problem=problem, values={**found.values, **held})
 
     @property
@@ -235,7 +235,7 @@ class Extremum:
     force: float
 
 
-def drive_end(*, time: NDArray[np.float64], voltage: NDArray[np.float64], name: str = "voltage") -> float:
+def drive_end(*, time: Real, voltage: Real, name: str = "voltage") -> float:
     """Return the mean time of the last sample above half of the largest magnitude of a drive and of the next one."""
     on, peak = _on(voltage)
     if peak == 0 or len(on) == len(time):
@@ -248,7 +248,7 @@ def drive_end(*, time: NDArray[np.float64], voltage: NDArray[np.float64], name: 
     return float(time[on[-1]] + time[on[-1] + 1]) / 2
 
 
-def _on(voltage: NDArray[np.float64]) -> tuple[NDArray[np.intp], float]:
+def _on(voltage: Real) -> tuple[NDArray[np.intp], float]:
     """Return the samples at which the drive is on, and its magnitude."""
     size = np.abs(voltage)
     # a median, because the read-back may have spikes
@@ -257,8 +257,8 @@ def _on(voltage: NDArray[np.float64]) -> tuple[NDArray[np.intp], float]:
 
 
 def find_extrema(
-    stamps: NDArray[np.float64],
-    force: NDArray[np.float64],
+    stamps: Real,
+    force: Real,
     *,
     start: float,
     period: float,
@@ -283,9 +283,7 @@ def find_extrema(
     return found
 
 
-def _parabola(
-    stamps: NDArray[np.float64], force: NDArray[np.float64], top: float, half: float
-) -> Extremum | None:
+def _parabola(stamps: Real, force: Real, top: float, half: float) -> Extremum | None:
     for _ in range(3):
         near = np.abs(stamps - top) <= half
         if np.count_nonzero(near) < 4:
@@ -298,9 +296,7 @@ def _parabola(
     return Extremum(float(top), float(level - slope**2 / (4 * square)))
 
 
-def damped_sine(
-    stamps: NDArray[np.float64], force: NDArray[np.float64], *, start: float, end: float
-) -> RingSection | None:
+def damped_sine(stamps: Real, force: Real, *, start: float, end: float) -> RingSection | None:
     """Fit a damped sine about a level to a section of a record; None if it holds fewer than 12 samples."""
     part = (stamps >= start) & (stamps <= end)
     return modes.damped_sine(stamps[part], force[part], start=start) if np.count_nonzero(part) >= 12 else None

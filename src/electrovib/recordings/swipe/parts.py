@@ -11,8 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.recordings.spans import Span, _closed, _run_length, _runs, _scatter_about_two_levels, _split
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from electrovib.core.arrays import Real
     from electrovib.recordings.recording import Recording
 
 SMOOTHING = 20e-3
@@ -36,7 +35,7 @@ class Touch:
     after: Span | None
 
 
-def smoothed(time: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+def smoothed(time: Real, values: Real) -> Real:
     """Return the moving average over `SMOOTHING` around each sample."""
     from scipy.ndimage import uniform_filter1d
 
@@ -99,7 +98,7 @@ def find_slides(recording: Recording, contact: Touch) -> list[Span]:
     return sorted(span for span, size in sizes.items() if size >= max(least, longest / 5))
 
 
-def _rubbing(recording: Recording, contact: Touch) -> NDArray[np.float64] | None:
+def _rubbing(recording: Recording, contact: Touch) -> Real | None:
     """Return the lateral force about its zero, or None if it does not exceed its noise."""
     sides = [slice(*side) for side in (contact.before, contact.after) if side is not None]
     lateral = recording.lateral_force
@@ -127,7 +126,7 @@ def travel(recording: Recording, span: Span) -> float | None:
     return float(abs(recording.position[span[1] - 1] - recording.position[span[0]]))
 
 
-def sliding_speed(recording: Recording) -> NDArray[np.float64] | None:
+def sliding_speed(recording: Recording) -> Real | None:
     """Return the speed of the carriage over `SMOOTHING` [m/s], without single wrong counts; None without a position."""
     from scipy.ndimage import median_filter
 
@@ -153,15 +152,15 @@ def middle(recording: Recording, slide: Span, contact: Touch, *, trim: float) ->
     return begin, end
 
 
-def _period(time: NDArray[np.float64]) -> float:
+def _period(time: Real) -> float:
     return float((time[-1] - time[0]) / (len(time) - 1))
 
 
-def _width(time: NDArray[np.float64]) -> int:
+def _width(time: Real) -> int:
     return max(3, round(SMOOTHING / _period(time)))
 
 
-def _level(time: NDArray[np.float64], force: NDArray[np.float64]) -> NDArray[np.float64]:
+def _level(time: Real, force: Real) -> Real:
     """Subtract the drift proportional to time for which two levels describe the force best."""
     thin = slice(None, None, max(1, len(force) // 2000))
     few, at = force[thin], np.linspace(-0.5, 0.5, len(force[thin]))
@@ -174,9 +173,7 @@ def _level(time: NDArray[np.float64], force: NDArray[np.float64]) -> NDArray[np.
     return np.asarray(force - best * (time - time.mean()) / (time[-1] - time[0]))
 
 
-def _with_free_sides(
-    time: NDArray[np.float64], force: NDArray[np.float64], spans: list[Span], levels: tuple[float, float]
-) -> list[Touch]:
+def _with_free_sides(time: Real, force: Real, spans: list[Span], levels: tuple[float, float]) -> list[Touch]:
     """Add to each contact the samples free of load before and after it, without those in which the load changes."""
     free, loaded = levels
     tenth = force > free + (loaded - free) / 10

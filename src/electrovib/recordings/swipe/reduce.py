@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     import xarray
-    from numpy.typing import NDArray
 
+    from electrovib.core.arrays import Real
     from electrovib.recordings.recording import Channels, Recorded, Recording
     from electrovib.recordings.spans import Span
     from electrovib.recordings.swipe.parts import Touch
@@ -419,18 +419,18 @@ def choices_of(zeros: dict[str, Zero], *, at: float) -> dict[str, tuple[float, f
     return found
 
 
-def block_means(values: NDArray[np.float64], span: Span, *, median: bool = False) -> NDArray[np.float64]:
+def block_means(values: Real, span: Span, *, median: bool = False) -> Real:
     """Return the means of `BLOCKS` equal parts of a section, or medians, which a brief touch changes less."""
     blocks = np.array_split(values[slice(*span)], BLOCKS)
     return np.array([np.median(block) if median else np.mean(block) for block in blocks])
 
 
-def standard_error(means: NDArray[np.float64]) -> float:
+def standard_error(means: Real) -> float:
     """Return the standard error of the mean of independent numbers."""
     return float(np.std(means, ddof=1) / np.sqrt(len(means)))
 
 
-def _detrended(means: NDArray[np.float64]) -> NDArray[np.float64]:
+def _detrended(means: Real) -> Real:
     """Subtract a straight line, because a drift is covered by the choice of the baseline."""
     place = np.arange(len(means)) - (len(means) - 1) / 2
     return means - place * (place @ means) / (place @ place)

@@ -153,7 +153,7 @@ def fit_modes(
             estimate=estimate,
             model=problem.predicted(estimate.values),
             rejected=_rejected(name, estimate),
-            criterion=problem.solve([estimate.values], whitening=white).bic,
+            criterion=problem.minimum([estimate.values], whitening=white).bic,
         )
     return found
 

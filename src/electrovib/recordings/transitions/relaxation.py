@@ -93,7 +93,7 @@ def _fitted(
     rms = float(np.sqrt(np.mean(left[since] ** 2))) if since.any() else math.nan
     rejected = _rejected(form, estimate)
     between = _between(problem, form, estimate) if not rejected else Interval(value=math.nan, method=rejected)
-    filtered = problem.separable(form).solve([values], whitening=white)
+    filtered = problem.separable(form).minimum([values], whitening=white)
     return FittedForm(
         form=form,
         estimate=estimate,
@@ -350,7 +350,7 @@ def _profile_of_time(problem: EdgeProblem, estimate: LeastSquaresEstimate, error
     def rise(fall: float) -> float:
         # a longer fall starts earlier by about as much
         start = {**values, "start": values["start"] + best - fall}
-        found = separable.holding(time_constant=fall).solve([start, values], whitening=Whitening())
+        found = separable.holding(time_constant=fall).minimum([start, values], whitening=Whitening())
         return (found.sum_of_squares - estimate.sum_of_squares) / unit
 
     found = profile_interval(
