@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.readers.laboratory_text import read_laboratory_text
+from electrovib.data.readers.text import read_laboratory_text
 
 STEP, START = 4e-6, -1e-3
 TIMES = START + STEP * np.arange(60)

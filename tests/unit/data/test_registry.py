@@ -7,7 +7,7 @@ import pytest
 from scipy.io import wavfile
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.readers.registry import FORMATS, CanRead, format_of, read_recorded
+from electrovib.data.registry import FORMATS, CanRead, format_of, read_recorded
 
 
 @pytest.mark.parametrize("kind", ["int16", "int32", "uint8", "float32"])
@@ -34,7 +34,7 @@ def test_a_file_is_known_by_its_content_not_by_its_name(tmp_path):
 @pytest.mark.parametrize(
     ("content", "options", "words"),
     [
-        (b"\x00\x01\x02" * 40, {}, "no format that is known. Known are Tektronix"),
+        (b"\x00\x01\x02" * 40, {}, "no format that is known. Known are .*; Tektronix"),
         (b"t,u\n0,1\n1,2\n", {"reader": "txt"}, "there is no reader 'txt'. Did you mean 'text'"),
         (b":WFMPRE:BYT_NR 2;", {"delimiter": ";"}, "delimiter does not belong to Tektronix"),
         (b"RIFF\x10\x00\x00\x00WAVEfmt ", {}, "damaged or not a sound file"),

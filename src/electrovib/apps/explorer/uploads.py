@@ -18,7 +18,7 @@ from electrovib.apps.explorer.reading import read_apart, read_tables_apart
 from electrovib.apps.explorer.state import refuse_files, refuse_many_samples
 from electrovib.core.errors import ElectrovibError, InputError, printable
 from electrovib.core.signals import SIGNALS
-from electrovib.data.readers.recorded import Recorded
+from electrovib.data.recorded import Recorded
 from electrovib.scenario import Scenario, read_scenario
 
 if TYPE_CHECKING:

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.errors import InputError, gathered
-from electrovib.data.columns.column import kind_and_factor
 from electrovib.data.marks import Form, unsigned
-from electrovib.data.readers.registry import read_recorded
+from electrovib.data.registry import read_recorded
+from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.importing.choice import column_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.data.readers.recorded import DataColumn
+    from electrovib.data.recorded import DataColumn
     from electrovib.recordings.fit.power_law import PowerLawFit
 
 
