@@ -45,7 +45,7 @@ TARGETS = {
     "zplot": (".z", ("a.z",)),
 }
 """Name of a target to the suffix of its files and to the names of its seeds among `whole_files`."""
-NATIVE = ("hdf5", "mat73")
+NATIVE = ("hdf5", "mat73", "matlab")
 """Targets whose library may not return."""
 FOREIGN = ("nptdms", "openpyxl", "RigolWFM", "impedance.preprocessing")
 SECONDS = 5.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,11 +48,12 @@ class FileFormat:
     is_last: bool = False
 
 
-def begins(*starts: bytes, suffixes: tuple[str, ...] = ()) -> Callable[[bytes, str], CanRead]:
-    """Return a function that recognises a format by its first bytes, or perhaps by its suffix."""
+def begins(pattern: bytes, *suffixes: str) -> Callable[[bytes, str], CanRead]:
+    """Return a function that recognises a format by a pattern of its first bytes, or perhaps by its suffix."""
+    form = re.compile(pattern, re.DOTALL)
 
     def can_read(head: bytes, suffix: str) -> CanRead:
-        if head.startswith(starts):
+        if form.match(head):
             return CanRead.YES
         return CanRead.PERHAPS if suffix in suffixes else CanRead.NO
 

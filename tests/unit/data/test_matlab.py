@@ -15,9 +15,13 @@ from hypothesis import strategies as st
 from electrovib.core.errors import DataFileError
 from electrovib.data.columns import read_columns
 from electrovib.data.readers import matlab
-from electrovib.data.readers.matlab import read_matlab
+from electrovib.data.readers.matlab import read_arrays
 
 TABLE = np.arange(12.0).reshape(4, 3) / 7
+
+
+def read_matlab(path, variable=""):
+    return read_arrays(path, [variable])[variable]
 
 
 @pytest.fixture

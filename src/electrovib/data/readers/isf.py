@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.file_format import CanRead, FileFormat
+from electrovib.data.file_format import FileFormat, begins
 from electrovib.data.recorded import DataColumn, Recorded
 
 if TYPE_CHECKING:
@@ -126,16 +126,10 @@ def _counts(
     return counts
 
 
-def _can_read(head: bytes, suffix: str) -> CanRead:
-    if re.match(rb":?(WFMP|WFMO|BYT_N|CURV)", head.lstrip(), re.IGNORECASE):
-        return CanRead.YES
-    return CanRead.PERHAPS if suffix == ".isf" else CanRead.NO
-
-
 FORMAT: Final = FileFormat(
     name="isf",
     description="Tektronix internal format (.isf)",
     suffixes=(".isf",),
-    can_read=_can_read,
+    can_read=begins(rb"(?i)\s*:?(WFMP|WFMO|BYT_N|CURV)", ".isf"),
     read=read_isf,
 )

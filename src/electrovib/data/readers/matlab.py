@@ -13,19 +13,19 @@ import warnings
 import zlib
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.allowance import content_allowed, megabytes
-from electrovib.core.errors import DataFileError, suggestion
+from electrovib.core.errors import DataFileError, NoColumnError, suggestion
 from electrovib.data.faults import check_file, damaged
 from electrovib.data.file_format import CanRead, FileFormat
 from electrovib.data.guarded import Reader, read_guarded
 from electrovib.data.recorded import Column, columns_of_array, real_numbers, recorded_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
     from pathlib import Path
 
     import h5py
@@ -45,14 +45,13 @@ _DEEPEST: Final = 6
 _MOST: Final = 500
 
 
-def read_matlab(path: Path, variable: str = "") -> Real:
-    """Read one real numeric array of a MATLAB file, in the shape that MATLAB shows.
+def read_arrays(path: Path, names: Collection[str]) -> dict[str, Real]:
+    """Read real numeric arrays of a MATLAB file, in the shape that MATLAB shows.
 
-    `variable` may be the path of a field of a struct, ``"trial.force"``; it may be omitted if the file holds
-    only one real numeric array that is no single number.
+    A name may be the path of a field of a struct, ``"trial.force"``, or empty if the file holds only one real
+    numeric array that is no single number.
     """
-    found: Real = _read(path, "chosen", names=[variable])[variable]
-    return found
+    return _read(path, "chosen", names=list(dict.fromkeys(names)))
 
 
 def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, Column]:
@@ -70,7 +69,7 @@ def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dic
                 path=path,
             )
         parts[column] = (match[1], match[2], int(match[3]) if match[3] else None, match[4] or "")
-    arrays = _read(path, "chosen", names=list(dict.fromkeys(name for _, name, _, _ in parts.values())))
+    arrays = read_arrays(path, [name for _, name, _, _ in parts.values()])
     return {
         column: real_numbers(path, f"column {label}", _column(path, name, arrays[name], number), unit)
         for column, (label, name, number, unit) in parts.items()
@@ -122,7 +121,8 @@ def _read(path: Path, function: str, **arguments: Any) -> dict[str, Any]:
 
 def _as_shown(values: NDArray[Any]) -> NDArray[Any]:
     """Return the transposed array that the guarded process hands over without a copy, as MATLAB shows it."""
-    return np.asarray(values, dtype=np.complex128 if values.dtype.kind == "c" else np.float64).T
+    with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
+        return np.asarray(values, dtype=np.complex128 if values.dtype.kind == "c" else np.float64).T
 
 
 def chosen(path: Path, names: Sequence[str]) -> Iterator[tuple[str, Any]]:
@@ -160,23 +160,8 @@ Known = dict[str, tuple[str, tuple[int, ...], bool]]
 """Maps the name of a variable, or the path of a field, to its kind, its shape and whether it is a real numeric array."""
 
 
-class _MatlabFile(Protocol):
-    """An open file; `known` grows by the fields of the structs that were looked into."""
-
-    known: Known
-
-    def look_into(self, name: str) -> list[str]:
-        """Return the paths of the fields of a struct; none if it is no single struct."""
-
-    def array(self, name: str) -> NDArray[Any]:
-        """Read an array of numbers, transposed: MATLAB counts along columns."""
-
-    def text(self, name: str) -> str:
-        """Read a row of characters."""
-
-
 @contextmanager
-def _opened(path: Path) -> Iterator[_MatlabFile]:
+def _opened(path: Path) -> Iterator[_Version5 | _Version73]:
     if not _is_hdf5(path):
         yield _Version5(path)
         return
@@ -242,7 +227,10 @@ def _elements(path: Path, raw: bytes) -> Iterator[_Element]:
 
 
 class _Version5:
-    """A file of version 5, each variable of which is given to SciPy as a file of its own when it is needed."""
+    """A file of version 5, each variable of which is given to SciPy as a file of its own when it is needed.
+
+    `known` grows by the fields of the structs that were looked into.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path, self.raw, self.known = path, path.read_bytes(), Known()
@@ -299,6 +287,7 @@ class _Version5:
         return self._loaded(element, as_strings=as_strings)[name]
 
     def look_into(self, name: str) -> list[str]:
+        """Return the paths of the fields of a struct; none if it is no single struct."""
         kind, shape, _ = self.known[name]
         if kind != "struct" or math.prod(shape) != 1:
             return []
@@ -309,6 +298,7 @@ class _Version5:
         return list(fields)
 
     def array(self, name: str) -> NDArray[Any]:
+        """Read an array of numbers, transposed: MATLAB counts along columns."""
         values = self._value(name)
         if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiubc":
             raise ValueError(f"'{name}' holds no numbers")
@@ -439,9 +429,8 @@ def _chosen(path: Path, wanted: str, known: Known) -> str:
             near = suggestion(wanted, names)
             what = "field" if above else "variable"
             has = f"'{above}'" if above else "It"
-            raise DataFileError(
-                f"there is no {what} '{wanted}'.{near} {has} has: {listed(names)}.", path=path
-            )
+            why = f"there is no {what} '{wanted}'.{near} {has} has: {listed(names)}."
+            raise NoColumnError(why, path=path, column=wanted)
         if not known[wanted][2]:
             fields = _fields(known, wanted)
             more = f"; name one of its fields: {listed(fields)}" if fields else ""

@@ -88,7 +88,7 @@ FORMAT: Final = FileFormat(
     name="numpy",
     description="NumPy arrays (.npy): a row per sample, or a structured array",
     suffixes=(".npy",),
-    can_read=begins(b"\x93NUMPY", suffixes=(".npy",)),
+    can_read=begins(rb"\x93NUMPY", ".npy"),
     read=read_numpy,
     columns=read_columns,
 )

@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.allowance import megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, suggestion
 from electrovib.data.faults import DAMAGE, damaged
-from electrovib.data.file_format import CanRead, FileFormat
+from electrovib.data.file_format import FileFormat, begins
 from electrovib.data.guarded import Reader, ReaderLimits, read_guarded
 from electrovib.data.readers.text import read_laboratory_bytes
 from electrovib.data.recorded import check_package
@@ -116,18 +116,11 @@ def _cell(value: object) -> str:
     return str(value).replace("\t", " ").replace("\n", " ")
 
 
-def _can_read(head: bytes, suffix: str) -> CanRead:
-    is_book = suffix in (".xlsx", ".xlsm") or b"xl/" in head or b"[Content_Types]" in head
-    if head.startswith(b"PK\x03\x04") and is_book:
-        return CanRead.YES
-    return CanRead.PERHAPS if suffix in (".xlsx", ".xlsm") else CanRead.NO
-
-
 FORMAT: Final = FileFormat(
     name="xlsx",
     description="spreadsheets (.xlsx): the first sheet with numbers, or the one chosen",
     suffixes=(".xlsx", ".xlsm"),
-    can_read=_can_read,
+    can_read=begins(rb"PK\x03\x04.*(xl/|\[Content_Types\])", ".xlsx", ".xlsm"),
     read=read_spreadsheet,
     options=("part",),
     package=_PACKAGE,

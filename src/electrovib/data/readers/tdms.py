@@ -64,7 +64,7 @@ FORMAT: Final = FileFormat(
     name="tdms",
     description="NI TDMS (.tdms)",
     suffixes=(".tdms",),
-    can_read=begins(b"TDSm", suffixes=(".tdms",)),
+    can_read=begins(b"TDSm", ".tdms"),
     read=read_tdms,
     options=("part",),
     package=_PACKAGE,

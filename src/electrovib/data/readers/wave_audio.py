@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.file_format import CanRead, FileFormat
+from electrovib.data.file_format import FileFormat, begins
 from electrovib.data.recorded import DataColumn, Recorded
 
 if TYPE_CHECKING:
@@ -80,16 +80,10 @@ def _shares(data: bytes, order: str, width: int, *, is_float: bool) -> Real:
     return np.frombuffer(data, f"{order}i{width}").astype(float) / 2.0 ** (8 * width - 1)
 
 
-def _can_read(head: bytes, suffix: str) -> CanRead:
-    if head[:4] in (b"RIFF", b"RIFX") and head[8:12] == b"WAVE":
-        return CanRead.YES
-    return CanRead.PERHAPS if suffix == ".wav" else CanRead.NO
-
-
 FORMAT: Final = FileFormat(
     name="wav",
     description="sound files (.wav), as shares of full scale",
     suffixes=(".wav",),
-    can_read=_can_read,
+    can_read=begins(rb"RIF[FX].{4}WAVE", ".wav"),
     read=read_wave,
 )

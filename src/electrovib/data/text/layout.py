@@ -101,7 +101,7 @@ class Layout:
 def split(line: str, delimiter: str) -> list[str]:
     """Split a line into its fields, without blanks and quotation marks around them."""
     if not delimiter:
-        return line.split()
+        return [cell.strip('"') for cell in line.split()]
     if '"' in line:
         try:
             return [
@@ -121,7 +121,10 @@ def find_layout(
     the first such row, and the text in other columns, are the preamble.
     """
     best: tuple[tuple[float, int], Layout] | None = None
-    for separator in DELIMITERS if delimiter is None else (delimiter,):
+    filled = [line for line in lines if line.strip()]
+    is_divided = any(all(sign in line for line in filled) for sign in "\t;")
+    candidates = DELIMITERS[:-1] if is_divided else DELIMITERS
+    for separator in candidates if delimiter is None else (delimiter,):
         for comma in (False, True) if decimal_comma is None else (decimal_comma,):
             if comma and separator == ",":
                 continue
@@ -247,10 +250,11 @@ def is_row_of_numbers(line: str, layout: Layout) -> bool:
 
 
 def _splits_decimals(rows: Sequence[Sequence[str]], body: Sequence[int], delimiter: str) -> bool:
-    """Return whether a comma taken for a delimiter is rather a decimal sign: '1,5 2,5' or '1,5;2,5'."""
-    if delimiter != ",":
-        return False
-    return any(";" in cell or "\t" in cell for at in body for cell in rows[at])
+    """Return whether the delimiter is rather another sign: a decimal one, as in '1,5;2,5', or one before blanks, as in '1, x'."""
+    cells = (cell for at in body for cell in rows[at])
+    if delimiter == ",":
+        return any(";" in cell or "\t" in cell for cell in cells)
+    return not delimiter and any(cell.endswith((",", ";")) for cell in cells)
 
 
 def with_headings(rows: Sequence[Sequence[str]], layout: Layout) -> Layout:

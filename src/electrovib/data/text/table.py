@@ -116,8 +116,11 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
             path=path,
         )
     delimiter = _delimiter(first) if delimiter is None else delimiter
-    top = split(first[0], delimiter) if delimiter else _WORD_WITH_UNIT.findall(first[0])
     second = split(first[1], delimiter) if len(first) > 1 else []
+    top = split(first[0], delimiter)
+    if not delimiter:
+        words = [first[0].strip()] if len(second) == 1 else _WORD_WITH_UNIT.findall(first[0])
+        top = [word.strip('"') for word in words]
     headings, units, width = tuple(top), tuple[str, ...](), len(top)
     if any(map(_is_number, top)) and not _are_headings(top, names):
         _refuse_mixture(path, top, second)
@@ -142,8 +145,8 @@ def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None =
 def _delimiter(lines: Sequence[str]) -> str:
     """Return the delimiter under which most rows hold numbers, or which headings without numbers contain; empty for blanks."""
     layout = find_layout(lines)
-    if layout is not None:
-        return layout.delimiter
+    if layout is not None:  # of one column any is found
+        return layout.delimiter if any(layout.delimiter in line for line in lines) else ""
     return next((sign for sign in "\t;," if sign in lines[0]), "")
 
 

@@ -72,7 +72,7 @@ def _columns(path: Path) -> tuple[Real, Real]:
             if "has no headings" in str(error):
                 found = read_columns(path, {"time": (0, "s"), "voltage": (1, "V")})
                 return found["time"], found["voltage"]
-            if not isinstance(error, NoColumnError) and "there is no variable" not in str(error):
+            if not isinstance(error, NoColumnError):
                 raise
             faults.append(error)
         else:
