@@ -121,10 +121,7 @@ def find_layout(
     the first such row, and the text in other columns, are the preamble.
     """
     best: tuple[tuple[float, int], Layout] | None = None
-    filled = [line for line in lines if line.strip()]
-    is_divided = any(all(sign in line for line in filled) for sign in "\t;")
-    candidates = DELIMITERS[:-1] if is_divided else DELIMITERS
-    for separator in candidates if delimiter is None else (delimiter,):
+    for separator in DELIMITERS if delimiter is None else (delimiter,):
         for comma in (False, True) if decimal_comma is None else (decimal_comma,):
             if comma and separator == ",":
                 continue
