@@ -218,7 +218,7 @@ def _elements(path: Path, raw: bytes) -> Iterator[_Element]:
         head = raw[place : min(place + _HEAD, start + size)]
         if kind == _COMPRESSED:
             try:
-                head = zlib.decompressobj().decompress(raw[start : start + size], _HEAD)
+                head = zlib.decompressobj().decompress(memoryview(raw)[start : start + size], _HEAD)
             except zlib.error as error:
                 raise damaged(path, "a MATLAB file", error) from None
         _, unfolded, _, _, flags = struct.unpack(f"{order}5I", head[:20].ljust(20, b"\0"))
