@@ -105,9 +105,9 @@ def read_matlab_table(path: Path, *, part: str = "") -> Recorded:
     return recorded_of(path, columns, part=part)
 
 
-def read_variables(path: Path) -> dict[str, NDArray[Any] | str]:
-    """Read all arrays of real or complex numbers, and rows of characters, that are variables of a MATLAB file."""
-    return _read(path, "variables")
+def read_variables(path: Path, needed: str) -> dict[str, NDArray[Any] | str]:
+    """Read all arrays of real or complex numbers, and rows of characters, of a MATLAB file that has the variable `needed`."""
+    return _read(path, "variables", needed=needed)
 
 
 def _read(path: Path, function: str, **arguments: Any) -> dict[str, Any]:
@@ -146,10 +146,10 @@ def tables(path: Path) -> Iterator[tuple[str, Any]]:
                 waiting += file.look_into(name)
 
 
-def variables(path: Path) -> Iterator[tuple[str, Any]]:
-    """Yield variables of real and complex numbers, and of characters; other kinds are omitted."""
+def variables(path: Path, needed: str) -> Iterator[tuple[str, Any]]:
+    """Yield variables of real and complex numbers, and of characters; none of a file without the one that is needed."""
     with _opened(path) as file:
-        for name, (kind, _, numeric) in file.known.items():
+        for name, (kind, _, numeric) in file.known.items() if needed in file.known else ():
             if numeric or kind.startswith("complex "):
                 yield name, file.array(name)
             elif kind == "char":

@@ -91,7 +91,7 @@ def matlab_names(names: Iterable[str]) -> dict[str, str]:
 
 def load_mat(path: Path) -> xarray.Dataset:
     """Read a Trace from a MATLAB file, also one that MATLAB has saved again; checksums of variables are verified."""
-    found = read_variables(path)
+    found = read_variables(path, needed="trace_json")
     try:
         text = found.get("trace_json", "{}")
         about = json.loads(text) if isinstance(text, str) else {}
