@@ -12,6 +12,7 @@ from source import SOURCE, nodes_of, text_of, tree_of
 BY_NAME = {
     "electrovib": "public names are loaded on first use",
     "electrovib.core.discovery": "papers are found and never listed: it imports their folder, and models beside a family",
+    "electrovib.data.registry": "finds the readers, so that one more is one file and no line elsewhere",
     "electrovib.data.guarded_child": "runs the reader that it is told, in a process of its own",
 }
 """Modules that import by a text, and why: import-linter does not see such imports."""

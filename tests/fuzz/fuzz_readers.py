@@ -45,7 +45,7 @@ TARGETS = {
     "zplot": (".z", ("a.z",)),
 }
 """Name of a target to the suffix of its files and to the names of its seeds among `whole_files`."""
-NATIVE = ("hdf5", "mat73")
+NATIVE = ("hdf5", "mat73", "matlab")
 """Targets whose library may not return."""
 FOREIGN = ("nptdms", "openpyxl", "RigolWFM", "impedance.preprocessing")
 SECONDS = 5.0
@@ -55,7 +55,7 @@ def read_in_this_process(reader, path, *, limits=None, **arguments):
     """Call the function of a guarded reader here, with the messages of the guarded process."""
     from electrovib.core.errors import DataFileError
     from electrovib.data import guarded
-    from electrovib.data.columns.faults import damaged
+    from electrovib.data.faults import damaged
 
     module, _, name = reader.function.partition(":")
     function = getattr(importlib.import_module(module), name)
@@ -188,7 +188,7 @@ def main():
     import atheris
 
     with atheris.instrument_imports(include=["electrovib.data", "electrovib.recordings", *FOREIGN]):
-        for name in ("electrovib.data.readers.registry", "electrovib.recordings.importing", *FOREIGN):
+        for name in ("electrovib.data.registry", "electrovib.recordings.importing", *FOREIGN):
             with contextlib.suppress(ImportError):
                 importlib.import_module(name)
     import scipy.io  # noqa: F401  # loaded before memory is measured

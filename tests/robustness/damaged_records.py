@@ -169,8 +169,8 @@ def whole_files():
 def read_damaged(path: Path):
     """Read a file as a user does; return ``read`` or ``refused``."""
     from electrovib.core.errors import InputError
-    from electrovib.data.readers.registry import read_recorded
-    from electrovib.data.readers.spectrum import spectrum_of
+    from electrovib.data.registry import read_recorded
+    from electrovib.data.spectrum import spectrum_of
     from electrovib.recordings.importing import import_file
 
     try:

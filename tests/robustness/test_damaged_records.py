@@ -5,7 +5,18 @@ import pytest
 from damaged_records import mutated, read_damaged, whole_files
 
 FILES = whole_files()
-GUARDED = {"a.h5", "a.tdms", "a.xlsx", "stored.xlsx", "a.trc", "a.wfm", "a.z", "new.mat"}
+GUARDED = {
+    "a.h5",
+    "a.tdms",
+    "a.xlsx",
+    "stored.xlsx",
+    "a.trc",
+    "a.wfm",
+    "a.z",
+    "new.mat",
+    "packed.mat",
+    "plain.mat",
+}
 """Read in a process of their own, which takes half a second each time."""
 
 

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.units import parse_quantity
 from electrovib.data.marks import Form, unsigned
-from electrovib.data.readers.registry import read_recorded
-from electrovib.data.readers.spectrum import spectrum_of
-from electrovib.data.readers.sweeps import split_part
+from electrovib.data.registry import read_recorded
+from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.importing.sample import read_sample
 from electrovib.recordings.spectra.fitted import FittedMaterial, fit_samples

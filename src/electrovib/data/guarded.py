@@ -17,7 +17,7 @@ import numpy as np
 
 from electrovib.core.budget import ONE_THREAD, content_allowed, megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, NoColumnError, Problem
-from electrovib.data.columns.faults import check_file, damaged
+from electrovib.data.faults import check_file, damaged
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -29,7 +29,7 @@ def main() -> None:
     sys.path[:] = request["search"]
     module, _, name = request["function"].partition(":")
     function = getattr(importlib.import_module(module), name)
-    for needed in (*request["needs"], "electrovib.data.columns.faults"):
+    for needed in (*request["needs"], "electrovib.data.faults"):
         importlib.import_module(needed)
     limit(memory=request["memory"], processor_time=request["processor_time"])
     answer(answers, function, request)
@@ -40,7 +40,7 @@ def main() -> None:
 def answer(answers: IO[bytes], function: Any, request: dict[str, Any]) -> None:
     """Send the items of the reader, or the fault that it found."""
     from electrovib.core.errors import InputError
-    from electrovib.data.columns.faults import DAMAGE
+    from electrovib.data.faults import DAMAGE
 
     try:
         for name, value in function(Path(request["path"]), **request["arguments"]):

@@ -72,7 +72,7 @@ def _how_to_name(model: type[Model], table: Mapping[str, Any], column: str, file
     key = next((name for name, default in defaults.items() if table.get(name, default) == column), "")
     if not key:
         return ""
-    if file.suffix.lower() == ".nc":
+    if file.suffix.lower() in (".nc", ".mat"):
         return f' Name another by {key} = "...".'
     return (
         f" Name another by {key} = \"...\"; if these are not the headings, 'electrovib import {file.name}' reads what an"

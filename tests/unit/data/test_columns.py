@@ -69,6 +69,31 @@ def test_columns_by_number_without_headings(tmp_path, name):
     check(read_columns(written(tmp_path, ROWS, name), BY_NUMBER))
 
 
+def test_a_first_row_in_quotes_is_no_heading(tmp_path):
+    """Without a delimiter it was taken for one, and its numbers were lost."""
+    check(read_columns(written(tmp_path, ROWS.replace(",", " ").replace("0 1", '"0" "1"')), BY_NUMBER))
+    found = read_columns(written(tmp_path, '"1"\n"-2.5"\n"3e2"\n'), {"v": (0, "V")})
+    np.testing.assert_array_equal(found["v"], VOLTAGE)
+
+
+@pytest.mark.parametrize(
+    ("content", "column", "expected"),
+    [
+        ("a b [V]\n" + "1\n" * 15 + "-2.5\t\n", "a b", [1.0] * 15 + [-2.5]),
+        ("a; b [V]; c\n; 1; 64\n; ; 8\n; ; 98\n; -6; 67\n-1; ; 32\n", "b", [1, np.nan, np.nan, -6, np.nan]),
+        ('t [V], c, a b [V]\n5, abc, "-1"\n, start, "9"\n0.1, x, "-2"\n', "t", [5, np.nan, 0.1]),
+        (
+            't [V]\tf [V]\tu [V]\n1\t5\t"6"\n2\t3\t"1"\n3\t1\t"9"\n4\t1\t"0"\n5\t7\t"7";2\n',
+            "f",
+            [5, 3, 1, 1, 7],
+        ),
+    ],
+)
+def test_delimiters_are_found_beside_blanks_and_empty_fields(tmp_path, content, column, expected):
+    found = read_columns(written(tmp_path, content), {"x": (column, "V")}, missing=True)["x"]
+    np.testing.assert_array_equal(found, expected)
+
+
 def test_row_labels_and_unused_text_columns_are_no_trouble(tmp_path):
     path = written(tmp_path, ",Frequency,Phase,when\n0,1,180,2024-01-01\n1,2,-90,2024-01-02\n")
     found = read_columns(path, {"f": ("Frequency", "kHz"), "p": ("Phase", "deg")})
@@ -213,10 +238,10 @@ def test_files_that_are_none(tmp_path):
     for name, words in cases.items():
         with pytest.raises(DataFileError, match=words):
             read_columns(tmp_path / name, BY_NUMBER)
-    with pytest.raises(
-        DataFileError, match=r"read from \.csv, \.txt, \.tsv, \.npy, \.nc, \.mat, not from '\.xlsx'"
-    ):
+    with pytest.raises(DataFileError, match="is damaged or not a spreadsheet"):
         read_columns(written(tmp_path, "x", "a.xlsx"), BY_NUMBER)
+    with pytest.raises(DataFileError, match=r"is in no format that is known\. Known are netCDF"):
+        read_columns(written(tmp_path, b"\0\1\2" * 9, "a.raw"), BY_NUMBER)
 
 
 def test_unreadable_file(tmp_path, monkeypatch):

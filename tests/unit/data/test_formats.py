@@ -13,10 +13,10 @@ import xarray
 from damaged_records import tektronix_wfm
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.readers.foreign import check_package
 from electrovib.data.readers.impedance_file import read_impedance_file
-from electrovib.data.readers.registry import FORMATS, format_lines, format_of, format_table, read_recorded
-from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.data.recorded import check_package
+from electrovib.data.registry import FORMATS, format_lines, format_of, format_table, read_recorded
+from electrovib.data.spectrum import spectrum_of
 
 T = np.arange(50) * 1e-4
 V = np.sin(600 * T)

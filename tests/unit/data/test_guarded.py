@@ -18,7 +18,7 @@ from electrovib.core.errors import DataFileError
 from electrovib.core.trace import make_trace
 from electrovib.data.columns import read_columns
 from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits, read_guarded
-from electrovib.data.readers.netcdf import reader as netcdf_reader
+from electrovib.data.readers.hdf5 import reader as netcdf_reader
 from electrovib.data.traces import load_nc, save_nc
 
 WANTED = {"t": ("time", "s"), "v": ("voltage", "V")}
@@ -319,8 +319,8 @@ def damage(count, kinds, seed=1):
     return done.stdout
 
 
-TEXTS = "columns.csv,wide.tsv,blanks.txt,trace.csv,columns.npy,fields.npy,packed.mat,plain.mat,trace.mat"
-NATIVE = "trace.nc,columns.nc,classic.nc,new.mat"
+TEXTS = "columns.csv,wide.tsv,blanks.txt,trace.csv,columns.npy,fields.npy"
+NATIVE = "trace.nc,columns.nc,classic.nc,new.mat,packed.mat,plain.mat,trace.mat"
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.readers.laboratory_text import read_laboratory_text
+from electrovib.data.readers.text import read_laboratory_text
 
 STEP, START = 4e-6, -1e-3
 TIMES = START + STEP * np.arange(60)
@@ -117,3 +117,9 @@ def test_a_very_long_row_of_digits_is_refused_at_once(tmp_path):
         read_laboratory_text(tmp_path / "a.csv")
     (tmp_path / "b.csv").write_text("a" + " " * 100_000 + "(b,c\n1,2\n3,4\n", encoding="utf-8")
     assert len(read_laboratory_text(tmp_path / "b.csv").channels[0].name) <= 200
+
+
+def test_quoted_numbers_between_blanks_are_numbers(tmp_path):
+    (tmp_path / "a.txt").write_text('"0" "1.5"\n"1" "2.5"\n"2" "5"\n', encoding="utf-8")
+    found = read_laboratory_text(tmp_path / "a.txt")
+    np.testing.assert_array_equal([each.values for each in found.channels], [[0, 1, 2], [1.5, 2.5, 5]])

@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.readers import picture as module
-from electrovib.data.readers.picture import read_picture, unpacked
+from electrovib.data import picture as module
+from electrovib.data.picture import read_picture, unpacked
 
 GREY = np.array([[0, 255, 7], [128, 1, 254]], dtype=np.uint8)
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from electrovib.core.errors import DataFileError
-from electrovib.data.readers.registry import FORMATS, CanRead, format_of, read_recorded
+from electrovib.core.errors import DataFileError, NoColumnError
+from electrovib.data import readers, registry
+from electrovib.data.columns import read_columns
+from electrovib.data.registry import FORMATS, CanRead, format_of, read_recorded
 
 
 @pytest.mark.parametrize("kind", ["int16", "int32", "uint8", "float32"])
@@ -34,7 +36,7 @@ def test_a_file_is_known_by_its_content_not_by_its_name(tmp_path):
 @pytest.mark.parametrize(
     ("content", "options", "words"),
     [
-        (b"\x00\x01\x02" * 40, {}, "no format that is known. Known are Tektronix"),
+        (b"\x00\x01\x02" * 40, {}, "no format that is known. Known are .*; Tektronix"),
         (b"t,u\n0,1\n1,2\n", {"reader": "txt"}, "there is no reader 'txt'. Did you mean 'text'"),
         (b":WFMPRE:BYT_NR 2;", {"delimiter": ";"}, "delimiter does not belong to Tektronix"),
         (b"RIFF\x10\x00\x00\x00WAVEfmt ", {}, "damaged or not a sound file"),
@@ -65,3 +67,54 @@ def test_sound_files_of_24_bits_in_both_byte_orders(tmp_path, order):
     found = read_recorded(tmp_path / "a.wav")
     np.testing.assert_array_equal(found.channels[0].values, np.array(counts) / 2**23)
     assert found.step == 1e-3
+
+
+def test_one_file_adds_a_reader(tmp_path, monkeypatch):
+    """Every module of the folder is asked, and a new one needs no line elsewhere."""
+    (tmp_path / "counts_of_a_lab.py").write_text(
+        """
+import numpy as np
+from electrovib.data.file_format import FileFormat, begins
+from electrovib.data.recorded import DataColumn, Recorded
+
+def read(path):
+    return Recorded(channels=(DataColumn(name="counts", unit="mV", values=np.array([1.0, 2.0, np.nan])),), step=1e-3)
+
+FORMAT = FileFormat(name="lab", description="counts", suffixes=(".lab",), can_read=begins(b"LAB"), read=read)
+"""
+    )
+    monkeypatch.setattr(readers, "__path__", [*readers.__path__, str(tmp_path)])
+    monkeypatch.setattr(registry, "FORMATS", registry._formats())
+    assert [each.name for each in registry.FORMATS][-1] == "text"
+    (tmp_path / "a.bin").write_bytes(b"LAB\0\1")
+    assert registry.format_of(tmp_path / "a.bin").name == "lab"
+    assert registry.read_recorded(tmp_path / "a.bin").channels[0].unit == "mV"
+    found = read_columns(tmp_path / "a.bin", {"v": ("counts", "V")}, missing=True)["v"]
+    np.testing.assert_array_equal(found, [1e-3, 2e-3, np.nan])
+    with pytest.raises(
+        DataFileError, match=r"row 2 \(first is 0\), column 'counts': nan is not a finite number"
+    ):
+        read_columns(tmp_path / "a.bin", {"v": (0, "V")})
+    with pytest.raises(NoColumnError, match=r"there is no column 'count'\. Did you mean 'counts'"):
+        read_columns(tmp_path / "a.bin", {"v": ("count", "V")})
+
+
+def test_columns_are_read_from_every_format(tmp_path):
+    samples = (np.array([0.0, 0.5, -0.25]) * 2**15).astype("i2")
+    wavfile.write(tmp_path / "a.wav", 8000, samples)
+    found = read_columns(tmp_path / "a.wav", {"x": ("channel 1", "1")})["x"]
+    np.testing.assert_array_equal(found, [0.0, 0.5, -0.25])
+    with pytest.raises(DataFileError, match="column 'channel 1' is in '1', but a voltage is needed"):
+        read_columns(tmp_path / "a.wav", {"x": (0, "V")})
+
+
+def test_the_suffix_does_not_hide_the_content(tmp_path):
+    (tmp_path / "a.mat").write_text("0 1\n77 -2.5\n156 300\n")  # as MATLAB saves with -ascii
+    assert read_columns(tmp_path / "a.mat", {"v": (1, "V")})["v"].tolist() == [1.0, -2.5, 300.0]
+    np.save(tmp_path / "b.npy", np.zeros((3, 2)))
+    (tmp_path / "b.npy").rename(tmp_path / "b.csv")
+    assert read_columns(tmp_path / "b.csv", {"v": (1, "V")})["v"].tolist() == [0.0, 0.0, 0.0]
+    for suffix, words in {"npy": "a NumPy file", "nc": "a netCDF file", "wav": "a sound file"}.items():
+        (tmp_path / f"c.{suffix}").write_bytes(b"time,voltage\n0,1\n" * 9)
+        with pytest.raises(DataFileError, match=f"is damaged or not {words}"):
+            read_recorded(tmp_path / f"c.{suffix}")

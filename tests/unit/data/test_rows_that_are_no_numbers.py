@@ -6,7 +6,7 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import DataFileError
 from electrovib.data.readers.oscilloscope_binary import _step
-from electrovib.data.readers.registry import read_recorded
+from electrovib.data.registry import read_recorded
 
 T = 0.5 * np.arange(60)
 V = 1e3 * np.sin(T / 9)

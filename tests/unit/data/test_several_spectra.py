@@ -5,8 +5,8 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.data.readers.registry import read_recorded
-from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.data.registry import read_recorded
+from electrovib.data.spectrum import spectrum_of
 from electrovib.recordings.importing import list_columns
 
 G = np.geomspace(1e5, 10, 29)

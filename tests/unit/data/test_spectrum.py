@@ -7,8 +7,8 @@ import pytest
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.data.readers.laboratory_text import read_laboratory_text
-from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.data.readers.text import read_laboratory_text
+from electrovib.data.spectrum import spectrum_of
 
 FOLDER = Path(__file__).parents[4] / "shared" / "data" / "skin_impedance"
 GRID = np.geomspace(10, 1e5, 12)

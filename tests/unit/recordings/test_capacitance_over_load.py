@@ -13,7 +13,7 @@ from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
-from electrovib.data.readers.registry import read_recorded
+from electrovib.data.registry import read_recorded
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 from electrovib.recordings.importing.proposal import proposed_columns
 from electrovib.view.plots import over_time

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import electrovib as ev
 from electrovib.apps.cli import app
-from electrovib.data.readers.registry import read_recorded
+from electrovib.data.registry import read_recorded
 from electrovib.recordings.importing.proposal import proposed_columns
 
 TIMES = np.arange(50) * 1e-3

@@ -112,7 +112,7 @@ def command(
 
 
 def _list_readers() -> None:
-    from electrovib.data.readers.registry import format_lines
+    from electrovib.data.registry import format_lines
 
     say(*format_lines())
 

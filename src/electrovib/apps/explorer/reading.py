@@ -27,13 +27,13 @@ from electrovib.core.errors import ElectrovibError, InputError, printable
 from electrovib.core.parsing import read_toml
 from electrovib.core.signals import SIGNALS
 from electrovib.data.guarded import GuardedReading, Reader, ReaderLimits
-from electrovib.data.readers.recorded import Recorded
+from electrovib.data.recorded import Recorded
 from electrovib.scenario import Scenario, read_scenario
 
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
 LIMITS: Final = ReaderLimits(
     memory=600_000_000, content=16 * MOST_VALUES + 4_000_000, processor_time=10.0, waiting_time=60.0
@@ -110,7 +110,7 @@ def read_tables_here(path: Path) -> Any:
 
 def read_here(path: Path, columns: Mapping[str, str] | None = None, **options: Any) -> Any:
     """Read a recording in this process; as `read_apart`."""
-    from electrovib.data.readers.registry import read_recorded
+    from electrovib.data.registry import read_recorded
     from electrovib.data.traces import open_trace
     from electrovib.recordings.importing import import_file
 
@@ -127,7 +127,7 @@ def read_here(path: Path, columns: Mapping[str, str] | None = None, **options: A
 
 def _refuse_long_lines(path: Path) -> None:
     """Refuse a text with lines that are longer than a row of the columns that a page offers."""
-    from electrovib.data.readers.registry import format_of
+    from electrovib.data.registry import format_of
 
     if format_of(path).name != "text":
         return
@@ -212,7 +212,7 @@ def _packed_columns(recorded: Recorded) -> Iterator[tuple[str, Any]]:
 
 
 def _unpacked(parts: Mapping[str, Any]) -> xarray.Dataset | Recorded:
-    from electrovib.data.readers.recorded import DataColumn, Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
 
     if "columns" in parts:
         described = parts["columns"]

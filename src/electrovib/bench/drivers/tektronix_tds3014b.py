@@ -28,13 +28,13 @@ from public drivers for the series.
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.bench.drivers.identity import identify
 from electrovib.bench.faults import BenchError
+from electrovib.data.readers.isf import number_of, preamble_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,7 +53,6 @@ _TIMES: Final = (1.0, 2.0, 4.0)
 _VOLTS: Final = (1.0, 2.0, 5.0)
 _SLOWEST, _FASTEST = 10.0, 4e-9
 _COARSEST, _FINEST = 10.0, 1e-3
-_KEY: Final = re.compile(r":?(?:WFMPR?E?:)?([A-Z_]+)\s+(.+)", re.IGNORECASE | re.DOTALL)
 
 
 class TektronixTds3014b:
@@ -144,23 +143,23 @@ class TektronixTds3014b:
         ):
             self.link.write(command)
         self.link.write("HEAD ON;:VERB ON")
-        keys = _preamble(self.link.ask("WFMP?"))
+        keys = preamble_of(self.link.ask("WFMP?"))
         self.link.write("HEAD OFF")
         data = self.link.ask_block("CURV?")
-        form = (keys.get("BYT_NR"), keys.get("BN_FMT", "")[:2].upper(), keys.get("BYT_OR", "")[:3].upper())
+        form = (keys.get("byt_nr"), keys.get("bn_fmt", "")[:2].upper(), keys.get("byt_or", "")[:3].upper())
         if form != ("2", "RI", "MSB") or len(data) % 2:
             raise BenchError(
                 f"the oscilloscope announces samples of the form {form}, where ('2', 'RI', 'MSB') was set"
             )
         counts = np.frombuffer(data, ">i2").astype(np.float64)
-        points = _number(keys, "NR_PT")
+        points = _number(keys, "nr_pt")
         if counts.size != points or counts.size != RECORD:
             raise BenchError(
                 f"the oscilloscope announces {points:g} points of CH{channel} and sent {counts.size}, where {RECORD} were set"
             )
         index = np.arange(counts.size, dtype=np.float64)
-        times = _number(keys, "XZERO") + _number(keys, "XINCR") * (index - _number(keys, "PT_OFF"))
-        return times, _number(keys, "YZERO") + _number(keys, "YMULT") * (counts - _number(keys, "YOFF"))
+        times = _number(keys, "xzero") + _number(keys, "xincr") * (index - _number(keys, "pt_off"))
+        return times, _number(keys, "yzero") + _number(keys, "ymult") * (counts - _number(keys, "yoff"))
 
 
 def time_scale(duration: float) -> float:
@@ -188,20 +187,8 @@ def _scale(least: float, steps: tuple[float, ...], smallest: float, largest: flo
     return float(f"{found:.3g}")
 
 
-def _preamble(text: str) -> dict[str, str]:
-    """Read ``:WFMPRE:BYT_NR 2;BIT_NR 16;...``."""
-    found = {}
-    for part in re.findall(r'(?:"[^"]*"|[^;"])+', text):
-        if match := _KEY.fullmatch(part.strip()):
-            found[match.group(1).upper()] = match.group(2).strip()
-    return found
-
-
 def _number(keys: dict[str, str], key: str) -> float:
     try:
-        found = float(keys.get(key, ""))
-    except ValueError:
-        found = float("nan")
-    if not np.isfinite(found):
-        raise BenchError(f"the preamble of the oscilloscope states no number for {key}")
-    return found
+        return number_of(keys, key)
+    except ValueError as error:
+        raise BenchError(f"the preamble of the oscilloscope {error}") from None

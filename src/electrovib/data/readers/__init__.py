@@ -1,1 +1,1 @@
-"""Files of foreign programs and instruments, one format a file."""
+"""Readers of foreign files: one format a file, found by its ``FORMAT``."""

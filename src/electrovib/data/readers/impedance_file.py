@@ -7,21 +7,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.data.columns.faults import check_file
+from electrovib.data.file_format import CanRead, FileFormat
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.readers.foreign import check_package, recorded_of, text_of
+from electrovib.data.recorded import check_package, recorded_of, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
-DESCRIPTION: Final = (
-    "ZPlot .z; also impedance of Gamry, BioLogic, VersaStudio, CH Instruments, which text reads too"
-)
-PACKAGE: Final = "impedance"
-INSTRUMENTS: Final = {
+_PACKAGE: Final = "impedance"
+_INSTRUMENTS: Final = {
     "gamry": rb"\A\s*EXPLAIN[\s\S]*(EISPOT|GALVEIS|HYBRIDEIS|ZCURVE)",
     "zplot": rb"\A\s*\"?ZPLOT|End Comments",
     "biologic": rb"\AEC-Lab ASCII FILE|\ABT-Lab ASCII FILE",
@@ -30,25 +27,24 @@ INSTRUMENTS: Final = {
 }
 """Name of the instrument in the package, to a pattern of the first bytes of its files."""
 
-TABLES: Final = ("gamry", "biologic", "versastudio", "chinstruments")
+_TABLES: Final = ("gamry", "biologic", "versastudio", "chinstruments")
 """Instruments whose files are tables, which the reader of text reads unless the reader ``impedance`` is chosen."""
 
 
-def instrument_of(head: bytes) -> str:
+def _instrument_of(head: bytes) -> str:
     """Return the instrument that wrote a file with these first bytes; empty if none is recognised."""
-    return next((name for name, form in INSTRUMENTS.items() if re.search(form, head, re.IGNORECASE)), "")
+    return next((name for name, form in _INSTRUMENTS.items() if re.search(form, head, re.IGNORECASE)), "")
 
 
 def read_impedance_file(path: Path) -> Recorded:
     """Read the spectrum of an impedance analyser: frequency [Hz], real and imaginary part of the impedance [ohm]."""
-    check_file(path)
     check_package(
-        path, PACKAGE, "a file of an impedance analyser", "; with --reader text it is read as a plain table"
+        path, _PACKAGE, "a file of an impedance analyser", "; with --reader text it is read as a plain table"
     )
     with path.open("rb") as file:
-        instrument = instrument_of(file.read(65536))
+        instrument = _instrument_of(file.read(65536))
     found = read_guarded(
-        Reader(f"{__name__}:spectrum", (f"{PACKAGE}.preprocessing",), "a file of an impedance analyser"),
+        Reader(f"{__name__}:spectrum", (f"{_PACKAGE}.preprocessing",), "a file of an impedance analyser"),
         path,
         instrument=instrument or "gamry",
     )
@@ -77,3 +73,19 @@ def spectrum(path: Path, instrument: str) -> Iterator[tuple[str, Any]]:
     yield "frequency", grid
     yield "real", values.real.copy()
     yield "imaginary", values.imag.copy()
+
+
+def _can_read(head: bytes, suffix: str) -> CanRead:
+    del suffix
+    instrument = "" if b"\0" in head else _instrument_of(head)
+    return CanRead.YES if instrument and instrument not in _TABLES else CanRead.NO
+
+
+FORMAT: Final = FileFormat(
+    name="impedance",
+    description="ZPlot .z; also impedance of Gamry, BioLogic, VersaStudio, CH Instruments, which text reads too",
+    suffixes=(".dta", ".z", ".mpt", ".par"),
+    can_read=_can_read,
+    read=read_impedance_file,
+    package=_PACKAGE,
+)

@@ -1,4 +1,4 @@
-"""Tektronix internal format (.isf): a preamble of keys and one binary curve."""
+"""Tektronix internal format (.isf): a preamble of keys, as the oscilloscopes also send it, and one binary curve."""
 
 from __future__ import annotations
 
@@ -8,24 +8,21 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.columns.faults import check_file
-from electrovib.data.readers.recorded import DataColumn, Recorded
+from electrovib.data.file_format import FileFormat, begins
+from electrovib.data.recorded import DataColumn, Recorded
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-DESCRIPTION: Final = "Tektronix internal format (.isf)"
-SHORT: Final = {
+_SHORT: Final = {
     "byt_n": "byt_nr", "bit_n": "bit_nr", "enc": "encdg", "bn_f": "bn_fmt", "byt_o": "byt_or", "nr_p": "nr_pt",
     "pt_f": "pt_fmt", "xun": "xunit", "xin": "xincr", "xze": "xzero", "pt_o": "pt_off", "yun": "yunit", "ymu": "ymult",
     "yof": "yoff", "yze": "yzero", "wfi": "wfid",
 }  # fmt: skip
 """Maps short keys of the preamble, in small letters, to the long ones."""
 _LONGEST_PREAMBLE: Final = 20_000
-_KEY: Final = re.compile(
-    r"\s*:?(?:WFMP(?:RE|RE)?:|WFMO(?:UTPRE)?:|CURV[EV]?:)?([A-Za-z_]+)\s+(.*)", re.DOTALL
-)
+_KEY: Final = re.compile(r"\s*:?(?:WFMP(?:RE)?:|WFMO(?:UTPRE)?:|CURV[EV]?:)?([A-Za-z_]+)\s+(.*)", re.DOTALL)
 _CURVE: Final = re.compile(rb":?CURVE?\s+#", re.IGNORECASE)
 
 
@@ -36,16 +33,14 @@ def read_isf(path: Path) -> Recorded:
     pair of points belongs to one interval of two times xincr; minimum and maximum are two channels, which are
     never averaged.
     """
-    check_file(path)
     raw = path.read_bytes()
     begin = _CURVE.search(raw[:_LONGEST_PREAMBLE])
     if begin is None:
         raise DataFileError("is not in Tektronix's internal format: it holds no 'CURVE #'.", path=path)
-    keys = _preamble(raw[: begin.start()])
+    keys = preamble_of(raw[: begin.start()].decode("latin-1"))
     counts = _counts(path, raw, begin.end(), keys)
-    values = _number(path, keys, "yzero", 0.0) + _number(path, keys, "ymult") * (
-        counts - _number(path, keys, "yoff", 0.0)
-    )
+    offsets = _number(path, keys, "yzero", 0.0), _number(path, keys, "yoff", 0.0)
+    values = offsets[0] + _number(path, keys, "ymult") * (counts - offsets[1])
     step, origin = _number(path, keys, "xincr"), _number(path, keys, "xzero", 0.0)
     start = origin - step * _number(path, keys, "pt_off", 0.0)
     name = keys.get("wfid", "").strip('" ').partition(",")[0] or "CH1"
@@ -64,28 +59,34 @@ def read_isf(path: Path) -> Recorded:
     )
 
 
-def _preamble(raw: bytes) -> dict[str, str]:
-    """Read the keys of the preamble; semicolons within quotation marks do not end a value."""
+def preamble_of(text: str) -> dict[str, str]:
+    """Read the keys of a preamble, long and in small letters; semicolons within quotation marks do not end a value."""
     found = {}
-    text = raw.decode("latin-1")
     for part in re.findall(r'(?:"[^"]*"|[^;"])+', text):
         if match := _KEY.match(part):
             key, value = match.group(1).lower(), match.group(2).strip()
-            found[SHORT.get(key, key)] = value
+            found[_SHORT.get(key, key)] = value
+    return found
+
+
+def number_of(keys: Mapping[str, str], key: str) -> float:
+    """Return the number that a preamble states for a key."""
+    try:
+        found = float(keys.get(key, ""))
+    except ValueError:
+        found = np.nan
+    if not np.isfinite(found):
+        raise ValueError(f"states no number for {key.upper()}")
     return found
 
 
 def _number(path: Path, keys: Mapping[str, str], key: str, default: float | None = None) -> float:
-    text = keys.get(key)
-    if text is None and default is not None:
+    if key not in keys and default is not None:
         return default
     try:
-        found = float(text or "")
-    except ValueError:
-        found = np.nan
-    if not np.isfinite(found):
-        raise DataFileError(f"states no number for {key.upper()} in its preamble.", path=path)
-    return found
+        return number_of(keys, key)
+    except ValueError as error:
+        raise DataFileError(f"{error} in its preamble.", path=path) from None
 
 
 def _counts(
@@ -123,3 +124,12 @@ def _counts(
     if counts.size < 2:
         raise DataFileError("holds fewer than two samples.", path=path)
     return counts
+
+
+FORMAT: Final = FileFormat(
+    name="isf",
+    description="Tektronix internal format (.isf)",
+    suffixes=(".isf",),
+    can_read=begins(rb"(?i)\s*:?(WFMP|WFMO|BYT_N|CURV)", ".isf"),
+    read=read_isf,
+)

@@ -9,25 +9,24 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.data.columns.faults import check_file
+from electrovib.data.file_format import CanRead, FileFormat
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.readers.foreign import check_declared, check_package, recorded_of, text_of
+from electrovib.data.recorded import check_declared, check_package, recorded_of, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
     from electrovib.core.arrays import Real
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
-DESCRIPTION: Final = "Tektronix and Rigol .wfm, Keysight, Rigol and Siglent .bin, LeCroy .trc"
-PACKAGE: Final = "RigolWFM"
+_PACKAGE: Final = "RigolWFM"
 _UNITS: Final = {"v": "V", "a": "A", "w": "W"}
 _TEKTRONIX_HEAD: Final = 248
 """First bytes of a Tektronix .wfm, up to the kind of its samples."""
 
 
-def is_oscilloscope_binary(head: bytes) -> bool:
+def _is_known(head: bytes) -> bool:
     """Return whether the first bytes are those of a known binary file of an oscilloscope."""
     return (
         re.match(rb"[\x0f\xf0]{2}:WFM#", head) is not None
@@ -38,10 +37,9 @@ def is_oscilloscope_binary(head: bytes) -> bool:
 
 def read_oscilloscope_binary(path: Path) -> Recorded:
     """Read the analogue channels of a binary file of an oscilloscope."""
-    check_file(path)
-    check_package(path, PACKAGE, "a binary file of an oscilloscope")
+    check_package(path, _PACKAGE, "a binary file of an oscilloscope")
     found = read_guarded(
-        Reader(f"{__name__}:channels", (f"{PACKAGE}.wfm", "numpy"), "a binary file of an oscilloscope"), path
+        Reader(f"{__name__}:channels", (f"{_PACKAGE}.wfm", "numpy"), "a binary file of an oscilloscope"), path
     )
     step, start, model, omitted = found["about"]
     table = [(*found[f"about {at}"], found[f"values {at}"]) for at in range((len(found) - 1) // 2)]
@@ -57,7 +55,7 @@ def read_oscilloscope_binary(path: Path) -> Recorded:
 def _unsure(path: Path) -> dict[str, str]:
     """State what is not sure of a Rigol .wfm."""
     with path.open("rb") as file:
-        known = is_oscilloscope_binary(file.read(64))
+        known = _is_known(file.read(64))
     words = "the vertical offset: the package that reads .wfm of Rigol gives it a wrong sign for some models; compare with .csv"
     return {} if known else {"unsure": words}
 
@@ -122,3 +120,19 @@ def channels(path: Path) -> Iterator[tuple[str, Any]]:
         stated = _UNITS.get(unit, "") if tektronix is None else tektronix.unit
         yield f"about {at}", [str(channel.name), stated]
         yield f"values {at}", np.asarray(channel.volts, dtype=float)
+
+
+def _can_read(head: bytes, suffix: str) -> CanRead:
+    if _is_known(head):
+        return CanRead.YES
+    return CanRead.PERHAPS if suffix in (".wfm", ".trc", ".bin") and b"\0" in head else CanRead.NO
+
+
+FORMAT: Final = FileFormat(
+    name="scope",
+    description="Tektronix and Rigol .wfm, Keysight, Rigol and Siglent .bin, LeCroy .trc",
+    suffixes=(".wfm", ".bin", ".trc"),
+    can_read=_can_read,
+    read=read_oscilloscope_binary,
+    package=_PACKAGE,
+)

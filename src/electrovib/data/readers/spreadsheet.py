@@ -10,19 +10,19 @@ import numpy as np
 
 from electrovib.core.budget import megabytes, memory_allowed
 from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.columns.faults import DAMAGE, check_file, damaged
+from electrovib.data.faults import DAMAGE, damaged
+from electrovib.data.file_format import FileFormat, begins
 from electrovib.data.guarded import Reader, ReaderLimits, read_guarded
-from electrovib.data.readers.foreign import check_package
-from electrovib.data.readers.laboratory_text import read_laboratory_bytes
+from electrovib.data.readers.text import read_laboratory_bytes
+from electrovib.data.recorded import check_package
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
-DESCRIPTION: Final = "spreadsheets (.xlsx): the first sheet with numbers, or the one chosen"
-PACKAGE: Final = "openpyxl"
+_PACKAGE: Final = "openpyxl"
 _UNPACKED: Final = 40
 """Largest ratio of the unpacked size to the size of the file; that of plain tables is about 10."""
 _BASE: Final = 16 * 1024**2
@@ -35,8 +35,7 @@ _MOST_FILLED: Final = 64
 
 def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
     """Read a sheet of a spreadsheet that holds rows of numbers; formulas count as the values that were saved with them."""
-    check_file(path)
-    check_package(path, PACKAGE, "a spreadsheet", ", or save it as .csv")
+    check_package(path, _PACKAGE, "a spreadsheet", ", or save it as .csv")
     size = path.stat().st_size
     unpacked = _declared_size(path)
     if unpacked > _UNPACKED * size + _BASE:
@@ -49,7 +48,7 @@ def read_spreadsheet(path: Path, *, part: str = "") -> Recorded:
         memory=memory_allowed(size) + 4 * unpacked, content=2 * unpacked + _BASE, processor_time=seconds,
         waiting_time=3 * seconds,
     )  # fmt: skip
-    found = read_guarded(Reader(f"{__name__}:sheets", (PACKAGE,), "a spreadsheet"), path, limits=limits)
+    found = read_guarded(Reader(f"{__name__}:sheets", (_PACKAGE,), "a spreadsheet"), path, limits=limits)
     if part and part not in found:
         raise DataFileError(
             f"part = {part}: there is no such sheet with content.{suggestion(part, found)} It has {', '.join(found)}.",
@@ -115,3 +114,14 @@ def _cell(value: object) -> str:
     if isinstance(value, (bool, int, float)):
         return repr(float(value))
     return str(value).replace("\t", " ").replace("\n", " ")
+
+
+FORMAT: Final = FileFormat(
+    name="xlsx",
+    description="spreadsheets (.xlsx): the first sheet with numbers, or the one chosen",
+    suffixes=(".xlsx", ".xlsm"),
+    can_read=begins(rb"PK\x03\x04.*(xl/|\[Content_Types\])", ".xlsx", ".xlsm"),
+    read=read_spreadsheet,
+    options=("part",),
+    package=_PACKAGE,
+)

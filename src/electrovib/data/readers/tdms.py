@@ -6,26 +6,24 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.data.columns.faults import check_file
+from electrovib.data.file_format import FileFormat, begins
 from electrovib.data.guarded import Reader, read_guarded
-from electrovib.data.readers.foreign import check_declared, check_package, recorded_of, text_of
+from electrovib.data.recorded import check_declared, check_package, recorded_of, text_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
-DESCRIPTION: Final = "NI TDMS (.tdms)"
-PACKAGE: Final = "nptdms"
+_PACKAGE: Final = "nptdms"
 _UNITS: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
 def read_tdms(path: Path, *, part: str = "") -> Recorded:
     """Read the channels ``"group/channel"`` of a TDMS file that have the length with most numbers, or that of `part`."""
-    check_file(path)
-    check_package(path, PACKAGE, "NI TDMS")
-    found = read_guarded(Reader(f"{__name__}:channels", (PACKAGE, "numpy"), "an NI TDMS file"), path)
+    check_package(path, _PACKAGE, "NI TDMS")
+    found = read_guarded(Reader(f"{__name__}:channels", (_PACKAGE, "numpy"), "an NI TDMS file"), path)
     table, steps = [], []
     for at in range(len(found) // 2):
         name, unit, step, start = found[f"about {at}"]
@@ -60,3 +58,14 @@ def channels(path: Path) -> Iterator[tuple[str, Any]]:
             begin = float(start) if isinstance(start, (int, float)) and np.isfinite(start) else 0.0
             yield f"about {at}", [name, unit, float(step) if even else None, begin]
             yield f"values {at}", np.asarray(channel[:], dtype=float)
+
+
+FORMAT: Final = FileFormat(
+    name="tdms",
+    description="NI TDMS (.tdms)",
+    suffixes=(".tdms",),
+    can_read=begins(b"TDSm", ".tdms"),
+    read=read_tdms,
+    options=("part",),
+    package=_PACKAGE,
+)

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.columns.faults import check_file
-from electrovib.data.readers.recorded import DataColumn, Recorded
+from electrovib.data.file_format import CanRead, FileFormat
+from electrovib.data.recorded import DataColumn, Recorded
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from electrovib.core.arrays import Complex, Real
 
-DESCRIPTION: Final = "Touchstone files of a one-port (.s1p): S, Z or Y as an impedance"
-OPTIONS: Final = re.compile(rb"^\s*#\s*([^\n\r!]{0,80})", re.MULTILINE)
+_OPTIONS: Final = re.compile(rb"^\s*#\s*([^\n\r!]{0,80})", re.MULTILINE)
 _FREQUENCY: Final = {"HZ": 1.0, "KHZ": 1e3, "MHZ": 1e6, "GHZ": 1e9}
 _LONGEST_LINE: Final = 1000
 
@@ -28,7 +27,6 @@ def read_touchstone(path: Path) -> Recorded:
     Z = R (1 + S) / (1 - S) with the reference resistance R of the file. Parameters Z and Y of version 1 are
     normalised to R. Without an option line the format prescribes GHz, S, MA and 50 ohm.
     """
-    check_file(path)
     raw = path.read_bytes()
     unit, kind, form, reference = _options(path, raw)
     lines = (line.partition(b"!")[0].strip() for line in raw.splitlines())
@@ -56,7 +54,7 @@ def read_touchstone(path: Path) -> Recorded:
 
 def _options(path: Path, raw: bytes) -> tuple[str, str, str, float]:
     """Return unit of frequency, kind of parameters, form of complex numbers and reference resistance [ohm]."""
-    match = OPTIONS.search(raw)
+    match = _OPTIONS.search(raw)
     words = match[1].decode("latin-1").upper().split() if match else []
     unit = next((word for word in words if word in _FREQUENCY), "GHZ")
     kind = next((word for word in words if word in ("S", "Z", "Y", "G", "H")), "S")
@@ -80,3 +78,16 @@ def _complex(first: Real, second: Real, form: str) -> Complex:
     with np.errstate(all="ignore"):  # a damaged file may overflow
         size = 10 ** (first / 20) if form == "DB" else first
         return np.asarray(size * np.exp(1j * np.deg2rad(second)))
+
+
+def _can_read(head: bytes, suffix: str) -> CanRead:
+    return CanRead.YES if suffix == ".s1p" and b"\0" not in head else CanRead.NO
+
+
+FORMAT: Final = FileFormat(
+    name="touchstone",
+    description="Touchstone files of a one-port (.s1p): S, Z or Y as an impedance",
+    suffixes=(".s1p",),
+    can_read=_can_read,
+    read=read_touchstone,
+)

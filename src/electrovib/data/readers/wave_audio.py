@@ -8,22 +8,20 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.columns.faults import check_file
-from electrovib.data.readers.recorded import DataColumn, Recorded
+from electrovib.data.file_format import FileFormat, begins
+from electrovib.data.recorded import DataColumn, Recorded
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from electrovib.core.arrays import Real
 
-DESCRIPTION: Final = "sound files (.wav), as shares of full scale"
 _PLAIN, _FLOAT, _EXTENSIBLE = 1, 3, 0xFFFE
 _MOST_CHANNELS: Final = 256
 
 
 def read_wave(path: Path) -> Recorded:
     """Read a sound file, its channels as shares of full scale, because the file states no other unit."""
-    check_file(path)
     raw = path.read_bytes()
     order = "<" if raw[:4] == b"RIFF" else ">"
     form, data = _parts(path, raw, order)
@@ -80,3 +78,12 @@ def _shares(data: bytes, order: str, width: int, *, is_float: bool) -> Real:
         whole = parts[:, 0] | parts[:, 1] << 8 | parts[:, 2] << 16
         return np.where(whole >= 1 << 23, whole - (1 << 24), whole) / float(1 << 23)
     return np.frombuffer(data, f"{order}i{width}").astype(float) / 2.0 ** (8 * width - 1)
+
+
+FORMAT: Final = FileFormat(
+    name="wav",
+    description="sound files (.wav), as shares of full scale",
+    suffixes=(".wav",),
+    can_read=begins(rb"RIF[FX].{4}WAVE", ".wav"),
+    read=read_wave,
+)

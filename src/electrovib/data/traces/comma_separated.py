@@ -16,8 +16,9 @@ from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.files import note_input
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import left_by_a_kill, writing
-from electrovib.data.columns import DAMAGE, TextTable, check_file, damaged, read_table
+from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
+from electrovib.data.text.table import TextTable, read_table
 from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
 
 if TYPE_CHECKING:

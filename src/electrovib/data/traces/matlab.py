@@ -14,7 +14,7 @@ from electrovib.core.budget import content_allowed
 from electrovib.core.errors import InputError
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
-from electrovib.data.columns import DAMAGE, damaged
+from electrovib.data.faults import DAMAGE, damaged
 from electrovib.data.marks import Form, unsigned
 from electrovib.data.readers.matlab import read_variables
 from electrovib.data.traces.structure import not_a_trace, prepared, rebuilt, structure_of
@@ -91,23 +91,18 @@ def matlab_names(names: Iterable[str]) -> dict[str, str]:
 
 def load_mat(path: Path) -> xarray.Dataset:
     """Read a Trace from a MATLAB file, also one that MATLAB has saved again; checksums of variables are verified."""
-    text = read_variables(path, ["trace_json"]).get("trace_json", "{}")
+    found = read_variables(path, needed="trace_json")
     try:
+        text = found.get("trace_json", "{}")
         about = json.loads(text) if isinstance(text, str) else {}
         if not isinstance(about, dict) or about.get("format") != FORMAT:
             raise not_a_trace(path)
-        return rebuilt(about["structure"], about["attributes"], _arrays(path, about))
+        arrays: dict[str, NDArray[Any]] = {}
+        for entry in about["structure"]["variables"]:
+            if "values" not in entry:
+                values = np.asarray(found[about["names"][entry["name"]]])
+                # MATLAB saves complex numbers without imaginary part as real ones
+                arrays[entry["name"]] = values.astype(np.complex128) if entry["kind"] == "complex" else values
+        return rebuilt(about["structure"], about["attributes"], arrays)
     except DAMAGE as error:
         raise damaged(path, "a MATLAB file", error) from None
-
-
-def _arrays(path: Path, about: dict[str, Any]) -> dict[str, NDArray[Any]]:
-    entries = [entry for entry in about["structure"]["variables"] if "values" not in entry]
-    named = {entry["name"]: about["names"][entry["name"]] for entry in entries}
-    found = read_variables(path, list(named.values()))
-    complex_ones = {entry["name"] for entry in entries if entry["kind"] == "complex"}
-    arrays = {name: np.asarray(found[own]) for name, own in named.items()}
-    return {  # MATLAB saves complex numbers without imaginary part as real ones
-        name: values.astype(np.complex128) if name in complex_ones else values
-        for name, values in arrays.items()
-    }

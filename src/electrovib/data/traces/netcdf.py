@@ -10,10 +10,10 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.trace import FORMAT
 from electrovib.data.atomic import writing
-from electrovib.data.columns import DAMAGE, check_file, damaged
+from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.guarded import GuardedReading
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
-from electrovib.data.readers.netcdf import reader
+from electrovib.data.readers.hdf5 import reader
 from electrovib.data.traces.structure import not_a_trace, prepared
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from electrovib.core.errors import DataFileError
 from electrovib.core.files import note_input
-from electrovib.data.columns.faults import check_file
+from electrovib.data.faults import check_file
 from electrovib.data.traces.comma_separated import load_csv
 from electrovib.data.traces.matlab import load_mat
 from electrovib.data.traces.netcdf import load_nc

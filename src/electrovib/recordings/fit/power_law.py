@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError, gathered
-from electrovib.data.columns.column import kind_and_factor
 from electrovib.data.csv_text import csv_text
-from electrovib.data.readers.registry import read_recorded
+from electrovib.data.registry import read_recorded
+from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.fit.sessions import RandomEffects, random_effects
 from electrovib.recordings.importing.choice import column_of
 from electrovib.recordings.interval import from_noise
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from electrovib.core.arrays import Real
-    from electrovib.data.readers.recorded import DataColumn
+    from electrovib.data.recorded import DataColumn
 
 _FEWEST: Final = 3
 

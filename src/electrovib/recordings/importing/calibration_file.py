@@ -10,8 +10,8 @@ import numpy as np
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.files import note_input
 from electrovib.core.signals import SIGNALS
-from electrovib.data.columns.column import kind_and_factor
-from electrovib.data.readers.registry import read_recorded
+from electrovib.data.registry import read_recorded
+from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.importing.calibration import calibrate
 
 if TYPE_CHECKING:

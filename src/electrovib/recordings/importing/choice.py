@@ -12,15 +12,14 @@ import numpy as np
 from electrovib.core.errors import InputError, Problem, nearest, suggestion
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import KINDS, parse_quantity
-from electrovib.data.columns.column import kind_and_factor
-from electrovib.data.readers.unit_words import name_and_unit
+from electrovib.data.unit_words import kind_and_factor, name_and_unit
 from electrovib.recordings.importing.calibration import SensorCalibration
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
     from electrovib.core.arrays import Real
-    from electrovib.data.readers.recorded import DataColumn, Recorded
+    from electrovib.data.recorded import DataColumn, Recorded
 
 _FACTOR: Final = re.compile(
     r"\s*([+-]?[\d.]+(?:[eE][+-]?\d{1,3})?(?:\s*/\s*[\d.]+(?:[eE][+-]?\d{1,3})?)?)\s*(.*?)\s*"

@@ -10,12 +10,12 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.data.columns.column import kind_and_factor
+from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.importing.choice import column_of
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
 _GAP: Final = 1.5
 """Interval, in units of the median interval, from which on samples are missing."""

@@ -12,9 +12,9 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import note_input
 from electrovib.core.trace import make_trace
-from electrovib.data.columns.faults import check_file
-from electrovib.data.readers.registry import format_of, read_recorded
-from electrovib.data.readers.sweeps import refuse_spectrum, split_part
+from electrovib.data.faults import check_file
+from electrovib.data.registry import format_of, read_recorded
+from electrovib.data.spectrum import refuse_spectrum, split_part
 from electrovib.recordings.importing.calibration import SensorCalibration
 from electrovib.recordings.importing.calibration_file import read_calibration
 from electrovib.recordings.importing.choice import calibrated_column, check_names, column_of
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
 _LONGEST_SETTINGS: Final = 4000
 

@@ -9,13 +9,12 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.data.readers.registry import format_of, read_recorded
-from electrovib.data.readers.spectrum import spectrum_of
-from electrovib.data.readers.sweeps import split_part
+from electrovib.data.registry import format_of, read_recorded
+from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.importing.proposal import ProposedColumn, proposed_columns
 
 if TYPE_CHECKING:
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
 _MOST: Final = 60
 

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Real
-    from electrovib.data.readers.recorded import Recorded
-    from electrovib.data.readers.spectrum import MeasuredSpectrum
+    from electrovib.data.recorded import Recorded
+    from electrovib.data.spectrum import MeasuredSpectrum
 
 _FEWEST: Final = 32
 """Fewest samples from which repetition and bandwidth are judged."""

@@ -87,7 +87,7 @@ def import_material(
     conductivity : str or float
         Conductivity at zero frequency [S/m], which no spectrum determines; between 0 and the bound that a diagnostic states.
     columns : mapping of str to str, optional
-        As for `electrovib.data.readers.spectrum.spectrum_of`.
+        As for `electrovib.data.spectrum.spectrum_of`.
     reader : str
         Name of the reader; found from the first bytes if empty.
     delimiter : str, optional

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.signals import SIGNALS
-from electrovib.data.columns.column import kind_and_factor
+from electrovib.data.unit_words import kind_and_factor
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from electrovib.core.arrays import Real
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
 _WORDS: Final[Mapping[str, str]] = {
     "normal_force": r"f ?[nz]|.*\b(normal|vertical|load(?! ?cell)|down ?force|last|normalkraft|press(ing)?|effort normal)\b.*",

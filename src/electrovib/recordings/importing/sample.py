@@ -12,9 +12,8 @@ import numpy as np
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity, parse_quantity
-from electrovib.data.readers.registry import read_recorded
-from electrovib.data.readers.spectrum import spectrum_of
-from electrovib.data.readers.sweeps import split_part
+from electrovib.data.registry import read_recorded
+from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.recordings.importing.notices import about_parts
 from electrovib.recordings.importing.phase_offset import phase_offset
 
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Complex, Real
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.data.readers.spectrum import MeasuredSpectrum
+    from electrovib.data.spectrum import MeasuredSpectrum
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.trace import make_trace
-from electrovib.data.readers.spectrum import spectrum_of
+from electrovib.data.spectrum import spectrum_of
 from electrovib.recordings.importing.notices import about_parts
 from electrovib.recordings.importing.phase_offset import phase_offset
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     import xarray
 
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
 
 
 def spectrum_trace(

@@ -14,8 +14,8 @@ from electrovib.core.files import note_input
 from electrovib.core.model import read_model
 from electrovib.core.samples import Samples
 from electrovib.data.columns import read_columns
-from electrovib.data.readers.recorded import Recorded
-from electrovib.data.readers.registry import read_recorded
+from electrovib.data.recorded import Recorded
+from electrovib.data.registry import read_recorded
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.sampled import Sampled
 from electrovib.scenario import Scenario, TimeGrid, read_part
@@ -72,7 +72,7 @@ def _columns(path: Path) -> tuple[Real, Real]:
             if "has no headings" in str(error):
                 found = read_columns(path, {"time": (0, "s"), "voltage": (1, "V")})
                 return found["time"], found["voltage"]
-            if not isinstance(error, NoColumnError) and "there is no variable" not in str(error):
+            if not isinstance(error, NoColumnError):
                 raise
             faults.append(error)
         else:

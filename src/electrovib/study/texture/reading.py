@@ -14,7 +14,7 @@ from electrovib.core.parsing import read_toml
 from electrovib.core.samples import Samples
 from electrovib.core.units import parse_quantity
 from electrovib.data.columns import read_columns
-from electrovib.data.readers.picture import read_picture
+from electrovib.data.picture import read_picture
 from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.texture.base import Texture
 from electrovib.physics.texture.path import FingerPath

@@ -10,7 +10,7 @@ import numpy as np
 
 from electrovib.core.budget import megabytes
 from electrovib.core.errors import DataFileError
-from electrovib.data.columns.faults import check_file
+from electrovib.data.faults import check_file
 from electrovib.data.guarded import Reader, read_guarded
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MOST_BYTES: Final = 20_000_000
 """Largest file of a picture [bytes]; a choice."""
 _READER: Final = Reader(
-    "electrovib.data.readers.picture:unpacked", ("numpy", "PIL.Image", "PIL.PngImagePlugin"), "a PNG picture"
+    "electrovib.data.picture:unpacked", ("numpy", "PIL.Image", "PIL.PngImagePlugin"), "a PNG picture"
 )
 _HOW: Final = "Save it as 8-bit greyscale PNG without transparency."
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import tokenize
+import zlib
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import DataFileError, closest_file
@@ -13,9 +14,9 @@ if TYPE_CHECKING:
 
 DAMAGE: Final = (
     OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError, EOFError, MemoryError,
-    ArithmeticError, SyntaxError, AssertionError, struct.error, tokenize.TokenError,
+    ArithmeticError, SyntaxError, AssertionError, struct.error, tokenize.TokenError, zlib.error,
 )  # fmt: skip
-"""Exceptions that the NumPy, HDF5 and netCDF libraries raise for damaged files."""
+"""Exceptions that the NumPy, SciPy and HDF5 libraries raise for damaged files."""
 
 
 def check_file(path: Path) -> None:

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.data.readers.layout import split
-from electrovib.data.readers.recorded import DataColumn
+from electrovib.data.recorded import DataColumn
+from electrovib.data.text.layout import split
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.data.readers.layout import Layout
-    from electrovib.data.readers.recorded import Recorded
+    from electrovib.data.recorded import Recorded
+    from electrovib.data.text.layout import Layout
 
 _DAY: Final = 86400.0
 _CLOCK: Final = (

@@ -7,13 +7,13 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import DataFileError, suggestion
-from electrovib.data.readers.layout import is_row_of_numbers
+from electrovib.data.text.layout import is_row_of_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from electrovib.data.readers.layout import Layout
+    from electrovib.data.text.layout import Layout
 
 _BEGIN: Final = re.compile(rb"^([A-Za-z_]\w{0,60})\tTABLE\b[^\n]*\n", re.MULTILINE)
 _HEAD: Final = re.compile(rb"\s*EXPLAIN\b")

@@ -1,10 +1,14 @@
-"""Words and signs that instruments write for units, and headings that hold a name and a unit."""
+"""Units: their kinds and factors, the words that instruments write for them, and headings that hold a name and a unit."""
 
 from __future__ import annotations
 
+import functools
 import re
 from typing import Final
 
+from electrovib.core.units import KINDS, parse_quantity
+
+_ANGLE: Final = re.compile(r"rad|deg|°|turn|rev|rpm|cycle")
 _LONGEST_HEADING: Final = 200
 _BRACKETS: Final = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]\s*")
 _PARTS_OF_ZPLOT: Final = re.compile(r"(Z'{1,2})\s?\([ab]\)")
@@ -31,6 +35,35 @@ _FORCE: Final = re.compile(r"f([a-z]|_[a-z]+)?|.*(force|load|friction|kraft|effo
 """Names of columns of forces, which some tribometers state in the mass whose weight they are."""
 UNIT_NAMES: Final = {word for word, unit in UNITS.items() if unit and word.isalpha() and len(word) > 3}
 """Words that name a unit and nothing else, so that a heading of one such word states the unit."""
+
+
+@functools.cache
+def kind_and_factor(unit: str) -> tuple[str, float] | None:
+    """Return the SI unit of the kind to which a unit text belongs, and the conversion factor."""
+    if unit in ("1", "-"):
+        return "1", 1.0
+    if not unit or len(unit) > 24:
+        return None
+    # likely kinds first, because each miss asks pint; to pint an angle is a plain number and rad/s is Hz
+    for kind in sorted(KINDS, key=lambda kind: -len(kind) if unit.endswith(kind) else 0):
+        if (kind == "rad") == bool(_ANGLE.search(unit)):
+            try:
+                return kind, parse_quantity(f"1 {unit}", kind)
+            except ValueError:
+                continue
+    return None
+
+
+def name_and_known_unit(heading: str) -> tuple[str, str]:
+    """Split a heading such as ``time [us]`` whose brackets hold a unit that is known, or stand in square ones behind a blank."""
+    start = max(heading.rfind("["), heading.rfind("("))
+    if start < 1 or heading[-1:] not in "])":
+        return heading, ""
+    name, unit = heading[:start].rstrip(), heading[start + 1 : -1]
+    if not name or not unit.strip() or "]" in unit or ")" in unit:
+        return heading, ""
+    is_unit = len(name) < start and heading[start] == "["
+    return (name, unit.strip()) if is_unit or kind_and_factor(unit.strip()) else (heading, "")
 
 
 def name_and_unit(heading: str) -> tuple[str, str]:

@@ -10,15 +10,31 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import DataFileError
-from electrovib.data.columns.faults import check_file
-from electrovib.data.readers.column_facts import named_by_preamble
-from electrovib.data.readers.date_times import stamp_columns, with_stamps
-from electrovib.data.readers.layout import INSPECTED, Layout, find_layout, split
-from electrovib.data.readers.number_cells import MISSING, is_number
-from electrovib.data.readers.preamble import settings_of, timing
-from electrovib.data.readers.recorded import DataColumn, Recorded
-from electrovib.data.readers.tables import one_table, repeated_table
-from electrovib.data.readers.time_column import FREQUENCY, counts, is_index, is_time, keeps_step
+from electrovib.data.file_format import CanRead, FileFormat
+from electrovib.data.recorded import DataColumn, Recorded
+from electrovib.data.text.date_times import stamp_columns, with_stamps
+from electrovib.data.text.layout import (
+    INSPECTED,
+    MISSING,
+    Layout,
+    encoding_of,
+    find_layout,
+    is_number,
+    lines_of,
+    split,
+)
+from electrovib.data.text.preamble import (
+    FREQUENCY,
+    counts,
+    is_index,
+    is_time,
+    keeps_step,
+    named_by_preamble,
+    settings_of,
+    timing,
+)
+from electrovib.data.text.table import read_columns
+from electrovib.data.text.tables import one_table, repeated_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,7 +42,6 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
 
-DESCRIPTION: Final = "delimited text of any instrument (.csv, .tsv, .txt, .dat, .lvm, .dta, .mpt, .par)"
 _UNEVEN: Final = 2
 _LONGEST_LINE: Final = 1_000_000
 
@@ -39,7 +54,6 @@ def read_laboratory_text(
     An empty `delimiter` stands for blanks. Of a file with several tables, as Gamry and VersaStudio write
     them, `part` names the table; by default it is the spectrum or the longest one.
     """
-    check_file(path)
     raw, about = one_table(path, path.read_bytes(), part)
     if about and delimiter is None:
         delimiter = "\t" if b"\t" in raw else ","
@@ -59,7 +73,7 @@ def read_laboratory_bytes(
     part: str = "",
 ) -> Recorded:
     """Read the text of an instrument that is in memory; `origin` names the sheet that it comes from."""
-    encoding = _encoding(path, raw)
+    encoding = encoding_of(path, raw)
     first = list(itertools.islice(_lines(raw, encoding), INSPECTED))
     layout = find_layout(first, delimiter=delimiter, decimal_comma=decimal_comma)
     if layout is None:
@@ -90,22 +104,8 @@ def _left_out(layout: Layout) -> dict[str, str]:
     return {"left_out": f"{rows} behind the headings, with words in place of numbers"}
 
 
-def _encoding(path: Path, raw: bytes) -> str:
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "utf-16"
-    if b"\0" in raw[:4096]:
-        raise DataFileError("is not a text file; it holds zero bytes.", path=path)
-    try:
-        raw.decode("utf-8-sig")
-    except UnicodeDecodeError:  # instruments write the micro sign in Latin-1
-        return "latin-1"
-    return "utf-8-sig"
-
-
 def _lines(raw: bytes, encoding: str) -> Iterator[str]:
-    with io.TextIOWrapper(io.BytesIO(raw), encoding, errors="replace") as text:
-        for line in text:
-            yield line.rstrip("\n")[:_LONGEST_LINE]
+    return (line[:_LONGEST_LINE] for line in lines_of(raw, encoding))
 
 
 def _numbers(
@@ -177,3 +177,20 @@ def _recorded(
         if found is not None:
             time, step = found.name, None
     return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=settings)
+
+
+def _can_read(head: bytes, suffix: str) -> CanRead:
+    is_text = head.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" not in head
+    return CanRead.PERHAPS if is_text or suffix in (".csv", ".tsv", ".txt") else CanRead.NO
+
+
+FORMAT: Final = FileFormat(
+    name="text",
+    description="delimited text of any instrument (.csv, .tsv, .txt, .dat, .lvm, .dta, .mpt, .par)",
+    suffixes=(".csv", ".tsv", ".txt", ".dat"),
+    can_read=_can_read,
+    read=read_laboratory_text,
+    columns=read_columns,
+    options=("delimiter", "decimal_comma", "part"),
+    is_last=True,
+)

@@ -1,0 +1,243 @@
+"""Content of a file: its columns with names and units as written, chosen by heading or number, and converted to SI."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.budget import content_allowed, megabytes
+from electrovib.core.errors import DataFileError, NoColumnError, suggestion
+from electrovib.core.units import KINDS
+from electrovib.data.unit_words import as_unit, kind_and_factor, name_and_known_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from electrovib.core.arrays import Real
+
+EXTRA: Final = "formats"
+"""Name of the optional dependencies that the readers of foreign formats need."""
+_MOST_OMITTED: Final = 20
+_TIME_UNITS: Final = ("s", "ms", "us", "ns")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DataColumn:
+    """One column of a file, with name and unit as written in it; `values` are in that unit, NaN where a field is empty."""
+
+    name: str
+    unit: str
+    values: Real
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recorded:
+    """The content of one file.
+
+    All `channels` have one length. `time` names the one that is the time; it is empty if the time follows
+    from `step` [s] and `start` [s], the time of the first sample, or is not known. `attributes` are
+    statements of the preamble: make, model, date, settings.
+    """
+
+    channels: tuple[DataColumn, ...]
+    time: str = ""
+    step: float | None = None
+    start: float = 0.0
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def size(self) -> int:
+        """Number of samples of each channel."""
+        return self.channels[0].values.size if self.channels else 0
+
+    def times(self) -> Real | None:
+        """Return the time of each sample, shape (n,), in the unit of its channel, or in s by the step; None if it is unknown."""
+        if self.time:
+            return next(each.values for each in self.channels if each.name == self.time)
+        if self.step is None:
+            return None
+        return np.asarray(self.start + self.step * np.arange(self.size))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """A column that was asked for, with the numbers as they are in the file; `place` names a row, or is the word for one."""
+
+    label: str
+    unit: str
+    values: Real
+    place: str | Callable[[int], str] = "row"
+
+    def in_si(self, path: Path, asked: str, *, missing: bool = False) -> Real:
+        """Return the numbers converted to SI; numbers that are not finite are refused unless `missing` allows them."""
+        if len(self.values) < 2:
+            count = "only one row" if len(self.values) else "no rows"
+            raise DataFileError(f"{self.label} has {count}; at least two are needed.", path=path)
+        bad = np.flatnonzero(~np.isfinite(self.values))
+        if len(bad) and not missing:
+            more = f", nor are {len(bad) - 1} more below" if len(bad) > 1 else ""
+            where, value = self._where(int(bad[0])), self.values[bad[0]]
+            raise DataFileError(f"{where}, {self.label}: {value} is not a finite number{more}.", path=path)
+        factor = self._factor(path, asked)
+        inverse = round(1 / factor) if factor < 1 else 0
+        # dividing by a whole number gives the float nearest to the decimal number, multiplying does not
+        with np.errstate(all="ignore"):
+            found = self.values / inverse if inverse and 1 / inverse == factor else self.values * factor
+        if not missing and not np.all(np.isfinite(found)):
+            row = int(np.argmin(np.isfinite(found)))
+            raise DataFileError(
+                f"{self._where(row)}, {self.label}: {self.values[row]:g} {self.unit or asked} is too large a number.",
+                path=path,
+            )
+        return found
+
+    def _where(self, row: int) -> str:
+        return f"{self.place} {row} (first is 0)" if isinstance(self.place, str) else self.place(row)
+
+    def _factor(self, path: Path, asked: str) -> float:
+        expected, own = kind_and_factor(asked), kind_and_factor(self.unit or asked)
+        if expected is None or own is None:
+            unknown = self.unit if expected else asked
+            known = ", ".join(kind for kind in KINDS if kind != "1")
+            raise DataFileError(
+                f"{self.label}: '{unknown}' is not a known unit; known, also with prefixes: {known}.",
+                path=path,
+            )
+        if own[0] != expected[0]:
+            kind = KINDS[expected[0]][0]
+            raise DataFileError(
+                f"{self.label} is in '{self.unit}', but {kind} is needed, such as '{asked}'.", path=path
+            )
+        return own[1]
+
+
+def check_row(path: Path, label: str, dimensions: int, dtype: np.dtype[Any]) -> None:
+    """Refuse anything but a one-dimensional array of real numbers."""
+    if dimensions != 1 or dtype.kind not in "fiu":
+        kind = f"{dimensions} dimensions" if dimensions != 1 else f"'{dtype}'"
+        raise DataFileError(f"{label} holds {kind}, but a row of real numbers is needed.", path=path)
+
+
+def real_numbers(
+    path: Path, label: str, array: np.ndarray[Any, np.dtype[Any]], unit: str, word: str = "row"
+) -> Column:
+    """Return an array of a binary file as a column."""
+    check_row(path, label, array.ndim, array.dtype)
+    with np.errstate(all="ignore"):  # what a damaged file holds may be no number at all
+        values = np.asarray(array, dtype=np.float64)
+    return Column(label=label, unit=unit, values=values, place=word)
+
+
+def choose(path: Path, headings: Sequence[str], column: str | int, width: int) -> int:
+    """Return the number of a column, found by number, by heading, or by heading without the unit."""
+    if isinstance(column, int):
+        if not 0 <= column < width:
+            raise DataFileError(
+                f"there is no column {column}; they are numbered 0 to {width - 1}.", path=path
+            )
+        return column
+    if not headings:
+        raise DataFileError(f"has no headings; ask for column '{column}' by its number, 0 first.", path=path)
+    names = [name_and_known_unit(heading)[0] for heading in headings]
+    for known in (list(headings), names):
+        if known.count(column) > 1:
+            raise DataFileError(f"more than one column is called '{column}'; give its number.", path=path)
+        if column in known:
+            return known.index(column)
+    listed = ", ".join([name[:60] for name in names if name][:20]) + (", ..." if len(names) > 20 else "")
+    why = f"there is no column '{column}'.{suggestion(column, names)} It has: {listed}."
+    raise NoColumnError(why, path=path, column=column)
+
+
+def check_package(path: Path, module: str, what: str, otherwise: str = "") -> None:
+    """Refuse to read a file without the package that reads it."""
+    if importlib.util.find_spec(module) is None:
+        raise DataFileError(
+            f"{what} is read with the package {module}, which is not installed: pip install 'electrovib[{EXTRA}]'{otherwise}",
+            path=path,
+        )
+
+
+def check_declared(path: Path, count: int) -> None:
+    """Refuse a file that declares more numbers than a file of its size may hold."""
+    size = path.stat().st_size
+    if count * 8 > content_allowed(size):
+        raise DataFileError(
+            f"is damaged, or packed too tightly: {megabytes(size)} are too small for the {count} numbers that it declares.",
+            path=path,
+        )
+
+
+def recorded_of(
+    path: Path,
+    columns: Sequence[tuple[str, str, Real]],
+    *,
+    step: float | None = None,
+    start: float = 0.0,
+    attributes: Mapping[str, str] | None = None,
+    part: str = "",
+) -> Recorded:
+    """Return columns as the content of a file; of columns of several lengths those like `part`, or that hold most numbers."""
+    by_length: dict[int, list[tuple[str, str, Real]]] = defaultdict(list)
+    for each in columns:
+        by_length[each[2].size].append(each)
+    lengths = [size for size in by_length if size >= 2]
+    if not lengths:
+        raise DataFileError("holds no column of two or more numbers.", path=path)
+    named = {name: values.size for name, _, values in columns if values.size >= 2}
+    if part and part not in named:
+        listed = ", ".join(f"{name} ({size})" for name, size in list(named.items())[:_MOST_OMITTED])
+        raise DataFileError(
+            f"part = {part}: there is no such array.{suggestion(part, named)} It has {listed}.", path=path
+        )
+    chosen = named[part] if part else max(lengths, key=lambda size: (size * len(by_length[size]), size))
+    stated = dict(attributes or {})
+    others = [f"{name} ({values.size})" for name, _, values in columns if values.size != chosen]
+    if others:
+        more = f" and {len(others) - _MOST_OMITTED} more" if len(others) > _MOST_OMITTED else ""
+        stated["omitted"] = ", ".join(others[:_MOST_OMITTED]) + more
+    channels: list[DataColumn] = []
+    names: set[str] = set()
+    for name, unit, values in by_length[chosen]:
+        unique = name
+        while unique in names:
+            unique += "'"
+        names.add(unique)
+        known = as_unit(unit)
+        channels.append(
+            DataColumn(
+                name=unique, unit=unit if known is None else known, values=np.asarray(values, dtype=float)
+            )
+        )
+    time = "" if step is not None else next((each.name for each in channels if is_named_time(each)), "")
+    return Recorded(channels=tuple(channels), time=time, step=step, start=start, attributes=stated)
+
+
+def is_named_time(channel: DataColumn) -> bool:
+    """Return whether a column is the time by its name or its unit, and increases."""
+    named = channel.name.rpartition("/")[2].lower() in ("time", "t", "timestamp", "zeit")
+    if not (channel.unit in _TIME_UNITS or (named and not channel.unit)):
+        return False
+    return bool(np.isfinite(channel.values).all() and (np.diff(channel.values) >= 0).all())
+
+
+def columns_of_array(name: str, unit: str, values: Real, most: int = 64) -> Iterator[tuple[str, str, Real]]:
+    """Iterate over the columns, ``"name[3]"`` for column 3, of an array of one or two dimensions; other arrays have none."""
+    if values.ndim == 1 or (values.ndim == 2 and 1 in values.shape):
+        yield name, unit, values.ravel()
+    elif values.ndim == 2:
+        turned = values.T if values.shape[1] > most >= values.shape[0] else values
+        if turned.shape[1] <= most:
+            for number in range(turned.shape[1]):
+                yield f"{name}[{number}]", unit, turned[:, number]
+
+
+def text_of(value: Any) -> str:
+    """Return a property of a foreign file as a short text."""
+    return str(value)[:200]

@@ -1,0 +1,209 @@
+"""Delimited text whose first row holds headings or numbers, read strictly: each field that is asked for has to be a number."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import DataFileError
+from electrovib.data.recorded import Column, choose
+from electrovib.data.text.layout import encoding_of, find_layout, lines_of, split
+from electrovib.data.unit_words import name_and_known_unit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from electrovib.core.arrays import Real
+
+_WORD_WITH_UNIT: Final = re.compile(r"\S+(?:\s{1,9}[\[(][^\])]{0,40}[\])])?")
+_LONGEST_ROW: Final = 1_000_000
+_MOST_COLUMNS: Final = 100_000
+_INSPECTED: Final = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextTable:
+    """Delimited text, of which only the first lines have been interpreted; as bytes it is smaller than a list of lines."""
+
+    path: Path
+    raw: bytes
+    encoding: str
+    delimiter: str
+    headings: tuple[str, ...]
+    units: tuple[str, ...]
+    width: int
+
+    def lines(self) -> Iterator[str]:
+        """Iterate over all lines, including comments."""
+        return lines_of(self.raw, self.encoding)
+
+    def rows(self) -> Iterator[tuple[int, str]]:
+        """Iterate over the rows of numbers, each with its line number in the file, starting at 1."""
+        numbered = _rows(self.path, self.raw, self.encoding)
+        return itertools.islice(numbered, bool(self.headings) + bool(self.units), None)
+
+    def label(self, index: int) -> str:
+        """Return the name of a column for a message."""
+        return f"column '{self.headings[index]}'" if self.headings else f"column {index}"
+
+    def numbers(self, indices: Sequence[int], *, missing: bool = False) -> Real:
+        """Read columns, shape (rows, indices), in the units of the file; `missing` reads empty fields as NaN."""
+        if next(self.rows(), None) is None:
+            return np.empty((0, len(indices)))
+        said = ""
+        # a Python function for each field is slow, so it is used only after the fast conversion has failed
+        for converters in (None, _number_or_missing)[: 2 if missing else 1]:
+            try:
+                return np.loadtxt(
+                    self._even_rows(),
+                    delimiter=self.delimiter or None,
+                    comments=None,
+                    usecols=indices,
+                    ndmin=2,
+                    quotechar='"' if b'"' in self.raw else None,
+                    converters=converters,
+                )
+            except ValueError as error:
+                said = str(error)
+        raise DataFileError(f"{self.path}: {self._fault(indices, missing) or said}.")
+
+    def _even_rows(self) -> Iterator[str]:
+        """Iterate over the rows of numbers as long as they have the same number of fields."""
+        delimiter = self.delimiter
+        for _, row in self.rows():
+            simple = delimiter and '"' not in row
+            if (row.count(delimiter) + 1 if simple else len(split(row, delimiter))) != self.width:
+                raise ValueError("rows of unequal length")
+            yield row
+
+    def _fault(self, indices: Sequence[int], missing: bool) -> str:
+        for number, line in self.rows():
+            cells = split(line, self.delimiter)
+            if len(cells) != self.width:
+                first = "the headings have" if self.headings else "the first row has"
+                return f"line {number} has {len(cells)} fields, but {first} {self.width}"
+            for index in indices:
+                cell = cells[index]
+                if not _is_number(cell) and not (missing and not cell):
+                    hint = (
+                        "; write decimals with a point"
+                        if re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", cell)
+                        else ""
+                    )
+                    why = f"'{cell[:40]}' is not a number{hint}" if cell else "the number is missing"
+                    return f"line {number}, {self.label(index)}: {why}"
+        return ""
+
+
+def read_table(path: Path, names: Sequence[str] = (), *, delimiter: str | None = None) -> TextTable:
+    """Split delimited text into lines, headings and units; there are no headings if the first row consists of numbers."""
+    raw = path.read_bytes()
+    encoding = encoding_of(path, raw)
+    first = [line for _, line in itertools.islice(_rows(path, raw, encoding), _INSPECTED)]
+    if not first:
+        raise DataFileError("holds no rows, only comments or blank lines.", path=path)
+    if (
+        max(map(len, (first[0].split(sign, _MOST_COLUMNS) for sign in ("\t", ";", ",", None))))
+        > _MOST_COLUMNS
+    ):
+        raise DataFileError(
+            f"has more than {_MOST_COLUMNS} columns; a table has a row per sample and a column per signal.",
+            path=path,
+        )
+    delimiter = _delimiter(first) if delimiter is None else delimiter
+    second = split(first[1], delimiter) if len(first) > 1 else []
+    top = split(first[0], delimiter)
+    if not delimiter:
+        words = [first[0].strip()] if len(second) == 1 else _WORD_WITH_UNIT.findall(first[0])
+        top = [word.strip('"') for word in words]
+    headings, units, width = tuple(top), tuple[str, ...](), len(top)
+    if any(map(_is_number, top)) and not _are_headings(top, names):
+        _refuse_mixture(path, top, second)
+        headings, width = (), len(split(first[0], delimiter))
+    else:
+        while not headings[-1] and len(headings) > max(1, len(second)):
+            headings = headings[:-1]  # a delimiter after the last heading
+        if any(second) and all(not cell or re.fullmatch(r"[\[(].*[\])]", cell) for cell in second):
+            units = tuple(cell[1:-1].strip() for cell in second)
+        width = len(headings)
+    return TextTable(
+        path=path,
+        raw=raw,
+        encoding=encoding,
+        delimiter=delimiter,
+        headings=headings,
+        units=units,
+        width=width,
+    )
+
+
+def _delimiter(lines: Sequence[str]) -> str:
+    """Return the delimiter under which most rows hold numbers, or which headings without numbers contain; empty for blanks."""
+    layout = find_layout(lines)
+    if layout is not None:  # of one column any is found
+        return layout.delimiter if any(layout.delimiter in line for line in lines) else ""
+    return next((sign for sign in "\t;," if sign in lines[0]), "")
+
+
+def _are_headings(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Return whether a name that was asked for is among the cells, which may be numbers."""
+    return not {name for cell in cells for name in (cell, name_and_known_unit(cell)[0])}.isdisjoint(names)
+
+
+def _refuse_mixture(path: Path, top: Sequence[str], second: Sequence[str]) -> None:
+    """Refuse a first row that holds words above numbers, and numbers."""
+    for above, below in zip(top, second, strict=False):
+        if above and not _is_number(above) and _is_number(below):
+            raise DataFileError(
+                f"the first row has '{above[:40]}' above a number and is neither headings nor data; mend it or begin it"
+                " with '#'.",
+                path=path,
+            )
+
+
+def read_columns(path: Path, columns: Sequence[str | int], missing: bool) -> dict[str | int, Column]:
+    """Read columns by heading or number; units are in the headings or in a row of their own."""
+    table = read_table(path, [column for column in columns if isinstance(column, str)])
+    indices = [choose(path, table.headings, column, table.width) for column in columns]
+    numbers = table.numbers(indices, missing=missing)
+
+    def line(row: int) -> str:
+        return f"line {next(itertools.islice(table.rows(), row, None))[0]}"
+
+    found: dict[str | int, Column] = {}
+    for column, index, values in zip(columns, indices, numbers.T, strict=True):
+        own = name_and_known_unit(table.headings[index])[1] if table.headings else ""
+        own = own or (table.units[index] if index < len(table.units) else "")
+        found[column] = Column(label=table.label(index), unit=own, values=values, place=line)
+    return found
+
+
+def _rows(path: Path, raw: bytes, encoding: str) -> Iterator[tuple[int, str]]:
+    for number, line in enumerate(lines_of(raw, encoding), 1):
+        if line.lstrip()[:1] not in ("", "#"):
+            if len(line) > _LONGEST_ROW:
+                raise DataFileError(
+                    f"line {number} has {len(line)} characters; a table has a row per sample.", path=path
+                )
+            yield number, line
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return cell.isascii() and "_" not in cell
+
+
+def _number_or_missing(cell: str) -> float:
+    if not cell.strip():
+        return np.nan
+    if not _is_number(cell.strip()):
+        raise ValueError(cell)
+    return float(cell)
