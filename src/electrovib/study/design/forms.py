@@ -1,30 +1,37 @@
-"""The forms in which a design is asked for. A form is added by one function here and one row of `FORMS`."""
+"""The forms in which a design is asked for. A form is added by one function and one row of `FORMS`."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
 from typing import Any, Final
 
 from electrovib.core.errors import InputError
-from electrovib.study.design.form import DesignForm
+
+_ALWAYS: Final = ("scenario", "progress")
 
 
-def _parameter() -> Callable[..., Any]:
-    from electrovib.study.design.parameter import design_parameter
+@dataclass(frozen=True)
+class DesignForm:
+    """One form of the question; the first argument in `needs` decides that it is meant; `function` is ``module:name``."""
 
-    return design_parameter
+    name: str
+    needs: tuple[str, ...]
+    example: str
+    function: str
 
+    def load(self) -> Callable[..., Any]:
+        """Return the function of the form."""
+        module, _, name = self.function.partition(":")
+        found: Callable[..., Any] = getattr(import_module(f"electrovib.study.design.{module}"), name)
+        return found
 
-def _drive() -> Callable[..., Any]:
-    from electrovib.study.design.drive import design_drive
-
-    return design_drive
-
-
-def _share() -> Callable[..., Any]:
-    from electrovib.study.design.robust import design_for_share
-
-    return design_for_share
+    @property
+    def accepts(self) -> tuple[str, ...]:
+        """Names of the arguments of the form, the scenario and the report of progress omitted."""
+        return tuple(name for name in inspect.signature(self.load()).parameters if name not in _ALWAYS)
 
 
 FORMS: Final = (
@@ -32,19 +39,19 @@ FORMS: Final = (
         "a parameter",
         ("want", "free"),
         'want="mean electrostatic_force = 50 mN", free="drive.amplitude"',
-        _parameter,
+        "parameter:design_parameter",
     ),
     DesignForm(
         "a drive",
         ("target", "method"),
         'target="sine 50 Hz 30 mN", method="carrier"',
-        _drive,
+        "drive:design_drive",
     ),
     DesignForm(
         "a parameter for a share of a population",
         ("share", "want", "free", "space", "seed"),
         'want="mean electrostatic_force = 50 mN", free="drive.amplitude", space="fingers", share=0.9, seed=1',
-        _share,
+        "share:design_for_share",
     ),
 )
 """The last form whose deciding argument is given is the one that is meant."""
@@ -53,8 +60,7 @@ FORMS: Final = (
 def form_of(given: Mapping[str, Any]) -> DesignForm:
     """Return the form that is meant by the given arguments, all that it needs and nothing else among them."""
     form = next((each for each in reversed(FORMS) if each.needs[0] in given), None)
-    if form is None:
-        form = next((each for each in FORMS if set(each.needs) & given.keys()), None)
+    form = form or next((each for each in FORMS if set(each.needs) & given.keys()), None)
     if form is None:
         examples = "; or ".join(f"{each.name} by {each.example}" for each in FORMS)
         raise InputError(f"design: state what is wanted: {examples}")

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from electrovib.scenario.space import SpaceSource
     from electrovib.study.check import LimitsSource
     from electrovib.study.design.drive import TargetSource
-    from electrovib.study.design.parameter.wanted import BetweenSource, WantSource
     from electrovib.study.design.result import Designed
+    from electrovib.study.design.wanted import BetweenSource, WantSource
 
 
 def design(

@@ -16,9 +16,9 @@ from electrovib.core.errors import InputError, NotCausalError
 from electrovib.study.check import cleared_for_output
 from electrovib.study.design.drive import design_drive, read_target
 from electrovib.study.design.drive.carrier import chosen_carrier
-from electrovib.study.design.drive.limits import Bounds
 from electrovib.study.design.drive.trade import Trade, best_factor
 from electrovib.study.design.gain import carrier_gain
+from electrovib.study.design.limits import Bounds
 
 FIG6, GAP, FIG7 = "vezzoli_2014/fig6", "vezzoli_2014/fig6_gap", "vezzoli_2014/fig7"
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}

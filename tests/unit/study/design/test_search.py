@@ -10,9 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
-from electrovib.study.design.parameter.roots import look_between, solutions
-from electrovib.study.design.parameter.scale import EVEN, first_values
-from electrovib.study.design.parameter.search import Function, explore, sharpen_extremes
+from electrovib.study.design.search import (
+    EVEN,
+    Function,
+    explore,
+    first_values,
+    look_between,
+    sharpen_extremes,
+    solutions,
+)
 
 
 def found(compute, target, low, high, begin=1.0):

@@ -7,9 +7,8 @@ import pytest
 import electrovib as ev
 from electrovib.core.errors import InputError
 from electrovib.study.check.result import FAIL, PASS, CheckResult, CheckRow
-from electrovib.study.design.parameter.scale import first_values
-from electrovib.study.design.parameter.search import Function, explore
-from electrovib.study.design.parameter.within import Limited, obtainable
+from electrovib.study.design.limits import Limited, obtainable
+from electrovib.study.design.search import Function, explore, first_values
 
 EMPTY = {"title": "", "duration": 1, "comparisons": (), "numbers": (), "notes": ()}
 EMPTY["scenario"] = ev.load("vezzoli_2014/fig6")

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.study.design.drive.found import FoundDrive
-from electrovib.study.design.drive.played import Played
+from electrovib.study.design.drive.played import FoundDrive, Played
 from electrovib.study.design.gain import carrier_gain
+from electrovib.study.design.limits import Bounds, refuse_exceeded, worst_of
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.study.design.drive.limits import Bounds
     from electrovib.study.design.drive.target import Target
 
 SAMPLES: Final = 64
@@ -103,17 +102,15 @@ def design_carrier(
     for _ in range(_TRIALS):
         values, means = _corrected(played, wave, wanted, largest, rounds=_ROUNDS if corrected else 1)
         ratios = bounds.overload(played.scenario(values))
-        worst = max((each for each in ratios.values() if not math.isnan(each)), default=0.0)
+        worst = worst_of(ratios)
         reached = float(np.max(np.abs(values))) * (1 + _USED)
         bound = largest <= reached
         if worst <= 1 and (worst >= 1 - _USED or not bound or largest == saturated):
             break
         largest = min(min(largest, reached) * (1 - _USED / 2) / worst, saturated)
+    refuse_exceeded(ratios, "envelope")
     if math.isfinite(saturated):
         ratios["voltage"] = max(ratios["voltage"], float(np.max(np.abs(values))) / saturated)
-    if worst > 1:
-        over = ", ".join(f"limits.{name}" for name, each in ratios.items() if each > 1)
-        raise InputError(f"no envelope was found that holds {over}; raise the limit or lower the target")
     return FoundDrive(
         times=grid.times(),
         rate=grid.rate,

@@ -17,6 +17,7 @@ _LEVELS: Final = (1.0, math.sqrt(2 / 3))
 """Factors that are held from the beginning at a start of the search; the second gives the most where a charge is spent."""
 _FEW_UNKNOWNS: Final = 16
 """Values of the factor up to which a search is quick, so that many of them are made."""
+_PRIMES: Final = (2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0, 41.0, 43.0, 47.0, 53.0)
 _EVEN: Final = 5
 """Starts that fill the range of the factor evenly."""
 _AGREES: Final = 1.01
@@ -159,19 +160,8 @@ def _further_starts(trade: Trade) -> list[Real]:
     parts = [(share > quarter / 4) & (share < (quarter + 1) / 4) for quarter in range(4)]
     parts += [share > 0.5, share > 0.25]
     # multiples of square roots of primes fill the range without repeating
-    roots = np.sqrt(_primes(count))
-    even = [(number * roots) % 1.0 for number in range(1, _EVEN + 1)]
+    even = [(number * np.sqrt(_PRIMES[:count])) % 1.0 for number in range(1, _EVEN + 1)]
     return [_within(trade, np.asarray(each, dtype=float)) for each in (*parts, *even)]
-
-
-def _primes(count: int) -> Real:
-    found: list[int] = []
-    number = 2
-    while len(found) < count:
-        if all(number % each for each in found):
-            found.append(number)
-        number += 1
-    return np.array(found, dtype=float)
 
 
 def _held(trade: Trade, level: float) -> Real:

@@ -15,15 +15,10 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.study.design.parameter.wanted import read_wanted
-from electrovib.study.design.robust.intervals import by_gain, by_solution, intervals_of
-from electrovib.study.design.robust.sample import DrawnFingers
-from electrovib.study.design.robust.share import (
-    Covered,
-    clopper_pearson,
-    needed,
-    quantile_ranks,
-)
+from electrovib.study.design.coverage import Covered, clopper_pearson, needed, quantile_ranks
+from electrovib.study.design.fingers import DrawnFingers, by_gain, by_solution
+from electrovib.study.design.search import inside_band
+from electrovib.study.design.wanted import read_wanted
 
 PERMITTIVITY, GAP, AREA, MEDIAN, FACTOR = 3.0, 20e-6, 1e-4, 5e-6, 1.5
 STATIC = ev.load(
@@ -189,8 +184,7 @@ def test_quantities_in_arrays_are_those_of_the_general_solution(monkeypatch, nam
     scenario = ev.load(name)
     wanted = read_wanted(scenario, want={quantity: 1e-3}, free=free)
     fingers = DrawnFingers(scenario, wanted, ev.read_space(scenario, "fingers").draw(1, 0, 40))
-    evaluation = fingers.evaluation()
-    expected = [fingers.one_at(evaluation, finger, at) for finger in fingers.some()]
+    expected = [fingers.one_at(finger, at) for finger in fingers.some()]
     monkeypatch.setattr(DrawnFingers, "one_at", None)  # none by itself
     np.testing.assert_allclose(fingers.each_at(at)[fingers.some()], expected, rtol=1e-9)
 
@@ -290,11 +284,11 @@ def test_resampled_members_keep_all_their_intervals():
 
 
 def test_intervals_of_a_function_that_enters_and_leaves_the_band():
-    found = intervals_of(lambda x: (x - 3) ** 2, np.linspace(0, 6, 13), 1.0, 4.0)
+    found = inside_band(lambda x: (x - 3) ** 2, np.linspace(0, 6, 13), 1.0, 4.0)
     assert np.ravel(found) == pytest.approx([1, 2, 4, 5], rel=1e-7)
-    whole = intervals_of(lambda x: x, np.linspace(1, 2, 5), 0.0, math.inf)
+    whole = inside_band(lambda x: x, np.linspace(1, 2, 5), 0.0, math.inf)
     assert whole == [(1.0, 2.0)]
-    assert intervals_of(lambda x: x, np.linspace(1, 2, 5), 3.0, math.inf) == []
+    assert inside_band(lambda x: x, np.linspace(1, 2, 5), 3.0, math.inf) == []
 
 
 def test_clopper_pearson_covers_at_least_nominally_and_has_its_closed_forms():
