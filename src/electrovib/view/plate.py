@@ -13,7 +13,7 @@ from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, writing
 from electrovib.data.marks import Form, unsigned
-from electrovib.study.plate import MAXIMISED, MINIMISED, ROUNDS, PlateDesign, find_plate
+from electrovib.study.design.plate import MAXIMISED, MINIMISED, ROUNDS, PlateDesign, find_plate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -222,7 +222,7 @@ def as_html(found: PlateDesign) -> str:
     return page(
         "comparison.html.jinja",
         judged={"": found.diagnostics},
-        title=f"Design of the plate: {found.scenario.title or 'a scenario'}",
+        title=f"Design of the plate: {found.base.title or 'a scenario'}",
         answer=found.answer,
         figures=[
             PageFigure(

@@ -18,8 +18,16 @@ from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities.answer import validity
 from electrovib.study.check import checked, declared_limits
 from electrovib.study.check.result import not_in_rows, shown
-from electrovib.study.design.coverage import Covered, clopper_pearson, needed, quantile_ranks
-from electrovib.study.design.fingers import MOST_VALUES, DrawnFingers, by_gain, by_solution
+from electrovib.study.design.fingers import (
+    MOST_VALUES,
+    Covered,
+    DrawnFingers,
+    by_gain,
+    by_solution,
+    clopper_pearson,
+    needed,
+    quantile_ranks,
+)
 from electrovib.study.design.limits import Limited, obtainable, several_limits
 from electrovib.study.design.result import Designed
 from electrovib.study.design.search import Function, explore, first_values

@@ -15,8 +15,15 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.study.design.coverage import Covered, clopper_pearson, needed, quantile_ranks
-from electrovib.study.design.fingers import DrawnFingers, by_gain, by_solution
+from electrovib.study.design.fingers import (
+    Covered,
+    DrawnFingers,
+    by_gain,
+    by_solution,
+    clopper_pearson,
+    needed,
+    quantile_ranks,
+)
 from electrovib.study.design.search import inside_band
 from electrovib.study.design.wanted import read_wanted
 

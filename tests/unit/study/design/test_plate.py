@@ -17,8 +17,8 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.study.plate import pareto_set
-from electrovib.study.plate.rows import PERCEIVED
+from electrovib.study.design.plate import pareto_set
+from electrovib.study.design.plate.candidates import PERCEIVED
 from electrovib.view.plate import as_csv, as_html, figure_of
 
 PERMITTIVITY, GAP, AREA, STRENGTH = 3.0, 20e-6, 1e-4, 20e6
