@@ -25,11 +25,14 @@ _NEAR: Final = 0.01
 """Relative distance below which two values are not both compared with the limits."""
 
 
-def several_limits(limits: LimitsSource | Sequence[LimitsSource]) -> tuple[LimitsSource, ...]:
-    """Return further limits, of one place or several, as a sequence of places."""
-    if limits is None:
-        return ()
-    return tuple(limits) if isinstance(limits, Sequence) and not isinstance(limits, str) else (limits,)
+def several_limits(
+    limits: LimitsSource | Sequence[LimitsSource], scenario: Scenario
+) -> tuple[LimitsSource, ...]:
+    """Return further limits, of one place or several, as a sequence of places; a mistake in them is reported."""
+    if isinstance(limits, str) or not isinstance(limits, Sequence):
+        limits = [] if limits is None else [limits]
+    declared_limits(scenario, limits)
+    return tuple(limits)
 
 
 @dataclass(frozen=True)
@@ -190,7 +193,7 @@ class Bounds:
     @classmethod
     def of(cls, scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource]) -> Bounds:
         """Return the strictest limits of a scenario, of its amplifier and of further places."""
-        several = list(several_limits(limits))
+        several = list(several_limits(limits, scenario))
         amplifier = scenario.circuit.amplifier
         if amplifier is not None and amplifier.is_limited:
             low, high = amplifier.current_limits

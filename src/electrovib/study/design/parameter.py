@@ -12,7 +12,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve.choice import chosen
 from electrovib.solve.effort import counted, last_time
 from electrovib.solve.meter import Meter, measured
-from electrovib.study.check import checked, declared_limits
+from electrovib.study.check import checked
 from electrovib.study.check.result import not_in_rows
 from electrovib.study.design.evaluation import Evaluation
 from electrovib.study.design.found import DesignedParameter, Explored, FoundValue
@@ -73,8 +73,7 @@ def design_parameter(
     the solution x depends on; linear propagation over a space is in logarithms, from its medians.
     """
     wanted = read_wanted(scenario, want=want, free=free, between=between)
-    given = several_limits(limits)
-    declared_limits(scenario, list(given))  # a mistake in them is reported before anything is computed
+    given = several_limits(limits, scenario)
     over = read_draws(scenario, space, n=n, seed=seed, linear=linear)
     most_added, most_between = (_FEW_ADDED, _FEW_ADDED) if is_long(scenario) else (MOST_ADDED, _BETWEEN)
     evaluation = Evaluation(scenario, wanted, (free,))

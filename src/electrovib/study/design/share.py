@@ -16,7 +16,7 @@ from electrovib.scenario.space import read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities.answer import validity
-from electrovib.study.check import checked, declared_limits
+from electrovib.study.check import checked
 from electrovib.study.check.result import not_in_rows, shown
 from electrovib.study.design.fingers import (
     MOST_VALUES,
@@ -86,15 +86,14 @@ def design_for_share(
         problems.append(f"n = {n!r}: expected a whole number of draws, {_FEWEST} or more, for instance 1000")
     if problems:
         raise InputError(problems)
-    given = several_limits(limits)
-    declared_limits(scenario, list(given))
+    given = several_limits(limits, scenario)
     numbers = 2 * len(over.paths)
     meter = Meter.of_cases("this design", f"{n} draws", n, numbers=numbers, remedy="choose a smaller n")
     fingers = DrawnFingers(scenario, wanted, over.draw(seed, 0, n))
     quadratic = fingers.is_quadratic()
     covered = (by_gain if quadratic else by_solution)(fingers, *ends, progress=meter.reporting(progress))
     fresh = replace(fingers, draws=over.draw(seed, n, 2 * n))
-    sampled = _Sampled(fingers, fresh, covered, ends, share, seed, is_banded=band is not None)
+    sampled = _Sampled(fingers, fresh, covered, ends, share, seed, band is not None)
     found = sampled.found()
     result = DesignedForShare(
         base=scenario,
@@ -231,22 +230,17 @@ class DesignedForShare(Designed):
         }
 
 
+@dataclass(frozen=True)
 class _Sampled:
     """Intervals of the draws, and further draws that confirm a share."""
 
-    def __init__(
-        self,
-        fingers: DrawnFingers,
-        fresh: DrawnFingers,
-        covered: Covered,
-        ends: tuple[float, float],
-        share: float,
-        seed: int,
-        *,
-        is_banded: bool,
-    ) -> None:
-        self.fingers, self.fresh, self.covered = fingers, fresh, covered
-        self.ends, self.share, self.seed, self.is_banded = ends, share, seed, is_banded
+    fingers: DrawnFingers
+    fresh: DrawnFingers
+    covered: Covered
+    ends: tuple[float, float]
+    share: float
+    seed: int
+    is_banded: bool
 
     def at(self, value: float) -> ShareAt:
         """Return the shares at a value of the free parameter; those of the further draws by their full solution."""

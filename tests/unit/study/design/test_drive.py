@@ -488,3 +488,10 @@ def test_the_command_writes_a_drive_that_check_passes(tmp_path):
     refused = CliRunner().invoke(app, [*words, "-o", str(tmp_path / "other.csv")])
     assert isinstance(refused.exception, InputError)
     assert not (tmp_path / "other.csv").exists()
+
+
+def test_numbers_of_a_drive_are_those_of_every_design():
+    designed = ev.design(GAP, target="constant 0 mN for 2 ms", method="dc", rate=2e3)
+    found = designed.to_dict()
+    assert (found["form"], found["is_achieved"], found["scale"]) == ("drive", True, None)
+    assert found["text"] == list(designed.lines) == str(designed).split("\n")

@@ -6,6 +6,7 @@ import csv
 import functools
 import io
 import itertools
+import json
 import math
 import re
 
@@ -17,6 +18,7 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.export.design import write_design
 from electrovib.study.design.plate import pareto_set
 from electrovib.study.design.plate.candidates import PERCEIVED
 from electrovib.view.plate import as_csv, as_html, figure_of
@@ -519,3 +521,23 @@ def test_the_command_prints_the_answer_and_writes(suffix, tmp_path):
     assert out.stat().st_size > 1000
     again = CliRunner().invoke(app, arguments)
     assert (again.exit_code == 0) == (suffix in {"csv", "html"}), "a figure carries no mark"
+
+
+def test_the_plate_is_a_result_like_that_of_every_design(design, tmp_path):
+    assert design.is_achieved
+    assert design.scenario.drive.amplitude == at_amplitude(design.best)
+    assert design.base.drive.amplitude == 100
+    assert design.lines[-len(design.notes) :] == design.notes
+    assert " ".join(design.sentences) == design.answer
+    write_design(design, tmp_path / "plate.json")
+    table = json.loads((tmp_path / "plate.json").read_text(encoding="utf-8"))
+    assert table["form"] == "plate"
+    assert [each["at"] for each in table["candidates"] if each["is_best"]] == [design.best.at]
+    assert sum(each["is_efficient"] for each in table["candidates"]) == len(design.pareto)
+    write_design(design, tmp_path / "plate.toml")
+    assert ev.load(tmp_path / "plate.toml").drive.amplitude == at_amplitude(design.best)
+
+
+def test_without_a_plate_within_the_limits_there_is_no_scenario():
+    found = plate(STATIC, {"drive.amplitude": [100.0]}, limits={"voltage": 50.0})
+    assert (found.scenario, found.is_achieved) == (None, False)

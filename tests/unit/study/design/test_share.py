@@ -15,6 +15,7 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
+from electrovib.study.design import share
 from electrovib.study.design.fingers import (
     Covered,
     DrawnFingers,
@@ -445,3 +446,24 @@ def test_an_end_of_the_search_is_not_given_as_an_end_of_the_answer():
     assert "end of the searched" not in inside
     least = at_least(n=50, between=("1 kV", "2 kV")).lines[1]
     assert "reached from the beginning of the searched range, 1 kV to the end" in least
+
+
+def test_limits_that_cannot_be_compared_are_told(monkeypatch):
+    def refused(*_, **__):
+        msg = "drive: cannot be checked"
+        raise InputError(msg)
+
+    monkeypatch.setattr(share, "checked", refused)
+    found = at_least(0.5, n=20)
+    assert found.check is None
+    assert "The limits could not be compared: drive: cannot be checked" in found.verdict
+    assert found.to_dict()["limits"] is None
+
+
+def test_of_equal_shares_within_the_limits_the_value_nearest_to_the_one_that_was_found_is_stated():
+    """No draw has 5 mN at 95 V; of all values with this share the last one within the limit is stated."""
+    found = at_least(0.9, n=100, limits={"voltage": 95.0})
+    assert found.within.share == 0
+    assert found.within.value == pytest.approx(95.0, rel=1e-9)
+    assert found.within.value <= 95
+    assert "\n".join(found.lines) == str(found)

@@ -43,6 +43,11 @@ def limited(**shares):
     return Limited(check)
 
 
+def several(*shares):
+    """One limit of 1 for several experiments."""
+    return Limited(*(limited(one=share) for share in shares))
+
+
 def nearest(compute, limits, target, low=1e-3, high=1e3, begin=1.0):
     function = Function(compute)
     explore(function, first_values(low, high, begin), most_added=0)
@@ -98,3 +103,37 @@ def test_a_check_that_cannot_be_made_allows_nothing():
     assert nearest(lambda x: x, limits, 1e5) is None
     assert limits.problem(1.0) == "no check"
     assert limits.failed(1.0) == ()
+
+
+def test_of_several_experiments_the_one_that_comes_nearest_to_a_limit_counts():
+    limits = several(lambda x: x / 5, lambda x: x / 3, lambda x: x / 4)
+    assert limits(2.0).rows[0].value == pytest.approx(2 / 3)
+    assert [limits.allows(at) for at in (2.9, 3.1, 2.9)] == [True, False, True]
+    assert len(limits.failed(4.5)) == 2
+    found = nearest(lambda x: x**2, limits, 1e5)
+    assert found.value == pytest.approx(3, rel=1e-9)
+    assert found.row.value == pytest.approx(1, rel=1e-9)
+
+
+def test_an_experiment_that_exceeds_a_limit_comes_before_one_that_is_nearer_to_another():
+    assert several(lambda _: 0.999, lambda x: x)(2.0).rows[0].value == 2
+    assert several(lambda _: 1.001, lambda _: 1.0)(2.0).rows[0].value == 1.001
+
+
+def test_one_check_that_cannot_be_made_among_several():
+    def check(_):
+        msg = "no check"
+        raise InputError(msg)
+
+    limits = several(lambda x: x / 5)
+    limits = Limited(limits, check)
+    assert limits(2.0) is None
+    assert not limits.allows(2.0)
+    assert limits.problem(2.0) == "no check"
+
+
+def test_of_equal_values_the_one_nearest_to_the_beginning_counts():
+    found = nearest(lambda _: 1.0, limited(one=lambda _: 0.5), 5.0, begin=30.0)
+    assert found.value == 30
+    found = nearest(lambda x: x**2, limited(one=lambda _: 0.5), 1e9, low=-10.0, high=10.0, begin=-3.0)
+    assert found.value == -10

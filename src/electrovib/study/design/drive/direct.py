@@ -193,7 +193,6 @@ class SampleResponse:
     - `per_square`: force over the squared amplitude.
     """
 
-    lead: int
     spread: Real
     knots: Real
     middles: Real
@@ -230,7 +229,6 @@ def sample_response(played: Played, count: int, lead: int) -> SampleResponse:
     window = slice(lead, lead + count + 1)
     amplified = found.get("amplifier_current", found["current"])
     return SampleResponse(
-        lead=lead,
         spread=spread,
         knots=knots[window],
         middles=middles[lead : lead + count],

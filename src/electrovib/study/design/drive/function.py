@@ -81,7 +81,7 @@ def design_drive(
         corrected = method != "sqrt-am"
         found = design_carrier(linear, wanted, bounds, carrier=frequency, rate=samples, corrected=corrected)
     played = Played(own, found.rate)
-    several = several_limits(limits)
+    several = several_limits(limits, scenario)
     return DesignedDrive(
         target=wanted,
         method=method,

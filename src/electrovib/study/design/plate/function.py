@@ -100,7 +100,7 @@ def find_plate(
         candidates=tuple(found),
         check=None if plate is None else checked(plate, limits=limits, name="the best candidate"),
         notes=(*([] if plate is None or is_calibrated else [_felt(plate)]), *_notes(given, axes, chosen)),
-        limits=several_limits(limits),
+        limits=several_limits(limits, given),
     )
 
 

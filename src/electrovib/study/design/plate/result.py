@@ -130,24 +130,21 @@ class PlateDesign(Designed):
         return tuple(found + ([_forbidden_table(self)] if len(self.allowed) < len(self.candidates) else []))
 
     def numbers(self) -> dict[str, Any]:
-        """Return candidates, Pareto set and best one as nested tables."""
-        rows = [
-            {
-                "material": each.material,
-                "at": each.at,
-                "values": each.values,
-                "forbidden_by": each.forbidden_by,
-            }
-            for each in self.candidates
-        ]
-        by_identity = {id(each): row for each, row in zip(self.candidates, rows, strict=True)}
+        """Return all candidates as nested tables."""
+        efficient = {id(each) for each in self.pareto}
         return {
-            "objectives": [
-                {"name": each.name, "unit": each.unit, "goal": each.goal} for each in self.objectives
+            "objectives": {each.name: {"unit": each.unit, "goal": each.goal} for each in self.objectives},
+            "candidates": [
+                {
+                    "material": each.material,
+                    "at": each.at,
+                    "values": each.values,
+                    "forbidden_by": each.forbidden_by,
+                    "is_efficient": id(each) in efficient,
+                    "is_best": each is self.best,
+                }
+                for each in self.candidates
             ],
-            "best": None if self.best is None else by_identity[id(self.best)],
-            "pareto": [by_identity[id(each)] for each in self.pareto],
-            "candidates": rows,
         }
 
 
