@@ -315,7 +315,11 @@ def test_dc_behind_a_lag_does_not_oscillate():
 
 @pytest.mark.parametrize(
     ("limits", "name", "quantity"),
-    [({"charge": 3e-9}, "charge", "charge"), ({"stored_energy": 1e-7}, "stored_energy", "stored energy")],
+    [
+        ({"charge": 3e-9}, "charge", "charge"),
+        ({"stored_energy": 1e-7}, "stored_energy", "stored energy"),
+        ({"rms_voltage": 60.0}, "rms_voltage", "rms voltage"),
+    ],
 )
 def test_other_declared_limits_are_held(scenarios, limits, name, quantity):
     designed = design_drive(

@@ -6,7 +6,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.core.errors import InputError
-from electrovib.study.check.result import FAIL, PASS, CheckResult, CheckRow
+from electrovib.study.check.result import FAIL, PASS, UNKNOWN, CheckResult, CheckRow
 from electrovib.study.design.limits import Limited, obtainable
 from electrovib.study.design.search import Function, explore, first_values
 
@@ -14,7 +14,7 @@ EMPTY = {"title": "", "duration": 1, "comparisons": (), "numbers": (), "notes": 
 EMPTY["scenario"] = ev.load("vezzoli_2014/fig6")
 
 
-def limited(**shares):
+def limited(*, state="", **shares):
     """Limits of 1 that are compared with functions of the parameter."""
 
     def check(at):
@@ -25,7 +25,7 @@ def limited(**shares):
                 limit=1.0,
                 unit="V",
                 source="a test",
-                state=PASS if share(at) <= 1 else FAIL,
+                state=state or (PASS if share(at) <= 1 else FAIL),
                 text=name,
             )
             for name, share in shares.items()
@@ -118,6 +118,13 @@ def test_of_several_experiments_the_one_that_comes_nearest_to_a_limit_counts():
 def test_an_experiment_that_exceeds_a_limit_comes_before_one_that_is_nearer_to_another():
     assert several(lambda _: 0.999, lambda x: x)(2.0).rows[0].value == 2
     assert several(lambda _: 1.001, lambda _: 1.0)(2.0).rows[0].value == 1.001
+
+
+def test_a_comparison_that_decides_nothing_is_not_nearer_than_a_limit_that_is_exceeded():
+    doubtful = limited(one=lambda _: 9.0, state=UNKNOWN)
+    exceeded = limited(one=lambda _: 2.0)
+    assert Limited(doubtful, exceeded)(1.0).rows[0].value == 2
+    assert Limited(doubtful)(1.0).rows[0].value == 9
 
 
 def test_one_check_that_cannot_be_made_among_several():

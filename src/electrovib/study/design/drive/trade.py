@@ -46,7 +46,7 @@ class Trade:
     @property
     def size(self) -> int:
         """Number of factors."""
-        return self.knots.shape[1]
+        return int(self.knots.shape[1])
 
     def scale(self, factor: Real) -> float:
         """Return the largest multiple of the force of a factor that the limits allow [1]; infinite without limits."""
