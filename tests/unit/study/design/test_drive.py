@@ -17,6 +17,7 @@ from electrovib.study.check import cleared_for_output
 from electrovib.study.design.drive import design_drive, read_target
 from electrovib.study.design.drive.carrier import chosen_carrier
 from electrovib.study.design.drive.trade import Trade, best_factor
+from electrovib.study.design.drive.trade import _held as held_start
 from electrovib.study.design.gain import carrier_gain
 from electrovib.study.design.limits import Bounds
 
@@ -301,7 +302,7 @@ def test_the_best_of_several_searches_is_that_of_a_grid_and_the_same_at_each_cal
     assert trade.misfit(found.factor) <= brute + 1e-12
     again = best_factor(trade, 1 / 9)
     np.testing.assert_array_equal(found.factor, again.factor)
-    assert found.agreeing == again.agreeing > 1
+    assert found.agreeing == again.agreeing == 5
 
 
 def test_dc_behind_a_lag_does_not_oscillate():
@@ -499,3 +500,11 @@ def test_numbers_of_a_drive_are_those_of_every_design():
     found = designed.to_dict()
     assert (found["form"], found["is_achieved"], found["scale"]) == ("drive", True, None)
     assert found["text"] == list(designed.lines) == str(designed).split("\n")
+
+
+@pytest.mark.parametrize(("level", "held"), [(1.0, 2), (0.5, 4), (3.0, 0)])
+def test_a_search_begins_at_a_level_that_is_held_as_long_as_the_limits_allow(level, held):
+    """The sum of all factors may be 2.5."""
+    limited = np.ones((1, 4)) / 2.5
+    trade = Trade(knots=np.eye(4), middles=np.zeros((3, 4)), wanted=np.ones(3), bounded=limited)
+    assert list(held_start(trade, level)) == [level] * held + [0.0] * (4 - held)

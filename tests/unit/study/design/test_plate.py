@@ -541,3 +541,27 @@ def test_the_plate_is_a_result_like_that_of_every_design(design, tmp_path):
 def test_without_a_plate_within_the_limits_there_is_no_scenario():
     found = plate(STATIC, {"drive.amplitude": [100.0]}, limits={"voltage": 50.0})
     assert (found.scenario, found.is_achieved) == (None, False)
+
+
+@pytest.mark.parametrize(
+    ("values", "added"),
+    [
+        ([1e-6, 4e-6, 16e-6], {2e-6}),
+        ([1e-6, 4e-6, 7e-6], {2.5e-6}),
+        ([1e-6, 4e-6], {2.5e-6}),
+    ],
+)
+def test_candidates_are_added_between_values_as_these_are_spaced(values, added):
+    found = plate(STATIC, {"stack.insulator.thickness": values}, limits=FAR, refine=1)
+    assert found.best.at["stack.insulator.thickness"] == 1e-6
+    fresh = [each.at["stack.insulator.thickness"] for each in found.candidates if each.refined]
+    assert fresh == pytest.approx(sorted(added))
+
+
+def test_the_limit_with_the_largest_gain_comes_first():
+    """300 V on 0.5 cm2 exceed the limit of the voltage alone, and 200 V on 1.5 cm2, with more force, that of the charge."""
+    over = {"contact.area": [0.5e-4, 1.5e-4], "drive.amplitude": [200.0, 300.0]}
+    found = plate(STATIC, over, limits={"voltage": 250.0, "charge": 8e-9})
+    assert [each.forbidden_by for each in found.candidates[:3]] == [(), ("peak voltage",), ("charge",)]
+    assert [gain.limits for gain in found.gains] == [("charge",), ("peak voltage",)]
+    assert found.answer.count("Charge binds") == 1
