@@ -32,8 +32,7 @@ class Wanted:
     """A quantity with its wanted value, and the parameter that is free, each in its SI unit.
 
     Of the quantity are `name`, `meaning`, `unit`, `value`, and `at`, the time of a signal that is wanted at
-    one time; of the parameter its value `begin` in the scenario and the range, which is `is_narrowed` if it
-    was given.
+    one time; of the parameter its value `begin` in the scenario and the range.
     """
 
     name: str
@@ -47,7 +46,6 @@ class Wanted:
     begin: float
     low: float
     high: float
-    is_narrowed: bool
 
     @property
     def signal(self) -> tuple[str, str]:
@@ -112,7 +110,6 @@ def read_wanted(
         begin=begin,
         low=ends[0],
         high=ends[1],
-        is_narrowed=between is not None,
     )
 
 
