@@ -288,6 +288,38 @@ print(json.dumps([sorted(set(sys.modules) - before), names]))
     assert {"Scenario", "Dataset"} <= set(names)
 
 
+SHARE = {
+    "want": "mean electrostatic_force = 5 mN",
+    "free": "drive.amplitude",
+    "space": "fingers",
+    "share": 0.5,
+}
+
+
+@pytest.mark.parametrize(
+    ("asked", "begins"),
+    [
+        (
+            {"target": "constant 1 mN for 2 ms", "method": "carrier", "carrier": 3e3},
+            "target: a constant force of 1 mN",
+        ),
+        (SHARE | {"seed": 1, "n": 20}, "drive.amplitude = "),
+    ],
+)
+def test_every_design_shows_its_answer(formatter, asked, begins):
+    found = ev.design("bau_2010/sine", **asked)
+    given = formatter.format(found)[0]
+    assert given["text/plain"] == "\n".join(found.lines)
+    assert words(given["text/html"]).startswith(begins)
+
+
+def test_a_designed_plate_shows_its_answer_and_tables(formatter):
+    found = ev.design_plate("bau_2010/sine", {"drive.amplitude": [50.0, 100.0]}, refine=0)
+    given = formatter.format(found)[0]
+    assert words(given["text/html"]).startswith(found.sentences[0])
+    assert given["text/html"].count("<table") == len(found.tables) == 2
+
+
 def test_a_designed_parameter_shows_its_answer_and_tables(formatter):
     found = ev.design("bau_2010/sine", want="mean electrostatic_force = 50 mN", free="drive.amplitude")
     given = formatter.format(found)[0]

@@ -11,7 +11,7 @@ from electrovib.core.files import inputs_noted
 from electrovib.data.atomic import check_writable, writing
 from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import Form
-from electrovib.study.plate import MAXIMISED, MINIMISED, ROUNDS, PlateDesign, find_plate
+from electrovib.study.design.plate import MAXIMISED, MINIMISED, ROUNDS, PlateDesign, find_plate
 from electrovib.study.reproduction import Page
 from electrovib.view.documents import Document, Drawing, drawn, html
 
@@ -203,7 +203,7 @@ def as_html(found: PlateDesign) -> str:
     """Return a page that begins with the answer and the figure."""
     notes = [*found.notes, *(found.check.notes if found.check is not None else ())]
     document = Document(
-        title=f"Design of the plate: {found.scenario.title or 'a scenario'}",
+        title=f"Design of the plate: {found.base.title or 'a scenario'}",
         answer=found.answer,
         diagnostics=found.diagnostics,
         figures=[_drawing(found)],

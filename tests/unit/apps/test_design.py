@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 import electrovib as ev
 from electrovib.apps.cli import app, main
 from electrovib.core.errors import InputError
-from electrovib.study.design.forms import FORMS, form_of
+from electrovib.study.design.function import FORMS, form_of
 
 ASKED = ["design", "bau_2010/sine", "--want", "mean electrostatic_force = 50 mN", "--free", "drive.amplitude"]
 LIMITS = ["--set", "limits.voltage=60 V", "--set", "limits.current=1 mA"]

@@ -53,7 +53,7 @@ def command(
     from electrovib.apps.changes import read_changes
     from electrovib.apps.cli.table import as_text
     from electrovib.apps.progress import tracked
-    from electrovib.study.plate import MAXIMISED, MINIMISED, ROUNDS
+    from electrovib.study.design.plate import MAXIMISED, MINIMISED, ROUNDS
     from electrovib.view.plate import design_plate
 
     with tracked("evaluating candidates") as progress:

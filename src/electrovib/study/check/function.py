@@ -23,14 +23,12 @@ from electrovib.study.check.declared import (
 )
 from electrovib.study.check.drive import DriveSource, with_drive
 from electrovib.study.check.result import FAIL, PASS, UNKNOWN, CheckNumber, CheckResult, CheckRow
-from electrovib.study.check.rows import ONLY_DECLARED, limit_row
+from electrovib.study.check.rows import ONLY_DECLARED, breakdown_row, limit_row
 from electrovib.study.check.values import CheckedValues, checked_values
 
 if TYPE_CHECKING:
-    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
 
-_STATES = {"ok": PASS, "warning": FAIL, "unknown": UNKNOWN}
 _OWN_DRIVE = "the drive of the scenario"
 
 
@@ -162,7 +160,7 @@ def _rows(
             for name in WORDS
             if name in declared or name not in ONLY_DECLARED
         ),
-        *(_breakdown_row(each) for each in values.breakdown),
+        *(breakdown_row(each) for each in values.breakdown),
     )
 
 
@@ -175,26 +173,6 @@ def _limit_row(name: str, values: CheckedValues, limit: DeclaredLimit | None, sc
         )
         words = words.replace("current into plate, stray capacitance and finger", contact)
     return limit_row(name, values.largest[name], limit, words=words)
-
-
-def _breakdown_row(found: Diagnostic) -> CheckRow:
-    """Return the row of a diagnostic of breakdown.
-
-    A limit that was cited from memory decides nothing, whichever side of it the value is on. That of Paschen's law depends
-    on such a value only through the logarithm of a logarithm: a field above it fails, one within it is not known to pass.
-    """
-    state = _STATES[found.state]
-    if UNVERIFIED in found.text and not (state == FAIL and found.name == "Paschen"):
-        state = UNKNOWN
-    return CheckRow(
-        quantity=found.name,
-        value=found.value,
-        limit=found.limit,
-        unit=found.unit,
-        source=found.text.partition(": ")[2] or found.text,
-        state=state,
-        text=found.text,
-    )
 
 
 def _comparison(threshold: CurrentThreshold, values: CheckedValues) -> CheckRow:

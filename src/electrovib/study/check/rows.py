@@ -1,10 +1,11 @@
-"""The row of a check for one limit."""
+"""The row of a check for one limit, declared or of breakdown."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.status import UNVERIFIED
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, WORDS, unit_of_limit
 from electrovib.study.check.declared import NEEDED, unlimited_words
@@ -13,10 +14,12 @@ from electrovib.study.check.result import FAIL, PASS, UNKNOWN, CheckRow
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.study.check.declared import DeclaredLimit
 
 ONLY_DECLARED: Final = (*MEAN_SQUARES, "slew_rate")
 """Limits that have no row where nobody declares them."""
+_STATES: Final = {"ok": PASS, "warning": FAIL, "unknown": UNKNOWN}
 
 
 def limited_quantity(name: str) -> str:
@@ -49,6 +52,27 @@ def limit_row(name: str, value: float | None, limit: DeclaredLimit | None, *, wo
         source=unlimited_words(name) if limit is None else limit.source,
         state=state,
         text=text,
+    )
+
+
+def breakdown_row(found: Diagnostic, *, strict: bool = False) -> CheckRow:
+    """Return the row of a diagnostic of breakdown.
+
+    A limit that was cited from memory decides nothing, whichever side of it the value is on, unless it is
+    `strict`. That of Paschen's law depends on such a value only through the logarithm of a logarithm: a field
+    above it fails, one within it is not known to pass.
+    """
+    state = _STATES[found.state]
+    if UNVERIFIED in found.text and not strict and not (state == FAIL and found.name == "Paschen"):
+        state = UNKNOWN
+    return CheckRow(
+        quantity=found.name,
+        value=found.value,
+        limit=found.limit,
+        unit=found.unit,
+        source=found.text.partition(": ")[2] or found.text,
+        state=state,
+        text=found.text,
     )
 
 

@@ -1,19 +1,26 @@
-"""The public function of all designs."""
+"""The public function of all designs, and the forms of the question. A form is added by one function and one row of `FORMS`."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.errors import InputError
 from electrovib.scenario import Source, read_scenario
-from electrovib.study.design.forms import form_of
+from electrovib.study.design.drive import design_drive
+from electrovib.study.design.parameter import design_parameter
+from electrovib.study.design.share import design_for_share
 
 if TYPE_CHECKING:
     from electrovib.scenario.space import SpaceSource
     from electrovib.study.check import LimitsSource
     from electrovib.study.design.drive import TargetSource
-    from electrovib.study.design.parameter.wanted import BetweenSource, WantSource
     from electrovib.study.design.result import Designed
+    from electrovib.study.design.wanted import BetweenSource, WantSource
+
+_ALWAYS: Final = ("scenario", "progress")
 
 
 def design(
@@ -107,5 +114,65 @@ def design(
     }
     given = {name: value for name, value in arguments.items() if value is not None}
     form = form_of(given)
-    found: Designed = form.load()(read_scenario(scenario, changes=set), progress=progress, **given)
+    found: Designed = form.function(read_scenario(scenario, changes=set), progress=progress, **given)
     return found
+
+
+@dataclass(frozen=True)
+class DesignForm:
+    """One form of the question; the first argument in `needs` decides that it is meant."""
+
+    name: str
+    needs: tuple[str, ...]
+    example: str
+    function: Callable[..., Any]
+
+    @property
+    def accepts(self) -> tuple[str, ...]:
+        """Names of the arguments of the form, the scenario and the report of progress omitted."""
+        return tuple(name for name in inspect.signature(self.function).parameters if name not in _ALWAYS)
+
+
+FORMS: Final = (
+    DesignForm(
+        "a parameter",
+        ("want", "free"),
+        'want="mean electrostatic_force = 50 mN", free="drive.amplitude"',
+        design_parameter,
+    ),
+    DesignForm(
+        "a drive",
+        ("target", "method"),
+        'target="sine 50 Hz 30 mN", method="carrier"',
+        design_drive,
+    ),
+    DesignForm(
+        "a parameter for a share of a population",
+        ("share", "want", "free", "space", "seed"),
+        'want="mean electrostatic_force = 50 mN", free="drive.amplitude", space="fingers", share=0.9, seed=1',
+        design_for_share,
+    ),
+)
+"""The last form whose deciding argument is given is the one that is meant."""
+
+
+def form_of(given: Mapping[str, Any]) -> DesignForm:
+    """Return the form that is meant by the given arguments, all that it needs and nothing else among them."""
+    form = next((each for each in reversed(FORMS) if each.needs[0] in given), None)
+    form = form or next((each for each in FORMS if set(each.needs) & given.keys()), None)
+    if form is None:
+        examples = "; or ".join(f"{each.name} by {each.example}" for each in FORMS)
+        raise InputError(f"design: state what is wanted: {examples}")
+    missing = [name for name in form.needs if name not in given]
+    if missing:
+        raise InputError(
+            f"{missing[0]}: not given, but the design of {form.name} needs it, for instance {form.example}"
+        )
+    accepted = form.accepts
+    foreign = [name for name in given if name not in accepted]
+    if foreign:
+        raise InputError(
+            f"{name}: does not belong to the design of {form.name}, which takes {', '.join(accepted)}; omit it"
+            for name in foreign
+        )
+    return form

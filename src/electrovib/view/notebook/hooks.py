@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from electrovib.study.check import CheckResult
     from electrovib.study.compare.entry import Comparison
     from electrovib.study.compare.materials import MaterialComparison
-    from electrovib.study.design.parameter.result import DesignedParameter
+    from electrovib.study.design.result import Designed
     from electrovib.study.percept import Percept
     from electrovib.study.reproduction import Table
 
@@ -28,7 +28,7 @@ _TABLE: Final = ("electrovib.study.reproduction", "Table")
 _MATERIALS: Final = ("electrovib.study.compare.materials", "MaterialComparison")
 _LAWS: Final = ("electrovib.study.compare.entry", "Comparison")
 _CHECKED: Final = ("electrovib.study.check.result", "CheckResult")
-_DESIGNED: Final = ("electrovib.study.design.parameter.result", "DesignedParameter")
+_DESIGNED: Final = ("electrovib.study.design.result", "Designed")
 _PERCEPT: Final = ("electrovib.study.percept", "Percept")
 _AXES: Final = ("matplotlib.axes._axes", "Axes")
 
@@ -113,7 +113,7 @@ def _of_check(found: CheckResult) -> Parts:
     return check_lines(found), tables_of(found)[:1]
 
 
-def _of_design(found: DesignedParameter) -> Parts:
+def _of_design(found: Designed) -> Parts:
     return found.lines, found.tables
 
 

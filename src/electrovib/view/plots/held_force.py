@@ -12,7 +12,7 @@ from electrovib.view.units import label_axis, pretty_quantity
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from electrovib.study.design.drive.held import HeldForce
+    from electrovib.study.design.drive import HeldForce
 
 _INSET: Final = 0.02
 """Distance of words from the left edge, over the width of the axes; the curves fall to the right."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from electrovib.study.plate import PlateCandidate, PlateDesign
+    from electrovib.study.design.plate import PlateCandidate, PlateDesign
 
 SIZE: Final = (7.2, 4.4)
 """Width and height of the figure [inch]."""

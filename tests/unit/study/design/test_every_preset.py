@@ -8,7 +8,7 @@ import electrovib as ev
 from electrovib.core.discovery import offers, paper_names
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.study.design.parameter import function
+from electrovib.study.design import parameter
 
 NAMES = [name for paper in paper_names() for name in offers(("scenarios",), of=paper)]
 MEAN = "mean electrostatic_force"
@@ -30,8 +30,8 @@ def free_of(scenario):
 @pytest.mark.parametrize("name", NAMES)
 def test_the_value_that_is_found_gives_what_is_wanted(name, monkeypatch):
     scenario = ev.load(name)
-    if function.is_long(scenario):  # elasticities take most of the time, and are the same code for all
-        monkeypatch.setattr(function, "inputs_of", lambda *_: ())
+    if parameter.is_long(scenario):  # elasticities take most of the time, and are the same code for all
+        monkeypatch.setattr(parameter, "inputs_of", lambda *_: ())
     free = free_of(scenario)
     begin = value_at(scenario, free)
     prepared = ev.prepare(scenario, free=[free], quantities=[MEAN])

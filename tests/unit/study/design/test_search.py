@@ -10,9 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
-from electrovib.study.design.parameter.roots import look_between, solutions
-from electrovib.study.design.parameter.scale import EVEN, first_values
-from electrovib.study.design.parameter.search import Function, explore, sharpen_extremes
+from electrovib.study.design.search import (
+    EVEN,
+    Function,
+    explore,
+    first_values,
+    look_between,
+    near_root,
+    sharpen_extremes,
+    solutions,
+)
 
 
 def found(compute, target, low, high, begin=1.0):
@@ -189,3 +196,34 @@ def test_round_trip_of_monotone_functions(power, factor, at, constant):
     roots, *_ = found(compute, compute(at), 1e-3, 1e3, begin=1.0)
     assert len(roots) == 1
     assert roots[0].reached == pytest.approx(compute(at), rel=1e-9)
+
+
+@pytest.mark.parametrize("guess", [0.3, 2.0, 9.0])
+def test_a_root_near_a_guess(guess):
+    function = Function(lambda x: 3 * x**2)
+    at = near_root(function, 12.0, 0.1, 100.0, guess, 1e-7)
+    assert at == pytest.approx(2, rel=1e-7)
+    assert len(function.values) < 12
+    assert near_root(Function(lambda x: -3 * x), 12.0, -100.0, -0.1, -guess, 1e-7) == pytest.approx(
+        -4, rel=1e-7
+    )
+
+
+@pytest.mark.parametrize(
+    ("compute", "guess"),
+    [
+        (lambda x: x, 0.0),
+        (lambda x: x, 50.0),  # beyond the range
+        (lambda x: x / 100, 3.0),  # its root is beyond the range
+        (lambda _: 1.0, 3.0),
+        (lambda _: math.nan, 3.0),
+    ],
+)
+def test_no_root_near_a_guess_is_nan(compute, guess):
+    assert math.isnan(near_root(Function(compute), 5.0, 0.1, 20.0, guess, 1e-7))
+
+
+def test_a_guess_that_is_the_root_is_computed_once():
+    function = Function(lambda x: x)
+    assert near_root(function, 5.0, 0.1, 20.0, 5.0, 1e-7) == pytest.approx(5.0)
+    assert len(function.values) == 1

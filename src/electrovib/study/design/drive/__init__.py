@@ -1,7 +1,6 @@
 """Drives whose predicted electrostatic force is a target, within declared limits."""
 
-from electrovib.study.design.drive.function import METHODS, design_drive
-from electrovib.study.design.drive.held import HeldForce, held_force
+from electrovib.study.design.drive.function import METHODS, HeldForce, design_drive, held_force
 from electrovib.study.design.drive.result import DesignedDrive
 from electrovib.study.design.drive.target import Target, TargetSource, read_target
 

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.study.design.drive.found import FoundDrive
-from electrovib.study.design.drive.played import Played
+from electrovib.study.design.drive.played import FoundDrive, Played
 from electrovib.study.design.gain import carrier_gain
+from electrovib.study.design.limits import Bounds, refuse_exceeded, worst_of
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
-    from electrovib.study.design.drive.limits import Bounds
     from electrovib.study.design.drive.target import Target
 
 SAMPLES: Final = 64
@@ -38,29 +37,6 @@ _TRIALS: Final = 8
 _USED: Final = 2e-4
 """Share of a limit that a drive which is bound by it may leave unused [1]."""
 MOST_SAMPLES: Final = 2_000_000
-
-
-@dataclass(frozen=True)
-class _Grid:
-    """Carrier [Hz], samples in a period of it and number of periods, and wanted means."""
-
-    carrier: float
-    per_period: int
-    periods: int
-
-    @property
-    def rate(self) -> float:
-        """Samples per second [Hz]."""
-        return self.carrier * self.per_period
-
-    @property
-    def edges(self) -> Real:
-        """Beginnings of the periods of the carrier, and the end of the last [s]."""
-        return np.asarray(np.arange(self.periods + 1) / self.carrier)
-
-    def times(self) -> Real:
-        """Return the times of the samples [s]."""
-        return np.asarray(np.arange(self.periods * self.per_period + 1) / self.rate)
 
 
 def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
@@ -92,63 +68,66 @@ def design_carrier(
     raised. The `rate` is a whole multiple of the carrier, 64 in a period if None.
     """
     used = chosen_carrier(scenario, target, bounds) if carrier is None else carrier
-    grid = _grid(target, used, rate)
+    per_period, periods = _grid(target, used, rate)
     gain = carrier_gain(scenario, [used])
-    played = Played(scenario, grid.rate)
+    played = Played(scenario, used * per_period)
+    times, edges = played.times(periods * per_period + 1), np.arange(periods + 1) / used
     largest = float(gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))[0])
     largest = min(largest, saturated := bounds.largest_drive(scenario))
-    root = target.root(grid.times()) / math.sqrt(float(gain.force[0]))
-    wave = _Wave(grid, root, current=scenario.drive.quantity == "current")
-    wanted = target.means(grid.edges)
+    root = target.root(times) / math.sqrt(float(gain.force[0]))
+    wave = _Wave(times, edges, per_period, root, is_current=scenario.drive.quantity == "current")
+    wanted = target.means(edges)
     for _ in range(_TRIALS):
         values, means = _corrected(played, wave, wanted, largest, rounds=_ROUNDS if corrected else 1)
         ratios = bounds.overload(played.scenario(values))
-        worst = max((each for each in ratios.values() if not math.isnan(each)), default=0.0)
+        worst = worst_of(ratios)
         reached = float(np.max(np.abs(values))) * (1 + _USED)
         bound = largest <= reached
         if worst <= 1 and (worst >= 1 - _USED or not bound or largest == saturated):
             break
         largest = min(min(largest, reached) * (1 - _USED / 2) / worst, saturated)
+    refuse_exceeded(ratios, "envelope")
     if math.isfinite(saturated):
         ratios["voltage"] = max(ratios["voltage"], float(np.max(np.abs(values))) / saturated)
-    if worst > 1:
-        over = ", ".join(f"limits.{name}" for name, each in ratios.items() if each > 1)
-        raise InputError(f"no envelope was found that holds {over}; raise the limit or lower the target")
     return FoundDrive(
-        times=grid.times(),
-        rate=grid.rate,
+        times=times,
+        rate=played.rate,
         values=values,
-        edges=grid.edges,
+        edges=edges,
         wanted=wanted,
         predicted=means,
         carrier=used,
         scale=(largest / peak) ** 2 if (peak := float(np.max(np.abs(root)))) > 0 else math.inf,
-        limited=np.abs(wave.envelope(np.ones(grid.periods), np.inf)) > largest * (1 + 1e-6),
+        limited=np.abs(wave.envelope(np.ones(periods), np.inf)) > largest * (1 + 1e-6),
         ratios=ratios,
     )
 
 
 @dataclass(frozen=True)
 class _Wave:
-    """A carrier and the envelope that gives the target at the gain of the carrier [V or A]."""
+    """A carrier and the envelope that gives the target at the gain of the carrier [V or A].
 
-    grid: _Grid
+    Times of the samples and ends of the periods [s], samples in a period, envelope, and whether it is a current.
+    """
+
+    times: Real
+    edges: Real
+    per_period: int
     root: Real
-    current: bool
+    is_current: bool
 
     def envelope(self, correction: Real, largest: float) -> Real:
         """Return the envelope with a correction for each period, within a largest amplitude [V or A]."""
-        edges = self.grid.edges
-        factor = np.interp(self.grid.times(), (edges[1:] + edges[:-1]) / 2, correction)
+        factor = np.interp(self.times, (self.edges[1:] + self.edges[:-1]) / 2, correction)
         return np.clip(self.root * factor, -largest, largest)
 
     def values(self, envelope: Real) -> Real:
         """Return the samples of the carrier with an envelope [V or A]; of a current the charge begins and ends at 0."""
-        phase = 2 * np.pi * (np.arange(len(envelope)) % self.grid.per_period) / self.grid.per_period
-        if not self.current:
+        phase = 2 * np.pi * (np.arange(len(envelope)) % self.per_period) / self.per_period
+        if not self.is_current:
             return envelope * np.sin(phase)
-        rate = np.gradient(envelope, 1 / self.grid.rate) / (2 * np.pi * self.grid.carrier)
-        return envelope * np.cos(phase) + rate * np.sin(phase)
+        rise = np.gradient(envelope) * self.per_period / (2 * np.pi)
+        return envelope * np.cos(phase) + rise * np.sin(phase)
 
 
 def _corrected(
@@ -156,7 +135,7 @@ def _corrected(
 ) -> tuple[Real, Real]:
     """Return samples and predicted means, after the envelope was corrected for a number of rounds."""
     correction = np.ones(len(wanted))
-    width = wave.grid.per_period
+    width = wave.per_period
     known = wanted > _SMALL * np.max(wanted)
     for each in range(rounds):
         envelope = wave.envelope(correction, largest)
@@ -174,7 +153,8 @@ def _corrected(
     return values, means
 
 
-def _grid(target: Target, carrier: float, rate: float | None) -> _Grid:
+def _grid(target: Target, carrier: float, rate: float | None) -> tuple[int, int]:
+    """Return the samples in a period of the carrier, and the number of periods."""
     if not (math.isfinite(carrier) and carrier > 0):
         raise InputError("must be a frequency above 0 Hz", path="carrier", value=f"{carrier:g}")
     per_period = SAMPLES if rate is None else rate / carrier
@@ -193,4 +173,4 @@ def _grid(target: Target, carrier: float, rate: float | None) -> _Grid:
             " carrier, or set a lower rate"
         )
         raise InputError(why, path="carrier", value=f"{carrier:g}")
-    return _Grid(carrier, whole, periods)
+    return whole, periods

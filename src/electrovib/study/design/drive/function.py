@@ -1,28 +1,35 @@
-"""Design of a drive for a target of the electrostatic force."""
+"""Design of a drive for a target of the electrostatic force, and the largest constant force that drives hold."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.units import parse_quantity
 from electrovib.physics.drive.current import CurrentSine
 from electrovib.physics.drive.sines import Sine
-from electrovib.study.check import checked
+from electrovib.scenario import Source, read_scenario
+from electrovib.study.check import NEEDED, checked
 from electrovib.study.design.drive.carrier import design_carrier
 from electrovib.study.design.drive.direct import design_direct
-from electrovib.study.design.drive.limits import Bounds, unlimited
 from electrovib.study.design.drive.played import Played
 from electrovib.study.design.drive.result import DesignedDrive
 from electrovib.study.design.drive.target import TargetSource, read_target
+from electrovib.study.design.gain import carrier_gain
+from electrovib.study.design.limits import Bounds, several_limits, unlimited
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
     from electrovib.study.check import LimitsSource
-    from electrovib.study.design.drive.found import FoundDrive
+    from electrovib.study.design.drive.played import FoundDrive
 
 METHODS: Final = {
     "dc": "a slow voltage without a carrier, by the inverse of root, leak and dispersion",
@@ -31,6 +38,11 @@ METHODS: Final = {
     "current": "as carrier, with a prescribed current",
 }
 """Methods with their meanings."""
+CARRIERS: Final = (100.0, 100e3)
+"""Lowest and highest carrier by default [Hz]."""
+_POINTS: Final = 181
+_PROBE: Final = 1e-9
+"""Constant force that is designed [N]; the force that is held follows from its scale."""
 
 
 def design_drive(
@@ -69,17 +81,15 @@ def design_drive(
         corrected = method != "sqrt-am"
         found = design_carrier(linear, wanted, bounds, carrier=frequency, rate=samples, corrected=corrected)
     played = Played(own, found.rate)
-    final = played.scenario(found.values)
-    several = tuple(limits) if isinstance(limits, Sequence) and not isinstance(limits, str) else (limits,)
+    several = several_limits(limits, scenario)
     return DesignedDrive(
-        scenario=final,
         target=wanted,
         method=method,
         solution=found,
         predicted=found.predicted if own is linear else _predicted(played, found),
         bounds=bounds.declared,
         limits=several,
-        check=checked(final, limits=list(several), name="the designed drive"),
+        check=checked(played.scenario(found.values), limits=list(several), name="the designed drive"),
     )
 
 
@@ -105,3 +115,63 @@ def _frequency(value: float | str | None, path: str) -> float | None:
         return parse_quantity(value, "Hz")
     except ValueError as error:
         raise InputError(str(error), path=path, value=value) from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldForce:
+    """Largest constant force within limits, by a slow voltage and over the frequency of a carrier.
+
+    - `duration`, `direct`: time for which the slow voltage holds its force [s], and that force [N].
+    - `carriers`: frequencies of the carrier [Hz].
+    - `forces`, `amplitudes`: by the stray capacitance [F], mean force of a carrier of the largest amplitude
+      [N], and that amplitude of the plate voltage [V].
+    - `limits`: of voltage [V] and current [A]; `title`: of the scenario.
+    """
+
+    duration: float
+    direct: float
+    carriers: Real
+    forces: dict[float, Real]
+    amplitudes: dict[float, Real]
+    limits: dict[str, float]
+    title: str
+
+
+def held_force(
+    scenario: Source,
+    *,
+    duration: float = 1.0,
+    carriers: ArrayLike | None = None,
+    stray: Sequence[float] = (),
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+) -> HeldForce:
+    """Compute the largest constant force that a slow voltage and a carrier hold within declared limits."""
+    found = read_scenario(scenario, changes=set)
+    bounds = Bounds.of(found, limits)
+    missing = [f"limits.{name}" for name in NEEDED if bounds.value(name) is None]
+    if missing:
+        raise InputError(
+            f"{' and '.join(missing)}: not declared, and the largest force follows from the limits"
+        )
+    ends = np.geomspace(*CARRIERS, _POINTS)
+    axis = ends if carriers is None else np.atleast_1d(np.asarray(carriers, dtype=float))
+    plain = found.circuit.amplifier
+    several = tuple(stray) or (0.0 if plain is None else plain.stray_capacitance,)
+    forces, amplitudes = {}, {}
+    for each in several:
+        with_stray = found.replace({"circuit.amplifier.stray_capacitance": each}) if each or plain else found
+        gain = carrier_gain(unlimited(with_stray), axis)
+        peak = gain.largest_amplitude(bounds.limits(), slew=bounds.slew(with_stray))
+        forces[each], amplitudes[each] = gain.force * peak**2, gain.voltage * peak
+    level = ([0.0, duration], [_PROBE, _PROBE])
+    direct = design_drive(found, target=level, method="dc", limits=limits)
+    return HeldForce(
+        duration=duration,
+        direct=_PROBE * direct.scale,
+        carriers=axis,
+        forces=forces,
+        amplitudes=amplitudes,
+        limits={name: limit.value for name, limit in bounds.declared.items() if name in NEEDED},
+        title=found.title,
+    )

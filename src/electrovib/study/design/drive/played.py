@@ -1,7 +1,8 @@
-"""Samples of a drive in a scenario, and the force that the full model predicts for them."""
+"""Samples of a drive in a scenario, the force that the full model predicts for them, and those that were found."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -14,6 +15,8 @@ from electrovib.scenario import TimeGrid
 from electrovib.solve.expanded import FORCE, Expanded
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
@@ -67,3 +70,30 @@ class Played:
         inside = force[2 * first : 2 * (first + count * width) + 1]
         intervals = _SIMPSON[0] * inside[:-2:2] + _SIMPSON[1] * inside[1:-1:2] + _SIMPSON[2] * inside[2::2]
         return np.asarray(np.mean(intervals.reshape(count, width), axis=1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundDrive:
+    """Samples of a drive and the mean forces over successive intervals.
+
+    - `times`, `values`: evenly spaced from 0, and samples [V, or A of a current drive].
+    - `edges`, `wanted`, `predicted`: ends of the intervals, and mean force of the target and of the full
+      model.
+    - `scale`: largest multiple of the target within the limits without a compromise; infinite without limits.
+    - `limited`: samples at which a limit prevents the target; `ratios`: largest value over each limit.
+    - `searches`, `agreeing`: searches for the smallest misfit, 0 where none was needed, and those within 1 %
+      of it.
+    """
+
+    times: Real
+    values: Real
+    rate: float
+    edges: Real
+    wanted: Real
+    predicted: Real
+    carrier: float | None
+    scale: float
+    limited: NDArray[np.bool_]
+    ratios: dict[str, float] = field(default_factory=dict)
+    searches: int = 0
+    agreeing: int = 0

@@ -9,20 +9,22 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.diagnostics import warning_lines
 from electrovib.core.units import format_quantity
-from electrovib.study.design.drive.harmonics import harmonics
+from electrovib.study.check.declared import NEEDED
+from electrovib.study.design.result import Designed
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.study.check import CheckResult, DeclaredLimit, LimitsSource
-    from electrovib.study.design.drive.found import FoundDrive
+    from electrovib.study.check import CheckResult, DeclaredLimit
+    from electrovib.study.design.drive.played import FoundDrive
     from electrovib.study.design.drive.target import Target
 
 TRACKED: Final = 0.01
 """Misfit up to which a target counts as followed [1]."""
+MOST: Final = 5
+"""Highest multiple of the frequency of the target whose amplitude is stated."""
 _BINDING: Final = 0.99
 """Share of a limit from which on it counts as binding [1]."""
 _NEGLIGIBLE: Final = 1e-6
@@ -31,26 +33,29 @@ _SLOW: Final = 10.0
 """Carrier over the highest frequency of the target below which a warning is given."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class DesignedDrive:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class DesignedDrive(Designed):
     """A drive for a target of the force, with the force that the full model predicts.
 
-    - `scenario`: experiment under the drive, from rest; it can be simulated, checked and exported.
     - `target`, `method`: as they were asked for.
     - `solution`: samples of the drive, and what limits it.
     - `predicted`: force by the full model, averaged over each interval [N].
-    - `bounds`: limits that the design held; `limits`: further limits that were given.
+    - `bounds`: limits that the design held.
     - `check`: comparison of the drive with the limits and with breakdown.
     """
 
-    scenario: Scenario
+    form = "drive"
     target: Target
     method: str
     solution: FoundDrive
     predicted: Real
     bounds: dict[str, DeclaredLimit]
-    limits: tuple[LimitsSource, ...]
     check: CheckResult
+
+    @property
+    def scenario(self) -> Scenario:
+        """Experiment under the drive, from rest; it can be simulated, checked and exported."""
+        return self.check.scenario
 
     @property
     def times(self) -> Real:
@@ -122,24 +127,23 @@ class DesignedDrive:
         return harmonics(self.edges, self.predicted, self.wanted, self.target.frequency)
 
     @property
-    def lines(self) -> tuple[str, ...]:
-        """Sentences and numbers for people, the answer first."""
-        return (*self.notes, *self._doubts(), *warning_lines(self.diagnostics, brief=True))
-
-    verdict = lines
-
-    @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Diagnostics of the scenario under the drive, beyond those that the check states."""
         return self.check.diagnostics
 
     @property
+    def sentences(self) -> tuple[str, ...]:
+        """What the drive is, its misfit, what bounds it, and what makes it doubtful."""
+        return (*self.notes, *_doubts(self))
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What the drive is, its misfit and what bounds it, as a file of the drive states it."""
-        return (*self._drive_lines(), *self._misfit_lines(), *self._limit_lines())
+        return (f"target: {self.target.text}", _drive(self), *_misfit(self), *_limits(self))
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as nested tables with numbers in SI."""
+    def numbers(self) -> dict[str, Any]:
+        """Return all numbers as nested tables."""
+        solution = self.solution
         return {
             "method": self.method,
             "target": self.target.text,
@@ -147,87 +151,112 @@ class DesignedDrive:
             "carrier": self.carrier,
             "rate": self.rate,
             "misfit": self.misfit,
-            "scale": self.scale if math.isfinite(self.scale) else None,
-            "achieved": self.is_achieved,
-            "binding": list(self.binding),
+            "scale": self.scale,
+            "binding": self.binding,
             "limited_share": self.limited_share,
-            "searches": {"made": self.solution.searches, "agreeing": self.solution.agreeing},
-            "harmonics": {str(order): value for order, value in self.harmonics.items()},
-            "lines": list(self.lines),
-            "diagnostics": [each.to_dict() for each in self.diagnostics],
-            "samples": {"time": self.times.tolist(), self.quantity: self.values.tolist()},
-            "force": {
-                "edges": self.edges.tolist(),
-                "wanted": self.wanted.tolist(),
-                "predicted": self.predicted.tolist(),
-            },
+            "searches": {"made": solution.searches, "agreeing": solution.agreeing},
+            "harmonics": self.harmonics,
+            "samples": {"time": self.times, self.quantity: self.values},
+            "force": {"edges": self.edges, "wanted": self.wanted, "predicted": self.predicted},
         }
 
-    def _drive_lines(self) -> list[str]:
-        unit = "V" if self.quantity == "voltage" else "A"
-        peak = format_quantity(float(np.max(np.abs(self.values))), unit, digits=4)
-        carried = ramps = ""
-        if self.carrier is not None:
-            carried = f" with a carrier of {format_quantity(self.carrier, 'Hz', digits=6)}"
-        else:
-            lead = format_quantity(float(self.edges[0]), "s", digits=4)
-            ramps = f"; straight ramps of {lead} from and to 0 V before and after the target"
-        return [
-            f"target: {self.target.text}",
-            f"drive by method {self.method}{carried}: largest {self.quantity} {peak}, {len(self.times)} samples at"
-            f" {format_quantity(self.rate, 'Hz', digits=6)}{ramps}",
-        ]
 
-    def _misfit_lines(self) -> list[str]:
-        over = "each interval between samples" if self.carrier is None else "each period of the carrier"
-        off = np.abs(self.predicted - self.wanted)
-        found = [
-            f"predicted force, averaged over {over}: departs from the target by {100 * self.misfit:.3g} % (root mean square over"
-            f" that of the target), {format_quantity(float(np.max(off)), 'N', digits=3)} at most"
-        ]
-        if self.harmonics:
-            first, *others = self.harmonics.values()
-            listed = f"below {100 * _NEGLIGIBLE:g} %"
-            if max(others, default=0.0) >= _NEGLIGIBLE:
-                listed = ", ".join(f"{100 * each:.2g} %" for each in others)
-            found.append(
-                f"amplitude of the predicted force at the frequency of the target: {100 * first:.4g} % of the wanted one; at"
-                f" 2 to {len(others) + 1} times that frequency: {listed}"
-            )
-        return found
+def _drive(found: DesignedDrive) -> str:
+    unit = "V" if found.quantity == "voltage" else "A"
+    peak = format_quantity(float(np.max(np.abs(found.values))), unit, digits=4)
+    carried = ramps = ""
+    if found.carrier is not None:
+        carried = f" with a carrier of {format_quantity(found.carrier, 'Hz', digits=6)}"
+    else:
+        lead = format_quantity(float(found.edges[0]), "s", digits=4)
+        ramps = f"; straight ramps of {lead} from and to 0 V before and after the target"
+    return (
+        f"drive by method {found.method}{carried}: largest {found.quantity} {peak}, {len(found.times)} samples at"
+        f" {format_quantity(found.rate, 'Hz', digits=6)}{ramps}"
+    )
 
-    def _limit_lines(self) -> list[str]:
-        if not self.binding:
-            if math.isfinite(self.scale):
-                return [f"no limit binds: up to {self.scale:.4g} times the target is within the limits"]
-            return ["no limit binds" if self.bounds else "no limit was declared that the design has to hold"]
-        which = "; ".join(f"limits.{name} ({self.bounds[name].source})" for name in self.binding)
-        return [
-            f"the target is not within the limits: {which} prevents it in {100 * self.limited_share:.3g} % of the time. This"
-            f" drive has the smallest mean square of the departure that was found; {self.scale:.4g} times the target would be"
-            " within the limits",
-            *self._search_lines(),
-        ]
 
-    def _search_lines(self) -> list[str]:
-        searches, agreeing = self.solution.searches, self.solution.agreeing
-        if not searches:
-            return []
-        sentence = f"{agreeing} of {searches} searches from different starts end within 1 % of the smallest misfit among them"
-        if agreeing < 2:
-            sentence += ": another drive may follow the target better"
-        return [sentence]
+def _misfit(found: DesignedDrive) -> list[str]:
+    over = "each interval between samples" if found.carrier is None else "each period of the carrier"
+    most = format_quantity(float(np.max(np.abs(found.predicted - found.wanted))), "N", digits=3)
+    lines = [
+        f"predicted force, averaged over {over}: departs from the target by {100 * found.misfit:.3g} % (root mean square over"
+        f" that of the target), {most} at most"
+    ]
+    if found.harmonics:
+        first, *others = found.harmonics.values()
+        listed = f"below {100 * _NEGLIGIBLE:g} %"
+        if max(others, default=0.0) >= _NEGLIGIBLE:
+            listed = ", ".join(f"{100 * each:.2g} %" for each in others)
+        lines.append(
+            f"amplitude of the predicted force at the frequency of the target: {100 * first:.4g} % of the wanted one; at"
+            f" 2 to {len(others) + 1} times that frequency: {listed}"
+        )
+    return lines
 
-    def _doubts(self) -> list[str]:
-        found = [row.text for row in self.check.failed]
-        if missing := [name for name in ("voltage", "current") if name not in self.bounds]:
-            named = " and ".join(f"limits.{name}" for name in missing)
-            found.append(
-                f"{named} not declared: the drive was not designed to hold it, and cannot be written as a waveform"
-            )
-        if self.carrier is not None and self.carrier < _SLOW * self.target.highest_frequency * (1 - 1e-9):
-            found.append(
-                "the carrier is below ten times the highest frequency of the target: within a period of the carrier the target"
-                " changes much"
-            )
-        return found
+
+def _limits(found: DesignedDrive) -> list[str]:
+    if not found.binding:
+        if math.isfinite(found.scale):
+            return [f"no limit binds: up to {found.scale:.4g} times the target is within the limits"]
+        return ["no limit binds" if found.bounds else "no limit was declared that the design has to hold"]
+    which = "; ".join(f"limits.{name} ({found.bounds[name].source})" for name in found.binding)
+    lines = [
+        f"the target is not within the limits: {which} prevents it in {100 * found.limited_share:.3g} % of the time. This"
+        f" drive has the smallest mean square of the departure that was found; {found.scale:.4g} times the target would be"
+        " within the limits"
+    ]
+    searches, agreeing = found.solution.searches, found.solution.agreeing
+    if searches:
+        doubt = ": another drive may follow the target better" if agreeing < 2 else ""
+        lines.append(
+            f"{agreeing} of {searches} searches from different starts end within 1 % of the smallest misfit among them{doubt}"
+        )
+    return lines
+
+
+def _doubts(found: DesignedDrive) -> list[str]:
+    lines = [row.text for row in found.check.failed]
+    if missing := [f"limits.{name}" for name in NEEDED if name not in found.bounds]:
+        lines.append(
+            f"{' and '.join(missing)} not declared: the drive was not designed to hold it, and cannot be written as a waveform"
+        )
+    if found.carrier is not None and found.carrier < _SLOW * found.target.highest_frequency * (1 - 1e-9):
+        lines.append(
+            "the carrier is below ten times the highest frequency of the target: within a period of the carrier the target"
+            " changes much"
+        )
+    return lines
+
+
+def harmonics(edges: Real, predicted: Real, wanted: Real, frequency: float | None) -> dict[int, float]:
+    """Return amplitudes at 1 to 5 times a frequency, over the wanted amplitude at that frequency.
+
+    They are fitted to means over intervals by least squares of a constant and all sines over the last whole
+    periods, without the first one if there are several; a multiple needs intervals shorter than half its
+    period.
+    """
+    if frequency is None:
+        return {}
+    whole = math.floor(float(edges[-1] - edges[0]) * frequency * (1 + 1e-9))
+    if whole < 1:
+        return {}
+    middles = (edges[1:] + edges[:-1]) / 2
+    kept = middles >= edges[-1] - max(1, whole - 1) / frequency
+    interval = float(edges[1] - edges[0])
+    orders = [each for each in range(1, MOST + 1) if 2 * each * frequency * interval < 1]
+    if not orders:
+        return {}
+    first = _amplitudes(middles[kept], wanted[kept], [frequency])[0]
+    if first <= 0:
+        return {}
+    found = _amplitudes(middles[kept], predicted[kept], [each * frequency for each in orders])
+    return {order: float(each / first) for order, each in zip(orders, found, strict=True)}
+
+
+def _amplitudes(times: Real, values: Real, frequencies: list[float]) -> Real:
+    """Return the amplitudes of sines and a constant fitted together, of the sines alone."""
+    turns = 2 * np.pi * np.array(frequencies) * times[:, None]
+    basis = np.column_stack([np.ones(len(times)), np.cos(turns), np.sin(turns)])
+    found = np.linalg.lstsq(basis, values, rcond=None)[0][1:].reshape(2, -1)
+    return np.asarray(np.hypot(*found))

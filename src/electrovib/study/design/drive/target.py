@@ -40,25 +40,31 @@ _SINE: Final = re.compile(
 _CONSTANT: Final = re.compile(rf"constant\s+{_QUANTITY}(?:\s+for\s+{_QUANTITY})?")
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Target(ABC):
-    """A force over time that a drive is to cause; it is never negative."""
+    """A force over time that a drive is to cause; it is never negative, and outside its duration its nearest value.
 
-    duration: float
-    """From its beginning to its end [s]."""
-    highest_frequency: float
-    """Highest frequency that it contains [Hz]; 0 for a constant."""
+    `text` says what it is; `highest_frequency` is that which it contains [Hz], 0 for a constant; `frequency` the
+    fundamental of a periodic target.
+    """
+
     text: str
-    """What it is, in words."""
-    frequency: float | None
-    """Fundamental frequency [Hz] of a periodic target; else None."""
+    duration: float
+    highest_frequency: float
+    frequency: float | None = None
 
     @abstractmethod
     def force(self, time: Real) -> Real:
-        """Return the force [N] at times [s] from its beginning on; outside it the nearest value."""
+        """Return the force [N] at times [s] from its beginning on."""
 
     @abstractmethod
+    def _integral_inside(self, time: Real) -> Real:
+        """Return the integral of the force from its beginning to times within its duration [N s]."""
+
     def integral(self, time: Real) -> Real:
         """Return the integral of the force from its beginning to these times [N s]."""
+        inside = np.clip(time, 0.0, self.duration)
+        return np.asarray(self._integral_inside(inside) + (time - inside) * self.force(time))
 
     def root(self, time: Real) -> Real:
         """Return a square root of the force at times [s], of either sign [N^(1/2)]."""
@@ -69,46 +75,22 @@ class Target(ABC):
         return np.asarray(np.diff(self.integral(edges)) / np.diff(edges))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SineTarget(Target):
     """A force that swings sinusoidally between `low` and `high`, and begins at the lower one."""
 
     frequency: float
     low: float
     high: float
-    duration: float
-
-    @property
-    def highest_frequency(self) -> float:  # type: ignore[override]
-        """Its frequency [Hz]."""
-        return self.frequency
-
-    @property
-    def text(self) -> str:  # type: ignore[override]
-        """What it is, in words."""
-        low, high, often, long = (
-            format_quantity(value, unit, digits=6)
-            for value, unit in (
-                (self.low, "N"),
-                (self.high, "N"),
-                (self.frequency, "Hz"),
-                (self.duration, "s"),
-            )
-        )
-        return f"a force between {low} and {high} at {often} for {long}, which begins at {low}"
 
     def force(self, time: Real) -> Real:
         """Return the force [N] at times [s]."""
-        inside = np.clip(time, 0.0, self.duration)
-        half = (self.high - self.low) / 2
-        return np.asarray(self.low + half * (1 - np.cos(2 * np.pi * self.frequency * inside)))
+        turn = 2 * np.pi * self.frequency * np.clip(time, 0.0, self.duration)
+        return np.asarray(self.low + (self.high - self.low) / 2 * (1 - np.cos(turn)))
 
-    def integral(self, time: Real) -> Real:
-        """Return the integral of the force from its beginning to these times [N s]."""
-        inside, turn = np.clip(time, 0.0, self.duration), 2 * np.pi * self.frequency
-        half = (self.high - self.low) / 2
-        within = (self.low + half) * inside - half * np.sin(turn * inside) / turn
-        return np.asarray(within + (time - inside) * self.force(time))
+    def _integral_inside(self, time: Real) -> Real:
+        turn, half = 2 * np.pi * self.frequency, (self.high - self.low) / 2
+        return np.asarray((self.low + half) * time - half * np.sin(turn * time) / turn)
 
     def root(self, time: Real) -> Real:
         """Return a square root of the force [N^(1/2)]; from 0 N it is the smooth one, whose sign alternates."""
@@ -118,34 +100,23 @@ class SineTarget(Target):
         return np.asarray(np.sqrt(self.high) * np.sin(np.pi * self.frequency * inside))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SampledTarget(Target):
-    """A force of straight lines between samples, whose increasing times begin at 0; `text` says what it is."""
+    """A force of straight lines between samples, whose increasing times begin at 0."""
 
     times: Real
     forces: Real
-    text: str
-    highest_frequency: float
-    frequency: None = None
-
-    @property
-    def duration(self) -> float:  # type: ignore[override]
-        """Time of the last sample [s]."""
-        return float(self.times[-1])
 
     def force(self, time: Real) -> Real:
         """Return the force [N] at times [s]."""
         return np.asarray(np.interp(time, self.times, self.forces))
 
-    def integral(self, time: Real) -> Real:
-        """Return the integral of the force from its beginning to these times [N s]."""
+    def _integral_inside(self, time: Real) -> Real:
         steps = np.diff(self.times)
         done = np.append(0.0, np.cumsum(steps * (self.forces[1:] + self.forces[:-1]) / 2))
-        inside = np.clip(time, 0.0, self.duration)
-        place = np.clip(np.searchsorted(self.times, inside, side="right") - 1, 0, len(steps) - 1)
-        since = inside - self.times[place]
-        within = done[place] + since * (self.forces[place] + self.force(inside)) / 2
-        return np.asarray(within + (time - inside) * self.force(time))
+        place = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(steps) - 1)
+        since = time - self.times[place]
+        return np.asarray(done[place] + since * (self.forces[place] + self.force(time)) / 2)
 
 
 def read_target(source: TargetSource) -> Target:
@@ -173,36 +144,46 @@ def _of_text(text: str) -> Target:
     kind, _, rest = text.partition(" ")
     lowered = kind.lower()
     found = (_SINE if lowered == "sine" else _CONSTANT).fullmatch(f"{lowered} {rest}")
-    if found is None:
-        raise InputError(f"expected {TEXTS}", path="target", value=text)
+
+    def read(part: str, unit: str) -> float:
+        try:
+            return parse_quantity(part, unit)
+        except ValueError as error:
+            raise InputError(str(error), path="target", value=part) from None
+
+    def refuse(good: bool, wanted: str) -> None:
+        if not good:
+            raise InputError(f"expected {wanted}", path="target", value=text)
+
+    refuse(found is not None, TEXTS)
+    assert found is not None
     if lowered == "constant":
         force, duration = found.groups()
-        level, end = _read(force, "N"), HOLD if duration is None else _read(duration, "s")
-        _refuse(text, level >= 0, "a force of 0 N or more")
-        _refuse(text, end > 0, "a duration above 0 s")
-        words = f"a constant force of {format_quantity(level, 'N', digits=6)} for {format_quantity(end, 's', digits=6)}"
-        return SampledTarget(np.array([0.0, end]), np.array([level, level]), words, 0.0)
+        level, end = read(force, "N"), HOLD if duration is None else read(duration, "s")
+        refuse(level >= 0, "a force of 0 N or more")
+        refuse(end > 0, "a duration above 0 s")
+        words = f"a constant force of {_shown(level, 'N')} for {_shown(end, 's')}"
+        times, forces = np.array([0.0, end]), np.array([level, level])
+        return SampledTarget(text=words, duration=end, highest_frequency=0.0, times=times, forces=forces)
     often, first, second, duration = found.groups()
-    frequency = _read(often, "Hz")
-    _refuse(text, frequency > 0, "a frequency above 0 Hz")
-    values = [_read(each, "N") for each in (first, second) if each is not None]
-    low, high = values if len(values) == 2 else (0.0, values[0])
-    _refuse(text, 0 <= low < high, "forces of 0 N or more, the lower one first")
-    end = PERIODS / frequency if duration is None else _read(duration, "s")
-    _refuse(text, end > 0, "a duration above 0 s")
-    return SineTarget(frequency, low, high, end)
+    frequency = read(often, "Hz")
+    refuse(frequency > 0, "a frequency above 0 Hz")
+    low, high = (0.0, read(first, "N")) if second is None else (read(first, "N"), read(second, "N"))
+    refuse(0 <= low < high, "forces of 0 N or more, the lower one first")
+    end = PERIODS / frequency if duration is None else read(duration, "s")
+    refuse(end > 0, "a duration above 0 s")
+    lowest = _shown(low, "N")
+    words = (
+        f"a force between {lowest} and {_shown(high, 'N')} at {_shown(frequency, 'Hz')} for {_shown(end, 's')}, which"
+        f" begins at {lowest}"
+    )
+    return SineTarget(
+        text=words, duration=end, highest_frequency=frequency, frequency=frequency, low=low, high=high
+    )
 
 
-def _read(text: str, unit: str) -> float:
-    try:
-        return parse_quantity(text, unit)
-    except ValueError as error:
-        raise InputError(str(error), path="target", value=text) from None
-
-
-def _refuse(text: str, good: bool, wanted: str) -> None:
-    if not good:
-        raise InputError(f"expected {wanted}", path="target", value=text)
+def _shown(value: float, unit: str) -> str:
+    return format_quantity(value, unit, digits=6)
 
 
 def _of_file(path: Path) -> Target:
@@ -236,8 +217,14 @@ def _of_samples(times: Real, forces: Real, text: str) -> Target:
             path="target",
         )
     shifted = times - times[0]
-    long = format_quantity(float(shifted[-1]), "s", digits=6)
-    return SampledTarget(shifted, forces, f"{text}, {long}", _highest_frequency(shifted, forces))
+    end = float(shifted[-1])
+    return SampledTarget(
+        text=f"{text}, {_shown(end, 's')}",
+        duration=end,
+        highest_frequency=_highest_frequency(shifted, forces),
+        times=shifted,
+        forces=forces,
+    )
 
 
 def _highest_frequency(times: Real, forces: Real) -> float:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from electrovib.core.arrays import Real
 
 MOST_UNKNOWNS: Final = 80
@@ -17,6 +19,7 @@ _LEVELS: Final = (1.0, math.sqrt(2 / 3))
 """Factors that are held from the beginning at a start of the search; the second gives the most where a charge is spent."""
 _FEW_UNKNOWNS: Final = 16
 """Values of the factor up to which a search is quick, so that many of them are made."""
+_PRIMES: Final = (2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0, 41.0, 43.0, 47.0, 53.0)
 _EVEN: Final = 5
 """Starts that fill the range of the factor evenly."""
 _AGREES: Final = 1.01
@@ -39,6 +42,11 @@ class Trade:
     middles: Real
     wanted: Real
     bounded: Real
+
+    @property
+    def size(self) -> int:
+        """Number of factors."""
+        return int(self.knots.shape[1])
 
     def scale(self, factor: Real) -> float:
         """Return the largest multiple of the force of a factor that the limits allow [1]; infinite without limits."""
@@ -89,38 +97,30 @@ def best_factor(trade: Trade, scale: float) -> BestFactor:
     quarter of the time or to the end, and 5 points that fill the range evenly. With more samples it is
     repeated over at most 80 values, from the first three starts and the best result for few values.
     """
-    size = trade.knots.shape[1]
-    few = trade.reduced(spread := _spread(size, min(size, _FEW_UNKNOWNS)))
-    usual = _usual_starts(few, scale)
-    found = [_searched(few, start) for start in (*usual, *_further_starts(few))]
-    misfits = np.sqrt([few.misfit(each) for each in found])
-    reached = float(np.min(misfits))
-    best = min((*found, *(_within(few, start) for start in usual)), key=few.misfit)
-    if size > _FEW_UNKNOWNS:
-        best, spread = _refined(trade, scale, spread @ best)
-    return BestFactor(
-        factor=np.asarray(spread @ best),
-        searches=len(found),
-        agreeing=int(np.sum(misfits <= _AGREES * reached)),
-    )
+    factor, misfits = _best(trade, scale, _FEW_UNKNOWNS, _further_starts)
+    if len(factor) > _FEW_UNKNOWNS:
+        factor, _ = _best(trade, scale, MOST_UNKNOWNS, lambda many: [_at_even_places(factor, many.size)])
+    agreeing = int(np.sum(misfits <= _AGREES * np.min(misfits)))
+    return BestFactor(factor=factor, searches=len(misfits), agreeing=agreeing)
 
 
-def _refined(trade: Trade, scale: float, before: Real) -> tuple[Real, Real]:
-    """Return the best of at most 80 values, and the matrix from them to the samples, from the usual starts and another one."""
-    size = trade.knots.shape[1]
-    spread = _spread(size, min(size, MOST_UNKNOWNS))
-    count = spread.shape[1]
-    many = trade.reduced(spread)
-    places = np.linspace(0, size - 1, count)
-    starts = [*_usual_starts(many, scale), np.interp(places, np.arange(size), before)]
-    found = [_searched(many, start) for start in starts]
-    return min((*found, *(_within(many, start) for start in starts)), key=many.misfit), spread
+def _best(trade: Trade, scale: float, most: int, further: Callable[[Trade], list[Real]]) -> tuple[Real, Real]:
+    """Return the best factor that has so many free values at most, and the root misfit that each search has reached.
+
+    Searches begin at the scaled target, at factors that are held from the beginning as long as the limits
+    allow, and at further starts.
+    """
+    spread = _spread(trade.size, min(trade.size, most))
+    few = trade.reduced(spread)
+    starts = [np.full(few.size, math.sqrt(scale)), *(_held(few, level) for level in _LEVELS), *further(few)]
+    found = [_searched(few, start) for start in starts]
+    best = min((*found, *(_within(few, start) for start in starts)), key=few.misfit)
+    return np.asarray(spread @ best), np.sqrt([few.misfit(each) for each in found])
 
 
-def _usual_starts(trade: Trade, scale: float) -> list[Real]:
-    """Return the scaled target, and factors that are held from the beginning as long as the limits allow."""
-    count = trade.knots.shape[1]
-    return [np.full(count, math.sqrt(scale)), *(_held(trade, level) for level in _LEVELS)]
+def _at_even_places(values: Real, count: int) -> Real:
+    places = np.linspace(0, len(values) - 1, count)
+    return np.interp(places, np.arange(len(values)), values)
 
 
 def _spread(size: int, count: int) -> Real:
@@ -154,33 +154,17 @@ def _searched(trade: Trade, start: Real) -> Real:
 
 def _further_starts(trade: Trade) -> list[Real]:
     """Return factors that are held for a part of the time, and factors that fill the range evenly, within the limits."""
-    count = trade.knots.shape[1]
+    count = trade.size
     share = (np.arange(count) + 0.5) / count
     parts = [(share > quarter / 4) & (share < (quarter + 1) / 4) for quarter in range(4)]
     parts += [share > 0.5, share > 0.25]
     # multiples of square roots of primes fill the range without repeating
-    roots = np.sqrt(_primes(count))
-    even = [(number * roots) % 1.0 for number in range(1, _EVEN + 1)]
+    even = [(number * np.sqrt(_PRIMES[:count])) % 1.0 for number in range(1, _EVEN + 1)]
     return [_within(trade, np.asarray(each, dtype=float)) for each in (*parts, *even)]
-
-
-def _primes(count: int) -> Real:
-    found: list[int] = []
-    number = 2
-    while len(found) < count:
-        if all(number % each for each in found):
-            found.append(number)
-        number += 1
-    return np.array(found, dtype=float)
 
 
 def _held(trade: Trade, level: float) -> Real:
     """Return a factor that is held at a level [1] from the beginning as long as the limits allow, and is 0 after it."""
-    count = trade.knots.shape[1]
-    places = np.arange(count)
-    fitting = 0
-    for most in range(count + 1):
-        if trade.scale(np.where(places < most, level, 0.0)) < 1:
-            break
-        fitting = most
-    return np.where(places < fitting, level, 0.0)
+    held = level * np.tri(trade.size + 1, trade.size, -1)
+    fits = np.max(np.abs(held @ trade.bounded.T), axis=1, initial=0.0) <= 1
+    return np.asarray(held[np.argmin(np.append(fits, False)) - 1])

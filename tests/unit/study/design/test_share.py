@@ -15,15 +15,18 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.study.design.parameter.wanted import read_wanted
-from electrovib.study.design.robust.intervals import by_gain, by_solution, intervals_of
-from electrovib.study.design.robust.sample import DrawnFingers
-from electrovib.study.design.robust.share import (
+from electrovib.study.design import share
+from electrovib.study.design.fingers import (
     Covered,
+    DrawnFingers,
+    by_gain,
+    by_solution,
     clopper_pearson,
     needed,
     quantile_ranks,
 )
+from electrovib.study.design.search import inside_band
+from electrovib.study.design.wanted import read_wanted
 
 PERMITTIVITY, GAP, AREA, MEDIAN, FACTOR = 3.0, 20e-6, 1e-4, 5e-6, 1.5
 STATIC = ev.load(
@@ -189,8 +192,7 @@ def test_quantities_in_arrays_are_those_of_the_general_solution(monkeypatch, nam
     scenario = ev.load(name)
     wanted = read_wanted(scenario, want={quantity: 1e-3}, free=free)
     fingers = DrawnFingers(scenario, wanted, ev.read_space(scenario, "fingers").draw(1, 0, 40))
-    evaluation = fingers.evaluation()
-    expected = [fingers.one_at(evaluation, finger, at) for finger in fingers.some()]
+    expected = [fingers.one_at(finger, at) for finger in fingers.some()]
     monkeypatch.setattr(DrawnFingers, "one_at", None)  # none by itself
     np.testing.assert_allclose(fingers.each_at(at)[fingers.some()], expected, rtol=1e-9)
 
@@ -290,11 +292,11 @@ def test_resampled_members_keep_all_their_intervals():
 
 
 def test_intervals_of_a_function_that_enters_and_leaves_the_band():
-    found = intervals_of(lambda x: (x - 3) ** 2, np.linspace(0, 6, 13), 1.0, 4.0)
+    found = inside_band(lambda x: (x - 3) ** 2, np.linspace(0, 6, 13), 1.0, 4.0)
     assert np.ravel(found) == pytest.approx([1, 2, 4, 5], rel=1e-7)
-    whole = intervals_of(lambda x: x, np.linspace(1, 2, 5), 0.0, math.inf)
+    whole = inside_band(lambda x: x, np.linspace(1, 2, 5), 0.0, math.inf)
     assert whole == [(1.0, 2.0)]
-    assert intervals_of(lambda x: x, np.linspace(1, 2, 5), 3.0, math.inf) == []
+    assert inside_band(lambda x: x, np.linspace(1, 2, 5), 3.0, math.inf) == []
 
 
 def test_clopper_pearson_covers_at_least_nominally_and_has_its_closed_forms():
@@ -444,3 +446,24 @@ def test_an_end_of_the_search_is_not_given_as_an_end_of_the_answer():
     assert "end of the searched" not in inside
     least = at_least(n=50, between=("1 kV", "2 kV")).lines[1]
     assert "reached from the beginning of the searched range, 1 kV to the end" in least
+
+
+def test_limits_that_cannot_be_compared_are_told(monkeypatch):
+    def refused(*_, **__):
+        msg = "drive: cannot be checked"
+        raise InputError(msg)
+
+    monkeypatch.setattr(share, "checked", refused)
+    found = at_least(0.5, n=20)
+    assert found.check is None
+    assert "The limits could not be compared: drive: cannot be checked" in found.verdict
+    assert found.to_dict()["limits"] is None
+
+
+def test_of_equal_shares_within_the_limits_the_value_nearest_to_the_one_that_was_found_is_stated():
+    """No draw has 5 mN at 95 V; of all values with this share the last one within the limit is stated."""
+    found = at_least(0.9, n=100, limits={"voltage": 95.0})
+    assert found.within.share == 0
+    assert found.within.value == pytest.approx(95.0, rel=1e-9)
+    assert found.within.value <= 95
+    assert "\n".join(found.lines) == str(found)

@@ -32,8 +32,7 @@ class Wanted:
     """A quantity with its wanted value, and the parameter that is free, each in its SI unit.
 
     Of the quantity are `name`, `meaning`, `unit`, `value`, and `at`, the time of a signal that is wanted at
-    one time; of the parameter its value `begin` in the scenario and the range, which is `is_narrowed` if it
-    was given.
+    one time; of the parameter its value `begin` in the scenario and the range.
     """
 
     name: str
@@ -47,7 +46,6 @@ class Wanted:
     begin: float
     low: float
     high: float
-    is_narrowed: bool
 
     @property
     def signal(self) -> tuple[str, str]:
@@ -62,6 +60,16 @@ class Wanted:
     def parameter(self, value: float) -> str:
         """Write a value of the free parameter."""
         return format_quantity(value, self.declared.unit)
+
+    def free_numbers(self) -> dict[str, Any]:
+        """Return the free parameter and its range as a table."""
+        return {
+            "path": self.free,
+            "unit": self.declared.unit,
+            "in_the_scenario": self.begin,
+            "low": self.low,
+            "high": self.high,
+        }
 
 
 def read_wanted(
@@ -102,8 +110,33 @@ def read_wanted(
         begin=begin,
         low=ends[0],
         high=ends[1],
-        is_narrowed=between is not None,
     )
+
+
+def read_band(
+    scenario: Scenario,
+    *,
+    want: WantSource,
+    band: str | Sequence[Any] | None,
+    free: str,
+    between: BetweenSource | None,
+) -> tuple[Wanted, tuple[float, float]]:
+    """Read the quantity with its smallest and largest wanted value; without a band the largest is infinite."""
+    if band is None:
+        text = want.replace(">=", "=") if isinstance(want, str) else want
+        wanted = read_wanted(scenario, want=text, free=free, between=between)
+        return wanted, (wanted.value, math.inf)
+    if not isinstance(want, str) or "=" in want:
+        raise InputError(
+            f"want = {want!r}: with a band, name the quantity alone, for instance 'mean electrostatic_force'"
+        )
+    parts = band.split(":") if isinstance(band, str) else list(band)
+    if len(parts) != 2:
+        raise InputError(f"band = {band!r}: expected LOW:HIGH, for instance '20 mN:60 mN'")
+    low, high = (read_wanted(scenario, want={want: each}, free=free, between=between) for each in parts)
+    if not low.value < high.value:
+        raise InputError(f"band = {band!r}: expected the smaller value first")
+    return low, (low.value, high.value)
 
 
 def _parted(want: WantSource) -> tuple[str, Any]:

@@ -1,4 +1,4 @@
-"""The wanted quantity as a function of the free parameter."""
+"""The wanted quantity as a function of the parameters that are free or drawn."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
-    from electrovib.study.design.parameter.wanted import Wanted
+    from electrovib.study.design.wanted import Wanted
 
 _LEAST: Final = 5.0
 """Computing time that every evaluation may take [s]."""
@@ -72,18 +72,14 @@ class Evaluation:
         return None if np.isnan(found).any() else found
 
     def _at(self, point: dict[str, float]) -> float:
-        if self.wanted.is_felt:
-            return felt(self.wanted.name, self.prepared.scenario(point))[0]
-        if self.wanted.at is not None:
-            return self._at_time(point, self.wanted.at)
-        return float(self.prepared(point)[self.wanted.name])
-
-    def _at_time(self, point: Mapping[str, float], time: float) -> float:
-        signal, layer = self.wanted.signal
-        values = self.prepared.signals(point, names=[signal], time=[time])[signal]
-        if layer:
-            values = values[list(self.prepared.base.stack.layers).index(layer)]
-        return float(values[0])
+        wanted, prepared = self.wanted, self.prepared
+        if wanted.is_felt:
+            return felt(wanted.name, prepared.scenario(point))[0]
+        if wanted.at is None:
+            return float(prepared(point)[wanted.name])
+        signal, layer = wanted.signal
+        values = prepared.signals(point, names=[signal], time=[wanted.at])[signal]
+        return float(values[list(prepared.base.stack.layers).index(layer)][0] if layer else values[0])
 
     def scenario(self, values: Mapping[str, float]) -> Scenario:
         """Return the scenario with these values."""
@@ -92,5 +88,7 @@ class Evaluation:
     def warnings(self, values: Mapping[str, float]) -> list[Diagnostic]:
         """Return the diagnostics of the quantity with these values that are not ``ok``, breakdown and limits included."""
         if self.wanted.is_felt:
-            return [each for each in felt(self.wanted.name, self.scenario(values))[1] if each.state != "ok"]
-        return [each for each in self.prepared.judged(values).diagnostics if each.state != "ok"]
+            found = felt(self.wanted.name, self.scenario(values))[1]
+        else:
+            found = list(self.prepared.judged(values).diagnostics)
+        return [each for each in found if each.state != "ok"]

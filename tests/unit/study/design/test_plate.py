@@ -6,6 +6,7 @@ import csv
 import functools
 import io
 import itertools
+import json
 import math
 import re
 
@@ -17,8 +18,9 @@ import electrovib as ev
 from electrovib.apps.cli import app
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.study.plate import pareto_set
-from electrovib.study.plate.rows import PERCEIVED
+from electrovib.export.design import write_design
+from electrovib.study.design.plate import pareto_set
+from electrovib.study.design.plate.candidates import PERCEIVED
 from electrovib.view.plate import as_csv, as_html, figure_of
 
 PERMITTIVITY, GAP, AREA, STRENGTH = 3.0, 20e-6, 1e-4, 20e6
@@ -519,3 +521,47 @@ def test_the_command_prints_the_answer_and_writes(suffix, tmp_path):
     assert out.stat().st_size > 1000
     again = CliRunner().invoke(app, arguments)
     assert (again.exit_code == 0) == (suffix in {"csv", "html"}), "a figure carries no mark"
+
+
+def test_the_plate_is_a_result_like_that_of_every_design(design, tmp_path):
+    assert design.is_achieved
+    assert design.scenario.drive.amplitude == at_amplitude(design.best)
+    assert design.base.drive.amplitude == 100
+    assert design.lines[-len(design.notes) :] == design.notes
+    assert " ".join(design.sentences) == design.answer
+    write_design(design, tmp_path / "plate.json")
+    table = json.loads((tmp_path / "plate.json").read_text(encoding="utf-8"))
+    assert table["form"] == "plate"
+    assert [each["at"] for each in table["candidates"] if each["is_best"]] == [design.best.at]
+    assert sum(each["is_efficient"] for each in table["candidates"]) == len(design.pareto)
+    write_design(design, tmp_path / "plate.toml")
+    assert ev.load(tmp_path / "plate.toml").drive.amplitude == at_amplitude(design.best)
+
+
+def test_without_a_plate_within_the_limits_there_is_no_scenario():
+    found = plate(STATIC, {"drive.amplitude": [100.0]}, limits={"voltage": 50.0})
+    assert (found.scenario, found.is_achieved) == (None, False)
+
+
+@pytest.mark.parametrize(
+    ("values", "added"),
+    [
+        ([1e-6, 4e-6, 16e-6], {2e-6}),
+        ([1e-6, 4e-6, 7e-6], {2.5e-6}),
+        ([1e-6, 4e-6], {2.5e-6}),
+    ],
+)
+def test_candidates_are_added_between_values_as_these_are_spaced(values, added):
+    found = plate(STATIC, {"stack.insulator.thickness": values}, limits=FAR, refine=1)
+    assert found.best.at["stack.insulator.thickness"] == 1e-6
+    fresh = [each.at["stack.insulator.thickness"] for each in found.candidates if each.refined]
+    assert fresh == pytest.approx(sorted(added))
+
+
+def test_the_limit_with_the_largest_gain_comes_first():
+    """300 V on 0.5 cm2 exceed the limit of the voltage alone, and 200 V on 1.5 cm2, with more force, that of the charge."""
+    over = {"contact.area": [0.5e-4, 1.5e-4], "drive.amplitude": [200.0, 300.0]}
+    found = plate(STATIC, over, limits={"voltage": 250.0, "charge": 8e-9})
+    assert [each.forbidden_by for each in found.candidates[:3]] == [(), ("peak voltage",), ("charge",)]
+    assert [gain.limits for gain in found.gains] == [("charge",), ("peak voltage",)]
+    assert found.answer.count("Charge binds") == 1

@@ -1,0 +1,16 @@
+"""Design of a plate: insulator and drive within breakdown, current and perception."""
+
+from electrovib.study.design.plate.candidates import Objective, PlateCandidate
+from electrovib.study.design.plate.function import MAXIMISED, MINIMISED, ROUNDS, find_plate
+from electrovib.study.design.plate.result import PlateDesign, pareto_set
+
+__all__ = [
+    "MAXIMISED",
+    "MINIMISED",
+    "ROUNDS",
+    "Objective",
+    "PlateCandidate",
+    "PlateDesign",
+    "find_plate",
+    "pareto_set",
+]
