@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
@@ -66,6 +67,8 @@ class Record:
         Diagnostics of the mechanics.
     peaks : PeakRecord or None
         Quantities with limits over the whole run; None where these times resolve them.
+    errors : tuple or None
+        Times [s], and the errors there of the quantities due to the reduction of materials; None where they were not computed.
     """
 
     times: Real
@@ -74,6 +77,7 @@ class Record:
     how: dict[str, Any]
     diagnostics: list[Diagnostic]
     peaks: PeakRecord | None = None
+    errors: tuple[Real, Mapping[Key, Judged]] | None = None
 
 
 class Expanded:
@@ -143,6 +147,13 @@ class Expanded:
             and (not self.reduction_error or band_of_run(scenario, times) == self._band)
         )
 
+    def under(self, scenario: Scenario, times: Real) -> Expanded:
+        """Return the same stack under the drive of another scenario, which differs in nothing else; `times` as for a new one."""
+        _ = self.over_frequency  # with which every copy begins
+        found = copy.copy(self)
+        found.scenario, found.times, found.last = scenario, times, None
+        return found
+
     @functools.cached_property
     def _band(self) -> tuple[float, float]:
         return band_of_run(self.scenario, self.times)
@@ -193,29 +204,37 @@ class Expanded:
     ) -> tuple[list[Diagnostic], dict[str, float]]:
         """Return the diagnostics and errors of a record."""
         scenario, known = self.scenario, known_band(self.scenario)
-        seen = self._seen(record)
-        errors: dict[Key, Judged] = {}
-        if self.reduction_error:
-            errors = answer_errors(scenario, self.section, seen.solution, seen.times, known=known)
+        times, errors = record.errors or self._errors(record, known)
         peaks = record.peaks or watched(scenario, self.section, record.times, record.solution)
         found = [
             *judge_run(scenario, self.section, peaks, record.times, record.signals, squared(self, peaks)),
-            *memory_diagnostics(scenario, errors, seen.times, known=known, method=record.solution.method),
+            *memory_diagnostics(scenario, errors, times, known=known, method=record.solution.method),
             *record.diagnostics,
-            *scenario.force.diagnostics_over_frequency(self.declared),
+            *self.over_frequency[1],
         ]
         return found, self.stated(errors)
+
+    def _errors(self, record: Record, known: tuple[float, float]) -> tuple[Real, dict[Key, Judged]]:
+        """Return the errors due to the reduction of materials, and the times of which they are."""
+        seen = self._seen(record)
+        if not self.reduction_error:
+            return seen.times, {}
+        errors = answer_errors(self.scenario, self.section, seen.solution, seen.times, known=known)
+        return seen.times, errors
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
         """Return the errors that a Trace states."""
         found = {"reduction_error": self.reduction_error}
         if self.scenario.force.causal:
-            found["transfer_error"] = max(self._over_frequency, worst_of(errors))
+            found["transfer_error"] = max(self.over_frequency[0], worst_of(errors))
         return found | attraction_error(errors)
 
     @functools.cached_property
-    def _over_frequency(self) -> float:
-        return transfer_error(self.scenario.force, self.section, self.declared, known_band(self.scenario))
+    def over_frequency(self) -> tuple[float, tuple[Diagnostic, ...]]:
+        """Error of the law's amplitudes over frequency [1], and the diagnostics of the law over frequency."""
+        law, known = self.scenario.force, known_band(self.scenario)
+        error = transfer_error(law, self.section, self.declared, known) if law.causal else 0.0
+        return error, law.diagnostics_over_frequency(self.declared)
 
     def _seen(self, record: Record) -> Record:
         """Return the record without times nearer to a corner than those for which the materials were reduced."""

@@ -26,7 +26,7 @@ def test_records_of_a_batch_are_refined_together_each_at_its_own_times(count):
 
     def look(cases, moments):
         asked.append(cases)
-        return rows(frequencies[cases], moments)
+        return rows(frequencies[cases, None], moments)
 
     coarse = [PeakRecord(times, rows(each, times)) for each in frequencies]
     found = refined(coarse, look)

@@ -12,8 +12,17 @@ from electrovib.physics.rig import Tribometer
 from electrovib.scenario import load
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.quantities import DEFAULTS, Named, answer, of_record, read_name, solved
-from electrovib.solve.quantities.pieces import Mesh, extremes, last_value, mean, mean_square, tails
-from electrovib.solve.quantities.resolve import first_mesh, resolve, window
+from electrovib.solve.quantities.resolve import (
+    Mesh,
+    extremes,
+    first_mesh,
+    last_value,
+    mean,
+    mean_square,
+    resolve,
+    tails,
+    window,
+)
 from electrovib.solve.simulate import simulate
 
 LAYERS = ("insulator", "stratum_corneum")

@@ -36,9 +36,10 @@ from electrovib.solve.electrics.linear import caveat
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.core.arrays import Real
+    from electrovib.core.arrays import Indices, Real
     from electrovib.scenario import Scenario
     from electrovib.solve.electrics.solution import Solution
+    from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection
 
 SQUEEZED = 8
@@ -102,7 +103,11 @@ def _joined(scenario: Scenario, section: ModalSection, record: PeakRecord, times
 
 def _refined(scenario: Scenario, section: ModalSection, record: PeakRecord) -> PeakRecord:
     """Add times around largest values that a record does not resolve; of a solver in closed form."""
-    return refined([record], lambda _, times: _at(scenario, section, times).rows)[0]
+
+    def look(_: Indices, times: Real) -> dict[Key, Real]:
+        return {name: row[None] for name, row in _at(scenario, section, times[0]).rows.items()}
+
+    return refined([record], look)[0]
 
 
 def judge_run(

@@ -110,7 +110,7 @@ def answer_errors(
     }
 
 
-def errors_of_sines(
+def errors_of_tones(
     members: Sequence[Scenario],
     section: ModalSection,
     answer: Solution,
@@ -119,7 +119,7 @@ def errors_of_sines(
     known: tuple[float, float],
     respond: Callable[[dict[Key, Transfer]], dict[Key, Real]],
 ) -> list[dict[Key, Judged]]:
-    """Bound the error of many responses of one stack, each to a sine in its periodic state.
+    """Bound the error of many responses of one stack, one case after the other, each to tones in its periodic state.
 
     `times` (cases, n) [s].
     """
@@ -129,8 +129,8 @@ def errors_of_sines(
         return [{} for _ in members]
     differences, residuals = _differences(scenario, section, fit, settled=True)
     found = {name: row for name, row in answer.found.items() if name in differences}
-    judged = {}
-    for name, bound in _bounds(scenario, found, times.ravel(), respond(differences), residuals).items():
+    judged, errors = {}, {name: row.ravel() for name, row in respond(differences).items()}
+    for name, bound in _bounds(scenario, found, times.ravel(), errors, residuals).items():
         row = answer.attraction if name == FORCE else found[name]
         judged[name] = judge_repeating(row.reshape(times.shape), times, bound.reshape(times.shape))
     unknown = [lowest_frequency(each) < known[0] * (1 - SAME) for each in members]
