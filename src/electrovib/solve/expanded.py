@@ -219,7 +219,8 @@ class Expanded:
         seen = self._seen(record)
         if not self.reduction_error:
             return seen.times, {}
-        errors = answer_errors(self.scenario, self.section, seen.solution, seen.times, known=known)
+        times = seen.times[None]
+        (errors,) = answer_errors([self.scenario], self.section, seen.solution, times, known=known)
         return seen.times, errors
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:

@@ -242,9 +242,9 @@ def test_an_error_judged_by_stretches_is_that_of_every_time(seed, monkeypatch):
     row = np.cos(40 * times) * np.exp(-seed * times) if seed < 4 else rng.normal(size=len(times))
     probes = np.unique(np.append(rng.integers(0, len(times), 300), [0, len(times) - 1]))
     bound, judged = 1e-5 * rng.random(len(probes)), np.ones(len(times), bool)
-    found = memory.judge(row, times, probes, bound, judged)
+    found = memory.judge(row[None], times[None], probes, bound[None], judged)
     monkeypatch.setattr(memory, "_MANY", 10**9)
-    assert found == memory.judge(row, times, probes, bound, judged)
+    assert found == memory.judge(row[None], times[None], probes, bound[None], judged)
 
 
 def test_few_of_very_many_times_decide_on_the_largest_values(monkeypatch):

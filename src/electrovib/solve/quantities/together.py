@@ -6,7 +6,6 @@ computed at once, in arrays with an axis of cases.
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,7 +15,7 @@ from electrovib.core.errors import ElectrovibError
 from electrovib.physics.drive.parts import Tones
 from electrovib.solve.choice import chosen, solve
 from electrovib.solve.diagnostics.known import known_band
-from electrovib.solve.diagnostics.memory import errors_of_tones
+from electrovib.solve.diagnostics.memory import answer_errors
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import Solution, fields, linear_quantities, name_interface
@@ -237,9 +236,7 @@ class _Cases:
     def _solution(self) -> Solution:
         """Return the response of the stack, one case after the other."""
         scenario = self.scenario
-        found = {
-            name: row.ravel() for name, row in self._respond(self.transfers, slice(None), self.times).items()
-        }
+        found = {name: row.ravel() for name, row in self._respond(self.transfers, self.times).items()}
         name_interface(scenario, found)
         alone = solve(scenario, self.section, self.times[0, :1], force_alone=True)
         solution = Solution(found=found, method=alone.method, reason=alone.reason)
@@ -252,21 +249,21 @@ class _Cases:
         later = self.times + LATER_PERIODS * periods[:, None]
         off: list[dict[Key, Judged]] = [{} for _ in members]
         if self.expanded.reduction_error:
-            respond = functools.partial(self._respond, cases=slice(None), times=self.times)
-            off = errors_of_tones(
-                members, self.section, solution, later, known=known_band(self.scenario), respond=respond
-            )
+            known = known_band(self.scenario)
+            off = answer_errors(members, self.section, solution, later, known=known, respond=self._respond)
         return list(zip(later, off, strict=True))
 
     def _look(self, cases: Indices, times: Real) -> dict[Key, Real]:
         """Return the quantities with limits of some cases at other times (cases, n) [s]."""
         wanted = {name: self.transfers[name] for name in fields(self.scenario, self.section)}
-        found = {name: row.ravel() for name, row in self._respond(wanted, cases, times).items()}
+        found = {name: row.ravel() for name, row in self._respond(wanted, times, cases).items()}
         name_interface(self.scenario, found)
         rows = PeakRecord.of(self.scenario, times.ravel(), found).rows
         return {name: row.reshape(times.shape) for name, row in rows.items()}
 
-    def _respond(self, transfers: Mapping[Key, Transfer], cases: Any, times: Real) -> dict[Key, Real]:
+    def _respond(
+        self, transfers: Mapping[Key, Transfer], times: Real, cases: Any = slice(None)
+    ) -> dict[Key, Real]:
         """Return linear quantities of some cases at some times (cases, n) [s], and their drive."""
         frequencies, tones = self.frequencies[cases], self.amplitudes[cases]
         phases = 2 * np.pi * frequencies[:, :, None] * times[:, None]
