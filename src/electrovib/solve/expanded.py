@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import copy
 import functools
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.solve.choice import refuse_unsolved, solve
-from electrovib.solve.diagnostics import judge_run, solved, watched
-from electrovib.solve.diagnostics.known import (
-    attraction_error,
-    known_band,
-    memory_diagnostics,
-    transfer_error,
-    worst_of,
-)
-from electrovib.solve.diagnostics.memory import answer_errors
+from electrovib.solve.diagnostics.judge import judge_run, solved, watched
+from electrovib.solve.diagnostics.memory import CURRENT, answer_errors, known_band, memory_diagnostics
+from electrovib.solve.diagnostics.memory import FORCE as OF_FORCE
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.over_frequency import capacitance
 from electrovib.solve.electrics.solution import ACROSS
@@ -31,6 +26,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
+    from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.memory import Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
@@ -228,7 +224,9 @@ class Expanded:
         found = {"reduction_error": self.reduction_error}
         if self.scenario.force.causal:
             found["transfer_error"] = max(self.over_frequency[0], worst_of(errors))
-        return found | attraction_error(errors)
+        if OF_FORCE in errors:
+            found["attraction_error"] = errors[OF_FORCE].of_peak
+        return found
 
     @functools.cached_property
     def over_frequency(self) -> tuple[float, tuple[Diagnostic, ...]]:
@@ -275,3 +273,24 @@ def since_corners(corners: Real, times: Real) -> Real:
     """Return the time since the last corner [s], infinite before the first; both arrays increase."""
     last = np.append(-np.inf, corners)[np.searchsorted(corners, times, side="right")]
     return np.asarray(times - last)
+
+
+def worst_of(errors: Mapping[Key, Judged]) -> float:
+    """Return the largest relative error of fields, voltages and attraction [1]; that of the current is reported apart."""
+    return max((found.error for name, found in errors.items() if name != CURRENT), default=0.0)
+
+
+def transfer_error(
+    law: ForceLaw, section: ModalSection, exact: PhasorSection, known: tuple[float, float]
+) -> float:
+    """Return the largest error of a law's amplitudes over frequency, with materials as sums of Debye terms."""
+    reduced, declared = law.amplitudes(section), law.amplitudes(exact)
+    inside = (exact.frequency >= known[0]) & (exact.frequency <= known[1])
+    if not np.any(inside):
+        return math.nan
+    errors = []
+    for name, value in declared.items():
+        scale = float(np.max(np.abs(value)))
+        difference = reduced[name].at(exact.frequency[inside]) - value[inside]
+        errors.append(float(np.max(np.abs(difference))) / (scale or 1.0))
+    return max(errors)

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.units import format_quantity
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.linear import amplified
 from electrovib.solve.electrics.solution import linear_quantities
@@ -21,7 +23,7 @@ from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.expand import left_by_charge, phasors
 from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf
-from electrovib.solve.stack.reduce import SAME, band_of_run, lowest_frequency
+from electrovib.solve.stack.reduce import SAME, band_of_run, lowest_frequency, shortest_time
 from electrovib.solve.stack.transfer import Transfer, integral_weight
 
 if TYPE_CHECKING:
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
-    from electrovib.solve.electrics.solution import Solution
+    from electrovib.solve.electrics.solution import Method, Solution
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection
 
@@ -69,7 +71,6 @@ LOOKING_BACK: Final = 0.9
 """Fraction of a time from which on the remaining amplitude at that time is taken."""
 _MANY: Final = 20_000
 """Number of output times above which the smallest and largest values between probes are tried first."""
-_AT_ONCE: Final = 1 << 15
 
 
 def answer_errors(
@@ -383,17 +384,16 @@ def _judge_by_stretches(
     Between two probes the bound is constant, so the smallest value has the largest relative error. The remaining
     amplitude never grows, so the share is largest at the end of an interval.
     """
-    row, begin = rows[0, probes[0] : probes[-1] + 1], probes[0]
+    sizes, begin = np.abs(rows[0, probes[0] : probes[-1] + 1]), probes[0]
     starts = np.unique(np.concatenate([probes, probes[:-1] + 1])) - begin
-    ends = np.append(starts[1:], len(row)) - 1
+    ends = np.append(starts[1:], len(sizes)) - 1
     back = np.maximum(np.searchsorted(times[0], LOOKING_BACK * times[0, ends + begin]) - begin, 0)
     marks = np.union1d(starts, back)
-    lows, highs = _between(row, marks)
-    groups = np.searchsorted(marks, starts)
-    low, high = np.minimum.reduceat(lows, groups), np.maximum.reduceat(highs, groups)
+    low, highs = np.minimum.reduceat(sizes, starts), np.maximum.reduceat(sizes, marks)
+    high = np.maximum.reduceat(highs, np.searchsorted(marks, starts))
     peak = TAIL * float(np.max(high))
     for place in np.flatnonzero((low <= peak) & (high > peak)):
-        some = np.abs(row[starts[place] : ends[place] + 1])
+        some = sizes[starts[place] : ends[place] + 1]
         low[place] = np.min(some[some > peak])
     left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(marks, back)]
     larger = _between_probes(probes, bounds, starts + begin)
@@ -401,17 +401,98 @@ def _judge_by_stretches(
     return [found] if peak > 0 and np.all(left > peak) and found.share <= LARGEST else None
 
 
-def _between(row: Real, marks: NDArray[np.intp]) -> tuple[Real, Real]:
-    """Return the smallest and largest absolute values from each mark to the next; the first mark is 0."""
-    lows, highs = np.empty(len(marks)), np.empty(len(marks))
-    ends = np.append(marks[1:], len(row))
-    first = 0
-    while first < len(marks):
-        last = max(first + 1, int(np.searchsorted(ends, marks[first] + _AT_ONCE)))
-        sizes, places = np.abs(row[marks[first] : ends[last - 1]]), marks[first:last] - marks[first]
-        lows[first:last], highs[first:last] = (
-            np.minimum.reduceat(sizes, places),
-            np.maximum.reduceat(sizes, places),
+def known_band(scenario: Scenario) -> tuple[float, float]:
+    """Return the band in which the permittivities of all layers are known."""
+    bands = [layer.material.band for layer in scenario.stack.layers.values()]
+    return max(low for low, _ in bands), min(high for _, high in bands)
+
+
+def memory_diagnostics(
+    scenario: Scenario,
+    errors: Mapping[Key, Judged],
+    times: Real,
+    *,
+    known: tuple[float, float],
+    method: Method,
+) -> list[Diagnostic]:
+    """Return the error of a response in time due to the Debye sums of materials, and the time from which it is unknown.
+
+    `times` (n,) [s].
+    """
+    layers = scenario.stack.layers
+    reduced = [name for name, layer in layers.items() if layer.material.debye() is None]
+    if not reduced:
+        return []
+    return [*_of_error(reduced, errors, method, times, known), *_beyond_tables(scenario, times, known)]
+
+
+def _of_error(
+    reduced: list[str],
+    errors: Mapping[Key, Judged],
+    method: Method,
+    times: Real,
+    known: tuple[float, float],
+) -> list[Diagnostic]:
+    if not errors:
+        return []
+    names = " and ".join(f"'{name}'" for name in reduced)
+    judged = {name: found for name, found in errors.items() if name != CURRENT}
+    largest = {"fields and voltages": max(found.of_peak for name, found in judged.items() if name != FORCE)}
+    largest |= {
+        what: errors[name].of_peak
+        for name, what in ((FORCE, "the attraction"), (CURRENT, "the current"))
+        if name in errors
+    }
+    parts = ", ".join(f"{what} by at most {100 * error:.2g} %" for what, error in largest.items())
+    change = f"{parts} of their peak"
+    stands = f"{names} {'is' if len(reduced) == 1 else 'are'} represented by a sum of Debye relaxations"
+    if not method.by_modes:  # else the error found bounds the response, which is linear in the drive
+        text = (
+            f"{stands}: without leak, motion, limits and renewal that changes {change};"
+            f" its effect on the result of the solver '{method.name}' is not known"
         )
-        first = last
-    return lows, highs
+        return [Diagnostic("memory", "unknown", text)]
+    text = f"{stands}, which changes {change}"
+    share, lost = max(found.share for found in judged.values()), min(found.lost for found in judged.values())
+    if np.isfinite(lost):
+        first = next(name for name, found in judged.items() if found.lost == lost)
+        called = first.replace("_", " ") if isinstance(first, str) else str(first)
+        text += (
+            f"; the {called} is not known to {100 * LARGEST:g} % of its remaining amplitude from"
+            f" {format_quantity(lost, 's', digits=3)} on"
+        )
+        if np.isfinite(known[1]):
+            text += f"; {_better_table(times, known)}"
+    state = "warning" if np.isfinite(lost) else "ok"
+    return [Diagnostic("memory", state, text, value=share, limit=LARGEST, unit="1")]
+
+
+def _better_table(times: Real, known: tuple[float, float]) -> str:
+    """State how a table has to be measured so that the response of a run is known."""
+    lowest = min(known[0], 1 / (2 * np.pi * float(times[-1])))
+    ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in (lowest, known[1]))
+    return f"measure the table from {ends} with three rows a decade or more, or fit a dispersion to it (electrovib fit-material)"
+
+
+def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) -> list[Diagnostic]:
+    """Return which times of a response depend on frequencies outside the tables of materials."""
+    (low, high), said = known, []
+    last = 1 / (2 * np.pi * low) if low else np.inf
+    first = 1 / (2 * np.pi * high)
+    if scenario.time.settled:
+        slowest = lowest_frequency(scenario)
+        if slowest < low * (1 - SAME):
+            said.append(f"the drive contains {format_quantity(slowest, 'Hz', digits=3)}, below the table")
+    elif times[-1] > last:
+        said.append(f"the response is not known from {format_quantity(last, 's', digits=3)} on")
+    if shortest_time(scenario, times) < first * (1 - SAME):
+        moment = format_quantity(first, "s", digits=3)
+        said.append(f"the response is not known within {moment} after a corner of the drive")
+    if not said:
+        return []
+    tables = " and ".join(
+        f"'{name}'" for name, layer in scenario.stack.layers.items() if np.isfinite(layer.material.band[1])
+    )
+    ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in known)
+    text = f"{tables} is measured from {ends} only: {', and '.join(said)}"
+    return [Diagnostic("measured band", "unknown", text, value=float(times[-1]), limit=last, unit="s")]

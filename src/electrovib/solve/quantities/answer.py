@@ -13,8 +13,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError, nearest
 from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.solve.choice import chosen
-from electrovib.solve.diagnostics import running_currents
-from electrovib.solve.diagnostics.judge import largest_of, largest_values
+from electrovib.solve.diagnostics.judge import largest_of, largest_values, running_currents
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.quantities.names import Named
 from electrovib.solve.quantities.resolve import (

@@ -256,7 +256,7 @@ def resolve(expanded: Expanded, wanted: Iterable[tuple[str, str]], *, alone: boo
     for round_ in range(MOST_ROUNDS + 1):
         record = expanded.at(mesh.times(), wanted=signals)
         if not round_ and record.solution.kinks:
-            mesh = _with_kinks(mesh, np.array(record.solution.kinks), _fastest_rate(expanded))
+            mesh = first_mesh(expanded, record.solution.kinks)
             record = expanded.at(mesh.times(), wanted=signals)
         series = {key: mesh.series(values_of(record, expanded, key)) for key in keys}
         most = MOST_ROUNDS if not record.solution.method.is_marched else MARCHED_ROUNDS
@@ -289,11 +289,11 @@ def _parents(mesh: Mesh, before: dict[float, float]) -> Real:
     return np.array([before[start] for start in starts[places].tolist()])
 
 
-def first_mesh(expanded: Expanded) -> Mesh:
-    """Return the initial pieces: between corners, fractions of a cycle, graded after each corner."""
+def first_mesh(expanded: Expanded, kinks: tuple[float, ...] = ()) -> Mesh:
+    """Return the initial pieces: between corners and kinks [s], fractions of a cycle, graded after each of them."""
     scenario = expanded.scenario
     end = window(scenario)[0]
-    corners = _corners(scenario, end)
+    corners = _corners(scenario, end, kinks)
     fastest = scenario.drive.highest_frequency
     if (moved := scenario.motion.moved_gap) is not None:
         fastest = max(fastest, moved.fastest)
@@ -328,33 +328,15 @@ def _apart(times: Real, end: float) -> Real:
     return np.asarray(merged[np.diff(merged, prepend=-np.inf) > 64 * np.finfo(float).eps * end])
 
 
-def _with_kinks(mesh: Mesh, kinks: Real, rate: float) -> Mesh:
-    """Add times at which a limited amplifier changes between its regimes, each followed by graded pieces if they are few."""
-    first, end = float(mesh.edges[0]), float(mesh.edges[-1])
-    inside = kinks[(kinks > first) & (kinks < end)]
-    edges = np.union1d(mesh.edges, inside)
-    if rate and len(inside) <= FEW_CORNERS:
-        lengths = edges[np.searchsorted(edges, inside, side="right")] - inside
-        graded = [
-            start + _graded(length, rate)
-            for start, length in zip(inside.tolist(), lengths.tolist(), strict=True)
-        ]
-        edges = np.concatenate([edges, *graded])
-    apart = _apart(edges, end)
-    if len(apart) * (mesh.nodes + 1) > MOST_VALUES:
-        return mesh
-    return Mesh(np.append(apart[:-1], end), mesh.nodes)
-
-
 def _graded(length: float, rate: float) -> Real:
     """Return times after a corner that grow from the shortest time constant to the next corner [s]."""
     count = 1 + int(np.ceil(np.log(max(length * rate, 1.0)) / np.log(GRADING)))
     return np.asarray(length * GRADING ** -np.arange(1.0, count + 1))
 
 
-def _corners(scenario: Scenario, end: float) -> Real:
-    """Return the times from 0 to the end at which drive, load, speed or distance is not smooth [s]."""
-    found = [0.0, end, *(time for time, _ in scenario.load.time_profile.corners())]
+def _corners(scenario: Scenario, end: float, kinks: tuple[float, ...]) -> Real:
+    """Return the times from 0 to the end at which drive, load, speed, distance or amplifier is not smooth [s]."""
+    found = [0.0, end, *kinks, *(time for time, _ in scenario.load.time_profile.corners())]
     found += [time for time, _ in scenario.motion.time_profile.corners()]
     found += scenario.motion.distance.breaks() if scenario.motion.distance else ()
     times = np.unique(np.concatenate([found, scenario.drive.corners(end)[0]]))

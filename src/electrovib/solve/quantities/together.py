@@ -14,8 +14,7 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError
 from electrovib.physics.drive.parts import Tones
 from electrovib.solve.choice import chosen, solve
-from electrovib.solve.diagnostics.known import known_band
-from electrovib.solve.diagnostics.memory import answer_errors
+from electrovib.solve.diagnostics.memory import answer_errors, known_band
 from electrovib.solve.diagnostics.peaks import PeakRecord, refined
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import Solution, fields, linear_quantities, name_interface

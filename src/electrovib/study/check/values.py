@@ -7,8 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from electrovib.physics.limits import MEAN_SQUARES, WORDS
-from electrovib.solve.diagnostics import running_currents
-from electrovib.solve.diagnostics.judge import largest_of, largest_values, slew_rate, stack_diagnostics
+from electrovib.solve.diagnostics.judge import (
+    largest_of,
+    largest_values,
+    running_currents,
+    slew_rate,
+    stack_diagnostics,
+)
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
 from electrovib.study.check.result import BREAKDOWN

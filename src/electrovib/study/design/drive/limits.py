@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from electrovib.physics.limits import SWITCH_ON, Limits
-from electrovib.solve.diagnostics import running_currents
-from electrovib.solve.diagnostics.judge import largest_values, slew_rate
+from electrovib.solve.diagnostics.judge import largest_values, running_currents, slew_rate
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.study.check import LimitsFrom, declared_limits
 from electrovib.study.check.values import checked_values
