@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -126,8 +127,14 @@ def _polymer_strength(layer: Layer) -> BreakdownStrength | None:
     low, high = POLYMER_PERMITTIVITY
     if not low <= float(layer.material.bound_permittivity(np.array(1e3)).real) <= high:
         return None
-    films = (each.strength_of(layer.thickness) for each in materials() if each.kind == "polymer film")
-    known = [each for each in films if each is not None and each.compared_with(layer.thickness) == "same"]
+    return _lowest_strength(layer.thickness)
+
+
+@functools.lru_cache(maxsize=256)
+def _lowest_strength(thickness: float) -> BreakdownStrength | None:
+    """Return the lowest strength that polymer films of the library have at a thickness [m]."""
+    films = (each.strength_of(thickness) for each in materials() if each.kind == "polymer film")
+    known = [each for each in films if each is not None and each.compared_with(thickness) == "same"]
     return min(known, key=lambda each: each.value, default=None)
 
 

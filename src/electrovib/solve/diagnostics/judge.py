@@ -142,7 +142,7 @@ def judge_run(
         *([] if scenario.drive.quantity == "voltage" else [caveat()]),
         *declared_diagnostics(scenario),
         *stack_diagnostics(scenario, record),
-        *circuit_diagnostics(scenario, record, running_currents(scenario, section, record), mean_squares),
+        *circuit_diagnostics(scenario, section, record, mean_squares),
         *settled_charge(scenario),
         *contact_diagnostics(scenario, variables, times),
         *moving_gap(scenario, variables),
@@ -152,13 +152,12 @@ def judge_run(
     ]
 
 
-def running_currents(
+def _running_currents(
     scenario: Scenario, section: ModalSection, record: PeakRecord
 ) -> dict[str, float] | None:
     """Return the largest currents apart from the response to the step of the drive at time 0."""
     end, drive = float(record.times[-1]), scenario.drive
-    linear = not chosen(scenario).method.is_marched and not scenario.circuit.supply.is_limited
-    if not linear or not discontinuities(scenario, end=end)[0]:
+    if chosen(scenario).method.is_marched or scenario.circuit.supply.is_limited:
         return None
     names = ("current", "body_current")
     try:
@@ -202,7 +201,6 @@ def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
     ):
         return 0.0, 0.0
     settled = scenario.time.settled
-    smallest = ROUNDED * sum(part.bound() for part in drive.parts())
     until = max(end, drive.period or 0.0) if settled else end
     times, heights = drive.corners(until)
     if amplifier.saturation is not None:
@@ -211,6 +209,9 @@ def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
         heights = np.where(passed > ROUNDED * amplifier.saturation, heights, 0.0)
     later = float(np.max(np.abs(heights), initial=0.0))
     first = 0.0 if settled else abs(float(drive.voltage(0.0)))
+    if not (first or later):
+        return 0.0, 0.0
+    smallest = ROUNDED * sum(part.bound() for part in drive.parts())
     return first * (first > smallest), later * (later > smallest)
 
 
@@ -255,7 +256,7 @@ def layer_diagnostics(
     blocking = sum(layers[name].thickness / float(bound[name]) for name in plate)
     if blocking:
         found.append(sweat_diagnostic(voltage=ratio * across, electrical_thickness=blocking))
-    return [replace(each, text=f"{each.text}{where}") for each in found]
+    return [replace(each, text=f"{each.text}{where}") for each in found] if where else found
 
 
 def _judged_contact(scenario: Scenario) -> tuple[float, str]:
@@ -269,12 +270,12 @@ def _judged_contact(scenario: Scenario) -> tuple[float, str]:
 
 def circuit_diagnostics(
     scenario: Scenario,
+    section: ModalSection,
     record: PeakRecord,
-    running: Mapping[str, float] | None,
     mean_squares: Mapping[str, float] | None = None,
 ) -> list[Diagnostic]:
     """Return the diagnostics of voltage, current, charge and energy, and of discontinuities of the drive."""
-    reached = largest_values(scenario, record, running) | dict(mean_squares or {})
+    reached = largest_values(scenario, section, record) | dict(mean_squares or {})
     if scenario.limits.slew_rate is not None:
         reached["slew_rate"] = slew_rate(scenario, float(record.times[-1]))
     first, later = discontinuities(scenario, end=float(record.times[-1]))
@@ -290,9 +291,7 @@ def largest_of(reached: Mapping[str, float], name: str) -> float:
     return max(reached[name], reached.get(name + SWITCH_ON, 0.0)) if name in reached else math.nan
 
 
-def largest_values(
-    scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None
-) -> dict[str, float]:
+def largest_values(scenario: Scenario, section: ModalSection, record: PeakRecord) -> dict[str, float]:
     """Return the largest absolute values that the declared limits are compared with."""
     drive, circuit = scenario.drive, scenario.circuit
     end = float(record.times[-1])
@@ -310,7 +309,8 @@ def largest_values(
         supplied = source if np.max(current) >= -np.min(current) else -sink
         reached["current"] = min(reached["current"], supplied)
     first, later = discontinuities(scenario, end=end)
-    if first and running is not None and circuit.element().resistance > 0:
+    running = _running_currents(scenario, section, record) if first else None
+    if running is not None and circuit.element().resistance > 0:
         switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + ROUNDED)}
         reached |= {**running, **{f"{name}{SWITCH_ON}": value for name, value in switched.items()}}
     if first or later:

@@ -91,7 +91,9 @@ def answer_errors(
     residual of the fit of D over frequency.
     """
     scenario, first, settled = members[0], times[0], members[0].time.settled
-    unknown = [settled and lowest_frequency(each) < known[0] * (1 - SAME) for each in members]
+    unknown = [
+        bool(settled and known[0] and lowest_frequency(each) < known[0] * (1 - SAME)) for each in members
+    ]
     lasts = 1 / (2 * np.pi * known[0]) if known[0] and not settled else np.inf
     judged = (first <= lasts) & ~_at_corner(scenario.drive, first, bends=False)
     steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
@@ -477,6 +479,8 @@ def _better_table(times: Real, known: tuple[float, float]) -> str:
 def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) -> list[Diagnostic]:
     """Return which times of a response depend on frequencies outside the tables of materials."""
     (low, high), said = known, []
+    if not low and np.isinf(high):
+        return []
     last = 1 / (2 * np.pi * low) if low else np.inf
     first = 1 / (2 * np.pi * high)
     if scenario.time.settled:

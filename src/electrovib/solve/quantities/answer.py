@@ -13,7 +13,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError, nearest
 from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.solve.choice import chosen
-from electrovib.solve.diagnostics.judge import largest_of, largest_values, running_currents
+from electrovib.solve.diagnostics.judge import largest_of, largest_values
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.quantities.names import Named
 from electrovib.solve.quantities.resolve import (
@@ -161,7 +161,7 @@ def declared_mean_squares(expanded: Expanded, peaks: PeakRecord) -> dict[str, fl
     if not declared:
         return {}
     scenario = expanded.scenario
-    reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
+    reached = largest_values(scenario, expanded.section, peaks)
     names = [name.removeprefix("rms_") for name in declared]
     bounded = [name for name in names if math.isfinite(largest_of(reached, name))]
     found = dict.fromkeys(names, math.nan) | root_mean_squares(expanded, peaks, bounded)

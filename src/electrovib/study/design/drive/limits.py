@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from electrovib.physics.limits import SWITCH_ON, Limits
-from electrovib.solve.diagnostics.judge import largest_values, running_currents, slew_rate
+from electrovib.solve.diagnostics.judge import largest_values, slew_rate
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.study.check import LimitsFrom, declared_limits
 from electrovib.study.check.values import checked_values
@@ -80,8 +80,7 @@ def _largest(scenario: Scenario, *, rms: bool) -> dict[str, float]:
     expanded = Expanded(scenario, mechanics=False)
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None
-    peaks = record.peaks
-    reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
+    reached = largest_values(scenario, expanded.section, record.peaks)
     for name in [each for each in reached if each.endswith(SWITCH_ON)]:
         own = name.removesuffix(SWITCH_ON)
         reached[own] = max(reached[own], reached[name])
