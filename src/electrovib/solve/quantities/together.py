@@ -47,8 +47,8 @@ if TYPE_CHECKING:
 
 FEWEST: Final = 2
 """Smallest number of scenarios that are computed at once."""
-MOST: Final = 256
-"""Largest number of scenarios that are held in memory together."""
+MOST: Final = 1 << 15
+"""Number of times of all scenarios that are in memory together, about."""
 _DRIVE: Final = Transfer(rates=np.zeros(0), gains=np.zeros(0), direct=1.0)
 
 
@@ -91,22 +91,21 @@ class Together:
         """Compute scenarios of a group with the stack of this one; those that arrays do not cover are left alone."""
         if not is_of_tones(expanded.scenario):
             return
-        places, runs = list[int](), list[_Case]()
+        cases: dict[int, _Case] = {}
         for place in group:
             case = _Case.of(expanded, self.members[place])
-            if case is not None and case.is_like((runs or [case])[0]):
-                places.append(place)
-                runs.append(case)
-            if len(places) == MOST:
-                break
-        self._alone |= {*places}
-        if len(places) < FEWEST:
+            if case is not None and case.shape == next(iter(cases.values()), case).shape:
+                cases[place] = case
+                if (len(cases) + 1) * case.shape[0] > MOST:
+                    break
+        self._alone |= {*cases}
+        if len(cases) < FEWEST:
             return
         try:
-            found = _Cases(expanded, runs).answers(self.names)
+            found = _Cases(expanded, [*cases.values()]).answers(self.names)
         except (ElectrovibError, KeyError):  # computed alone, each scenario raises its own error
             return
-        self._found |= {place: each for place, each in zip(places, found, strict=True) if each is not None}
+        self._found |= {place: each for place, each in zip(cases, found, strict=True) if each is not None}
 
 
 def _rest(member: Scenario) -> tuple[int, ...]:
@@ -159,12 +158,10 @@ class _Case:
         run = expanded.under(member, times)
         return cls(run, first_mesh(run), tones)
 
-    def is_like(self, other: _Case) -> bool:
-        """Return whether another case has arrays of the same shapes."""
-        shapes = (
-            (len(each.mesh.edges), each.mesh.nodes, len(each.tones.frequencies)) for each in (self, other)
-        )
-        return len({*shapes}) == 1
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Numbers of times, of nodes in a piece, and of tones."""
+        return len(self.mesh.times()), self.mesh.nodes, len(self.tones.frequencies)
 
 
 class _Cases:
