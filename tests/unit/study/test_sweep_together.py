@@ -100,7 +100,7 @@ MODULATED = {"model": "AmplitudeModulation", "amplitude": 50, "carrier": 1e3, "m
             {"drive.amplitude": [20.0, 300.0], "drive.phase": [0.0, 1.0]},
             2,  # the area under the larger attraction is not resolved by the first pieces
         ),
-        ("bau_2010/sine", {"limits.rms_current": 1e-6}, {"drive.frequency": [300.0, 3e3]}, 0),
+        ("bau_2010/sine", {"limits.rms_current": 1e-6}, {"drive.amplitude": [20.0, 60.0]}, 0),
         ("bau_2010/sine", {}, {"drive.amplitude": [0.0, 20.0, 40.0], "drive.offset": [0.0, 5.0]}, 4),
         ("bau_2010/sine", {"friction.coefficient": 0.3}, {"drive.frequency": [30.0, 300.0]}, 0),
     ],
