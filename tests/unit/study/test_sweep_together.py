@@ -148,6 +148,7 @@ def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
     [
         {"time.initial_state": {"model": "AtRest"}},
         {"drive.offset": 20.0},
+        {"load.time_profile": {"model": "Press", "begin": 0.0, "rise": 0.1}},
         {"drive.amplitude": 0.0},
         {"drive": {"model": "Square", "high": 50, "frequency": 100}},
         {"circuit.amplifier": {"model": "Amplifier", "bandwidth": 1e4}},
@@ -199,7 +200,11 @@ def test_cases_beside_a_measured_table_say_so_as_each_alone():
     names = [read_name(text, tuple(scenario.stack.layers)) for text in NAMES]
     points = points_of({"drive.frequency": [3.0, 5.0, 100.0, 1e3, 3e5, 4e5]})
     together = Together(_scenarios(scenario, points), names)
+    judged = []
     for place, point in enumerate(points):
-        assert_same_diagnostics(
-            together.answer(place).diagnostics, answer(solved(scenario.replace(point)), names).diagnostics
-        )
+        found = together.answer(place).diagnostics
+        assert_same_diagnostics(found, answer(solved(scenario.replace(point)), names).diagnostics)
+        judged.append("memory" in [each.name for each in found])
+    assert judged == [
+        point["drive.frequency"] >= Tabulated.example["frequency_samples"][0] for point in points
+    ]
