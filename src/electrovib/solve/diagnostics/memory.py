@@ -417,10 +417,7 @@ def memory_diagnostics(
     known: tuple[float, float],
     method: Method,
 ) -> list[Diagnostic]:
-    """Return the error of a response in time due to the Debye sums of materials, and the time from which it is unknown.
-
-    `times` (n,) [s].
-    """
+    """Return the error of a response at times (n,) [s] due to the Debye sums of materials, and from when on it is unknown."""
     layers = scenario.stack.layers
     reduced = [name for name, layer in layers.items() if layer.material.debye() is None]
     if not reduced:
