@@ -17,8 +17,7 @@ from electrovib.physics.material import ColeCole, ConstantPhase, HavriliakNegami
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import load
 from electrovib.solve.choice import solve
-from electrovib.solve.diagnostics.known import worst_of
-from electrovib.solve.diagnostics.memory import FORCE, PROBES, TAIL, answer_errors
+from electrovib.solve.diagnostics.memory import FORCE, PROBES, TAIL, answer_errors, worst_of
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import MARGIN, modes, phasors, reductions, run_band, shortest_time
 from electrovib.solve.stack.keys import FieldOf
@@ -422,7 +421,7 @@ def test_each_quantity_has_an_error_of_its_own():
     scenario, times = on(COATING, DRY, drive, force="MaxwellStressInGap"), np.geomspace(1e-3, 1.0, 9)
     section, _ = modes(scenario, times)
     answer = solve(scenario, section, times)
-    errors = answer_errors(scenario, section, answer, times, known=(0.0, np.inf))
+    (errors,) = answer_errors([scenario], section, answer, times[None], known=(0.0, np.inf))
     skin, gap, _ = exact(DRY, COATING, 1000.0, drive, times)
     pairs = {
         FieldOf("stratum_corneum"): (answer.found[FieldOf("stratum_corneum")], skin / SKIN),
@@ -443,7 +442,7 @@ def test_the_current_is_judged_apart():
     scenario = on(COATING, DRY, {"model": "Step", "level": level}, force="MaxwellStressInGap")
     section, _ = modes(scenario, times)
     answer = solve(scenario, section, times)
-    errors = answer_errors(scenario, section, answer, times, known=(0.0, np.inf))
+    (errors,) = answer_errors([scenario], section, answer, times[None], known=(0.0, np.inf))
 
     def current(s):
         return [level * AREA * eps0 * laws(DRY, COATING, 1000.0, s)[QUANTITIES.index("gap")]]
@@ -557,7 +556,7 @@ def test_what_no_table_knows_is_not_judged():
     def errors(times):
         section, _ = modes(scenario, times)
         answer = solve(scenario, section, times)
-        return answer_errors(scenario, section, answer, times, known=TABLE.band)
+        return answer_errors([scenario], section, answer, times[None], known=TABLE.band)[0]
 
     assert errors(np.array([0.017, 0.05])) == {}
     assert errors(np.array([0.015, 0.05]))[FORCE].error > 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -108,7 +109,9 @@ def film_diagnostic(name: str, layer: Layer, *, field: float) -> Diagnostic:
         strength = substance.strength_of(layer.thickness)
         whose, more = f"the breakdown strength of {substance.name}", ""
     else:
-        strength = _polymer_strength(layer)
+        permittivity = float(layer.material.bound_permittivity(np.array(1e3)).real)
+        is_polymer = POLYMER_PERMITTIVITY[0] <= permittivity <= POLYMER_PERMITTIVITY[1]
+        strength = _polymer_strength(layer.thickness) if is_polymer else None
         whose, more = "the lowest breakdown strength of polymer films in the materials library", f"; {own}"
     if strength is None:
         shown = format_quantity(field, "V/m", digits=3)
@@ -121,13 +124,11 @@ def film_diagnostic(name: str, layer: Layer, *, field: float) -> Diagnostic:
     return replace(found, state="unknown") if doubtful and found.state == "ok" else found
 
 
-def _polymer_strength(layer: Layer) -> BreakdownStrength | None:
-    """Find the lowest strength that polymer films of the library have at the thickness of a layer that may be one."""
-    low, high = POLYMER_PERMITTIVITY
-    if not low <= float(layer.material.bound_permittivity(np.array(1e3)).real) <= high:
-        return None
-    films = (each.strength_of(layer.thickness) for each in materials() if each.kind == "polymer film")
-    known = [each for each in films if each is not None and each.compared_with(layer.thickness) == "same"]
+@functools.lru_cache(maxsize=256)
+def _polymer_strength(thickness: float) -> BreakdownStrength | None:
+    """Return the lowest strength that polymer films of the library have at a thickness [m]."""
+    films = (each.strength_of(thickness) for each in materials() if each.kind == "polymer film")
+    known = [each for each in films if each is not None and each.compared_with(thickness) == "same"]
     return min(known, key=lambda each: each.value, default=None)
 
 

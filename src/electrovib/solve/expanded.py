@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
+import copy
 import functools
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.solve.choice import refuse_unsolved, solve
-from electrovib.solve.diagnostics import judge_run, solved, watched
-from electrovib.solve.diagnostics.known import (
-    attraction_error,
-    known_band,
-    memory_diagnostics,
-    transfer_error,
-    worst_of,
-)
-from electrovib.solve.diagnostics.memory import answer_errors
+from electrovib.solve.diagnostics.judge import judge_run, solved, watched
+from electrovib.solve.diagnostics.memory import CURRENT, answer_errors, known_band, memory_diagnostics
+from electrovib.solve.diagnostics.memory import FORCE as OF_FORCE
 from electrovib.solve.effort import last_time, refuse_large
 from electrovib.solve.electrics.over_frequency import capacitance
 from electrovib.solve.electrics.solution import ACROSS
@@ -29,6 +25,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
+    from electrovib.physics.force import ForceLaw
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.memory import Judged
     from electrovib.solve.diagnostics.peaks import PeakRecord
@@ -65,6 +62,8 @@ class Record:
         Diagnostics of the mechanics.
     peaks : PeakRecord or None
         Quantities with limits over the whole run; None where these times resolve them.
+    errors : tuple or None
+        Times [s], and the errors there of the quantities due to the reduction of materials; None where they were not computed.
     """
 
     times: Real
@@ -73,6 +72,7 @@ class Record:
     how: dict[str, Any]
     diagnostics: list[Diagnostic]
     peaks: PeakRecord | None = None
+    errors: tuple[Real, Mapping[Key, Judged]] | None = None
 
 
 class Expanded:
@@ -142,6 +142,13 @@ class Expanded:
             and (not self.reduction_error or band_of_run(scenario, times) == self._band)
         )
 
+    def under(self, scenario: Scenario, times: Real) -> Expanded:
+        """Return the same stack under the drive of another scenario, which differs in nothing else; `times` as for a new one."""
+        _ = self.over_frequency  # with which every copy begins
+        found = copy.copy(self)
+        found.scenario, found.times, found.last = scenario, times, None
+        return found
+
     @functools.cached_property
     def _band(self) -> tuple[float, float]:
         return band_of_run(self.scenario, self.times)
@@ -192,29 +199,40 @@ class Expanded:
     ) -> tuple[list[Diagnostic], dict[str, float]]:
         """Return the diagnostics and errors of a record."""
         scenario, known = self.scenario, known_band(self.scenario)
-        seen = self._seen(record)
-        errors: dict[Key, Judged] = {}
-        if self.reduction_error:
-            errors = answer_errors(scenario, self.section, seen.solution, seen.times, known=known)
+        times, errors = record.errors or self._errors(record, known)
         peaks = record.peaks or watched(scenario, self.section, record.times, record.solution)
         found = [
             *judge_run(scenario, self.section, peaks, record.times, record.signals, squared(self, peaks)),
-            *memory_diagnostics(scenario, errors, seen.times, known=known, method=record.solution.method),
+            *memory_diagnostics(scenario, errors, times, known=known, method=record.solution.method),
             *record.diagnostics,
-            *scenario.force.diagnostics_over_frequency(self.declared),
+            *self.over_frequency[1],
         ]
         return found, self.stated(errors)
+
+    def _errors(self, record: Record, known: tuple[float, float]) -> tuple[Real, dict[Key, Judged]]:
+        """Return the errors due to the reduction of materials, and the times of which they are."""
+        seen = self._seen(record)
+        if not self.reduction_error:
+            return seen.times, {}
+        times = seen.times[None]
+        (errors,) = answer_errors([self.scenario], self.section, seen.solution, times, known=known)
+        return seen.times, errors
 
     def stated(self, errors: Mapping[Key, Judged]) -> dict[str, float]:
         """Return the errors that a Trace states."""
         found = {"reduction_error": self.reduction_error}
         if self.scenario.force.causal:
-            found["transfer_error"] = max(self._over_frequency, worst_of(errors))
-        return found | attraction_error(errors)
+            found["transfer_error"] = max(self.over_frequency[0], worst_of(errors))
+        if OF_FORCE in errors:
+            found["attraction_error"] = errors[OF_FORCE].of_peak
+        return found
 
     @functools.cached_property
-    def _over_frequency(self) -> float:
-        return transfer_error(self.scenario.force, self.section, self.declared, known_band(self.scenario))
+    def over_frequency(self) -> tuple[float, tuple[Diagnostic, ...]]:
+        """Error of the law's amplitudes over frequency [1], and the diagnostics of the law over frequency."""
+        law, known = self.scenario.force, known_band(self.scenario)
+        error = transfer_error(law, self.section, self.declared, known) if law.causal else 0.0
+        return error, law.diagnostics_over_frequency(self.declared)
 
     def _seen(self, record: Record) -> Record:
         """Return the record without times nearer to a corner than those for which the materials were reduced."""
@@ -254,3 +272,24 @@ def since_corners(corners: Real, times: Real) -> Real:
     """Return the time since the last corner [s], infinite before the first; both arrays increase."""
     last = np.append(-np.inf, corners)[np.searchsorted(corners, times, side="right")]
     return np.asarray(times - last)
+
+
+def worst_of(errors: Mapping[Key, Judged]) -> float:
+    """Return the largest relative error of fields, voltages and attraction [1]; that of the current is reported apart."""
+    return max((found.error for name, found in errors.items() if name != CURRENT), default=0.0)
+
+
+def transfer_error(
+    law: ForceLaw, section: ModalSection, exact: PhasorSection, known: tuple[float, float]
+) -> float:
+    """Return the largest error of a law's amplitudes over frequency, with materials as sums of Debye terms."""
+    reduced, declared = law.amplitudes(section), law.amplitudes(exact)
+    inside = (exact.frequency >= known[0]) & (exact.frequency <= known[1])
+    if not np.any(inside):
+        return math.nan
+    errors = []
+    for name, value in declared.items():
+        scale = float(np.max(np.abs(value)))
+        difference = reduced[name].at(exact.frequency[inside]) - value[inside]
+        errors.append(float(np.max(np.abs(difference))) / (scale or 1.0))
+    return max(errors)

@@ -15,8 +15,14 @@ from electrovib.solve.one_by_one import ParametricScenario
 from electrovib.solve.population.fingers import GRIDS, TOGETHER, Population
 from electrovib.solve.quantities.answer import answer, numbers, validity
 from electrovib.solve.quantities.names import DEFAULTS, read_name
-from electrovib.solve.quantities.pieces import tails, taken_from, taken_of_many
-from electrovib.solve.quantities.resolve import TOLERANCE, first_mesh, solved, times_of_window
+from electrovib.solve.quantities.resolve import (
+    TOLERANCE,
+    first_mesh,
+    relative_tails,
+    solved,
+    taken_from,
+    times_of_window,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +33,7 @@ if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.solve.quantities import Answer, Named
-    from electrovib.solve.quantities.pieces import Mesh
+    from electrovib.solve.quantities.resolve import Mesh
 
 _CHUNK: Final = 1024
 """Points whose signals are in memory together, at most."""
@@ -232,7 +238,8 @@ class Prepared(ParametricScenario):
             many = self._population(mesh)
             if many.method != TOGETHER:
                 return None
-            open_ = np.any([_open(mesh.series(row)) for row in self._rows(many, draws).values()], axis=0)
+            tails = [relative_tails(mesh.series(row)) for row in self._rows(many, draws).values()]
+            open_ = np.max(tails, axis=0) > TOLERANCE
             finer = mesh.halved(open_.any(axis=0))
             if not open_.any() or not further or len(finer.times()) * len(open_) > _MOST_NUMBERS:
                 break
@@ -252,13 +259,9 @@ class Prepared(ParametricScenario):
         resolved = np.ones(len(points), dtype=bool)
         for key, row in rows.items():
             series = mesh.series(row)
-            known = np.isfinite(series).all(axis=(1, 2))
-            meshes = [mesh] * int(np.count_nonzero(known))
-            resolved &= ~_open(series).any(axis=1)
+            resolved &= ~np.any(relative_tails(series) > TOLERANCE, axis=1)
             for each in [each for each in self._names if each.key == key]:
-                own = found[each.name]
-                own[points[known]] = taken_of_many(each.taken, meshes, series[known])
-                own[points[~known]] = [taken_from(each.taken, mesh, one) for one in series[~known]]
+                found[each.name][points] = taken_from(each.taken, mesh, series)
         return resolved
 
 
@@ -281,11 +284,3 @@ def _probes(draws: Mapping[str, Real], points: Indices) -> Indices:
 def _ends(draws: Mapping[str, Real]) -> list[int]:
     """Return the points with the smallest and the largest value of each parameter."""
     return [int(end(values)) for values in draws.values() for end in (np.argmin, np.argmax)]
-
-
-def _open(series: Real) -> NDArray[np.bool_]:
-    """Return which pieces are not resolved, shape (points, pieces); a piece that is not known counts as resolved."""
-    finite = np.asarray(np.isfinite(series).all(axis=2))
-    known = np.where(finite[:, :, np.newaxis], series, 0.0)
-    scale = np.abs(known).sum(axis=2).max(axis=1, keepdims=True)
-    return np.asarray(tails(known) > TOLERANCE * np.where(scale > 0, scale, 1.0))

@@ -243,9 +243,39 @@ def test_an_error_judged_by_stretches_is_that_of_every_time(seed, monkeypatch):
     row = np.cos(40 * times) * np.exp(-seed * times) if seed < 4 else rng.normal(size=len(times))
     probes = np.unique(np.append(rng.integers(0, len(times), 300), [0, len(times) - 1]))
     bound, judged = 1e-5 * rng.random(len(probes)), np.ones(len(times), bool)
-    found = memory.judge(row, times, probes, bound, judged)
+    found = memory.judge(row[None], times[None], probes, bound[None], judged)
     monkeypatch.setattr(memory, "_MANY", 10**9)
-    assert found == memory.judge(row, times, probes, bound, judged)
+    assert found == memory.judge(row[None], times[None], probes, bound[None], judged)
+
+
+@pytest.mark.parametrize("begin", [0.0, 30.0])
+def test_errors_of_several_cases_are_those_of_a_plain_loop(begin):
+    """From 30 s on a case of 1 s never looks back before its beginning."""
+    rng = np.random.default_rng(3)
+    times = begin + np.array([np.linspace(0, 1, 40), np.linspace(0, 0.5, 40)])
+    rows = rng.normal(size=(2, 40)) * np.exp(-5 * np.linspace(0, 1, 40))
+    probes, judged = np.array([2, 3, 9, 20, 36]), np.ones(40, bool)
+    judged[[0, 1, 12, 37, 38, 39]] = False
+    bounds = 2e-3 * rng.random((2, len(probes)))
+    for row, own, bound, found in zip(
+        rows, times, bounds, memory.judge(rows, times, probes, bounds, judged), strict=True
+    ):
+        peak = max(abs(row[judged]))
+        errors, shares, lost = [], [], np.inf
+        for place in np.flatnonzero(judged):
+            before, after = bound[probes <= place][-1], bound[probes >= place][0]
+            larger = max(before, after)
+            left = max(abs(row[judged & (own >= memory.LOOKING_BACK * own[place])]))
+            errors.append(larger / abs(row[place]) if abs(row[place]) > memory.TAIL * peak else 0.0)
+            shares.append(larger / left)
+            if larger / left > memory.LARGEST:
+                lost = min(lost, own[place])
+        largest = max(
+            max(bound[probes <= place][-1], bound[probes >= place][0]) for place in np.flatnonzero(judged)
+        )
+        expected = (max(errors), max(shares), lost, largest / peak)
+        assert tuple(found) == pytest.approx(expected, rel=1e-12)
+        assert begin or np.isfinite(lost)
 
 
 def test_few_of_very_many_times_decide_on_the_largest_values(monkeypatch):

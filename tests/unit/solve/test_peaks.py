@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from electrovib.solve.diagnostics.peaks import REFINEMENTS, PeakRecord, refined
+from electrovib.solve.diagnostics.peaks import REFINEMENTS, PeakRecord, crests, refined
 
 
 def test_a_crest_between_uneven_times_is_that_of_the_parabola():
@@ -26,7 +26,7 @@ def test_records_of_a_batch_are_refined_together_each_at_its_own_times(count):
 
     def look(cases, moments):
         asked.append(cases)
-        return rows(frequencies[cases], moments)
+        return rows(frequencies[cases, None], moments)
 
     coarse = [PeakRecord(times, rows(each, times)) for each in frequencies]
     found = refined(coarse, look)
@@ -39,6 +39,23 @@ def test_records_of_a_batch_are_refined_together_each_at_its_own_times(count):
         for each, f in zip(coarse, frequencies, strict=True)
     ]
     assert [each.peaks() for each in found] == [each.peaks() for each in alone]
+
+
+def test_records_of_different_lengths_have_the_crests_of_each_alone():
+    rng = np.random.default_rng(2)
+    counts = (5, 40, 17, 3)
+    records = [
+        PeakRecord(
+            np.sort(rng.random(count)), {"one": rng.normal(size=count), "other": np.linspace(-2, 1, count)}
+        )
+        for count in counts
+    ]
+    for own, record in zip(crests(records), records, strict=True):
+        (alone,) = crests([record])
+        for mine, its in zip(own, alone, strict=True):
+            np.testing.assert_array_equal(mine, its)
+        assert own.places[1] == 0
+        assert own.drops[1] == 0.0
 
 
 def test_new_times_lie_between_the_neighbours_of_a_largest_value():

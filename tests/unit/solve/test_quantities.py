@@ -12,8 +12,18 @@ from electrovib.physics.rig import Tribometer
 from electrovib.scenario import load
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.quantities import DEFAULTS, Named, answer, of_record, read_name, solved
-from electrovib.solve.quantities.pieces import Mesh, extremes, last_value, mean, mean_square, tails
-from electrovib.solve.quantities.resolve import first_mesh, resolve, window
+from electrovib.solve.quantities.resolve import (
+    Mesh,
+    extremes,
+    first_mesh,
+    last_value,
+    mean,
+    mean_square,
+    relative_tails,
+    resolve,
+    tails,
+    window,
+)
 from electrovib.solve.simulate import simulate
 
 LAYERS = ("insulator", "stratum_corneum")
@@ -95,6 +105,14 @@ def test_an_extreme_between_the_places_looked_at_is_found():
     values = np.sin(11.0 * mesh.times() + 0.3) + 0.1
     low, high = extremes(mesh.series(values))
     assert (low, high) == (pytest.approx(-0.9, rel=1e-11), pytest.approx(1.1, rel=1e-11))
+
+
+def test_tails_are_relative_to_the_largest_value_of_each_case():
+    series = np.zeros((2, 3, 8))
+    series[:, :, 0], series[:, 1, -1] = np.array([[1.0], [1e6]]), 1e-3
+    series[0, 2] = np.nan
+    expected = [[0.0, 1e-3 / 1.001, 0.0], [0.0, 1e-9 / (1 + 1e-9), 0.0]]
+    np.testing.assert_allclose(relative_tails(series), expected, rtol=1e-12)
 
 
 def test_nothing_is_known_of_a_signal_with_a_gap():

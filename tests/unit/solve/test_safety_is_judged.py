@@ -12,7 +12,7 @@ import electrovib as ev
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import read_diagnostics
 from electrovib.core.errors import InputError
-from electrovib.solve.diagnostics import solved
+from electrovib.solve.diagnostics.judge import solved
 from electrovib.solve.stack.expand import modes
 
 AREA, FILM, SKIN = 1e-4, 90e-6 / 3.35, 200e-6 / 1560

@@ -79,6 +79,57 @@ def test_cases_of_one_stack_answer_as_each_alone(preset, monkeypatch):
     assert len(asked_alone) <= 4  # those whose materials need another band
 
 
+MODULATED = {"model": "AmplitudeModulation", "amplitude": 50, "carrier": 1e3, "modulation": 100, "depth": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("preset", "changes", "over", "alone"),
+    [
+        (
+            "bau_2010/sine",
+            {"drive": MODULATED},
+            {"drive.amplitude": [3.0, 40.0], "drive.depth": [0.2, 1.0]},
+            0,
+        ),
+        ("vezzoli_2014/fig6", {"drive": MODULATED}, {"drive.amplitude": [3.0, 40.0]}, 0),
+        ("bau_2010/sine", {"drive": MODULATED}, {"drive.modulation": [100.0, 200.0, 250.0]}, 3),
+        ("bau_2010/sine", {"drive": MODULATED}, {"drive.modulation": [50.0, 100.0, 50.0]}, 1),
+        (
+            "bau_2010/sine",
+            {"contact": {"model": "GrowingArea", "area": 1e-4, "at_force": 0.5, "exponent": 0.5}},
+            {"drive.amplitude": [20.0, 300.0], "drive.phase": [0.0, 1.0]},
+            2,  # the area under the larger attraction is not resolved by the first pieces
+        ),
+        ("bau_2010/sine", {"limits.rms_current": 1e-6}, {"drive.amplitude": [20.0, 60.0]}, 0),
+        ("bau_2010/sine", {}, {"drive.amplitude": [0.0, 20.0, 40.0], "drive.offset": [0.0, 5.0]}, 4),
+        ("bau_2010/sine", {"friction.coefficient": 0.3}, {"drive.frequency": [30.0, 300.0]}, 0),
+    ],
+)
+def test_tones_contacts_and_limits_in_arrays_are_those_of_each_alone(
+    preset, changes, over, alone, monkeypatch
+):
+    scenario = load(preset).replace(SETTLED | changes)
+    names = [read_name(text, tuple(scenario.stack.layers)) for text in NAMES]
+    points = points_of(over)
+    together = Together(_scenarios(scenario, points), names)
+    asked_alone = []
+    monkeypatch.setattr(
+        "electrovib.solve.quantities.together.answer",
+        lambda expanded, names: asked_alone.append(expanded) or answer(expanded, names),
+    )
+    for place, point in enumerate(points):
+        found, one = together.answer(place), answer(solved(scenario.replace(point)), names)
+        np.testing.assert_allclose(
+            [*found.values.values()],
+            [*one.values.values()],
+            rtol=1e-12,
+            atol=1e-12 * max(one.values.values()),
+        )
+        assert_same_diagnostics(found.diagnostics, one.diagnostics)
+        assert found.how["solver_reason"] == one.how["solver_reason"]
+    assert len(asked_alone) == alone
+
+
 def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
     scenario = dispersive("vezzoli_2014/fig6")
     one = sweep(scenario, OVER, quantities=NAMES)
@@ -96,22 +147,17 @@ def test_a_sweep_is_the_same_in_any_order_of_its_parameters():
     "change",
     [
         {"time.initial_state": {"model": "AtRest"}},
-        {
-            "drive": {
-                "model": "AmplitudeModulation",
-                "amplitude": 50,
-                "carrier": 1e3,
-                "modulation": 100,
-                "depth": 1,
-            }
-        },
+        {"drive.offset": 20.0},
+        {"load.time_profile": {"model": "Press", "begin": 0.0, "rise": 0.1}},
+        {"drive.amplitude": 0.0},
+        {"drive": {"model": "Square", "high": 50, "frequency": 100}},
         {"circuit.amplifier": {"model": "Amplifier", "bandwidth": 1e4}},
     ],
 )
 def test_other_drives_states_and_circuits_are_left_to_their_own_solvers(change):
     scenario = load("bau_2010/sine").replace(SETTLED)
-    assert together.is_of_sines(scenario)
-    assert not together.is_of_sines(scenario.replace(change))
+    assert together.is_of_tones(scenario)
+    assert not together.is_of_tones(scenario.replace(change))
 
 
 def test_a_drive_of_nothing_among_others_is_answered_too():
@@ -123,7 +169,7 @@ def test_a_drive_of_nothing_among_others_is_answered_too():
 
 
 def test_more_cases_than_are_held_at_once(monkeypatch):
-    monkeypatch.setattr("electrovib.solve.quantities.together.MOST", 3)
+    monkeypatch.setattr("electrovib.solve.quantities.together.MOST", 260)  # three of 86 times
     scenario = load("vezzoli_2014/fig6").replace(SETTLED)
     over = {"drive.frequency": [100.0, 200.0, 300.0, 400.0, 500.0, 600.0, 700.0]}
     found = sweep(scenario, over, quantities=["peak current"])["peak current"].values
@@ -154,7 +200,11 @@ def test_cases_beside_a_measured_table_say_so_as_each_alone():
     names = [read_name(text, tuple(scenario.stack.layers)) for text in NAMES]
     points = points_of({"drive.frequency": [3.0, 5.0, 100.0, 1e3, 3e5, 4e5]})
     together = Together(_scenarios(scenario, points), names)
+    judged = []
     for place, point in enumerate(points):
-        assert_same_diagnostics(
-            together.answer(place).diagnostics, answer(solved(scenario.replace(point)), names).diagnostics
-        )
+        found = together.answer(place).diagnostics
+        assert_same_diagnostics(found, answer(solved(scenario.replace(point)), names).diagnostics)
+        judged.append("memory" in [each.name for each in found])
+    assert judged == [
+        point["drive.frequency"] >= Tabulated.example["frequency_samples"][0] for point in points
+    ]

@@ -1,14 +1,18 @@
-"""Diagnostics of the largest values of a solution: of films, air, skin, sweat and the declared limits."""
+"""Validity of a result: its diagnostics, each with its value and limit, or why it could not be evaluated.
+
+The largest values of a solution are found here, and judged: of films, air, skin, sweat and the declared limits.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.extremes import slew_of
 from electrovib.physics.limits import SWITCH_ON, limit_diagnostics
@@ -21,19 +25,162 @@ from electrovib.physics.safety import (
 )
 from electrovib.physics.stack import in_one_piece
 from electrovib.scenario.moisture import moisture_diagnostic
-from electrovib.solve.diagnostics.peaks import PeakRecord
+from electrovib.solve.choice import chosen, solve, solve_fields
+from electrovib.solve.diagnostics.assumptions import (
+    contact_diagnostics,
+    moving_gap,
+    negative_attraction,
+    over_frequency_diagnostics,
+    settled_charge,
+    vanishing_gap,
+)
+from electrovib.solve.diagnostics.peaks import (
+    PeakRecord,
+    around_kinks,
+    evaluation_times,
+    refined,
+    shows_every_sample,
+)
+from electrovib.solve.electrics.transient import caveat
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.keys import FieldOf
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from electrovib.core.arrays import Indices, Real
     from electrovib.physics.circuit import Circuit
     from electrovib.scenario import Scenario
+    from electrovib.solve.electrics.solution import Solution
+    from electrovib.solve.stack.keys import Key
+    from electrovib.solve.stack.section import ModalSection
 
-
+SQUEEZED = 8
+"""Multiple of the frequency of a moving gap that is resolved: the field, which varies as 1/gap, has sharper peaks."""
 ROUNDED = 1e-9
 """Height of a discontinuity over the largest value of the drive, below which it is rounding."""
+
+
+def solved(scenario: Scenario, section: ModalSection, times: Real) -> tuple[Solution, PeakRecord]:
+    """Compute the electrical response at the output times, and its largest values between them.
+
+    `times` (n,) [s].
+
+    A solver in closed form is evaluated again at further times; a time-stepping solver returns all times of one run, and an
+    amplifier with limits in a second run the values around the times at which it reaches or leaves a limit.
+    """
+    settled = scenario.time.settled
+    moved = scenario.motion.moved_gap
+    beside = 0.0 if moved is None else SQUEEZED * moved.fastest
+    wanted = evaluation_times(
+        scenario.drive, end=float(times[-1]), settled=settled, beside=beside, seen=times
+    )
+
+    if chosen(scenario).method.is_marched:
+        both = np.union1d(times, wanted)
+        whole = solve(scenario, section, both)
+        record = PeakRecord.of(scenario, both, whole.found)
+        around = np.setdiff1d(around_kinks(np.array(whole.kinks), float(times[-1])), both)
+        return whole.at(np.searchsorted(both, times)), _joined(scenario, section, record, around)
+
+    answer = solve(scenario, section, times)
+    record = PeakRecord.of(scenario, times, answer.found)
+    if shows_every_sample(scenario.drive, times):
+        wanted = np.union1d(wanted, record.just_before())
+    between = wanted[times[np.minimum(np.searchsorted(times, wanted), len(times) - 1)] != wanted]
+    record = _joined(scenario, section, record.among(between), between)
+    return answer, _refined(scenario, section, record)
+
+
+def watched(scenario: Scenario, section: ModalSection, times: Real, answer: Solution) -> PeakRecord:
+    """Return the quantities with limits, from a response at closely spaced times.
+
+    `times` (n,) [s].
+    """
+    record = PeakRecord.of(scenario, times, answer.found)
+    if (method := chosen(scenario).method).is_marched and not method.by_regimes:
+        return record
+
+    corners = np.union1d(scenario.drive.corners(float(times[-1]))[0], answer.kinks)
+    whole = _joined(scenario, section, record, np.setdiff1d(record.before_corners(corners), times))
+    return whole if method.by_regimes else _refined(scenario, section, whole)
+
+
+def _at(scenario: Scenario, section: ModalSection, times: Real) -> PeakRecord:
+    """Return the quantities with limits at further times [s]."""
+    return PeakRecord.of(scenario, times, solve_fields(scenario, section, times).found)
+
+
+def _joined(scenario: Scenario, section: ModalSection, record: PeakRecord, times: Real) -> PeakRecord:
+    """Add further times [s], if any, to a record."""
+    return record.joined(_at(scenario, section, times)) if len(times) else record
+
+
+def _refined(scenario: Scenario, section: ModalSection, record: PeakRecord) -> PeakRecord:
+    """Add times around largest values that a record does not resolve; of a solver in closed form."""
+
+    def look(_: Indices, times: Real) -> dict[Key, Real]:
+        return {name: row[None] for name, row in _at(scenario, section, times[0]).rows.items()}
+
+    return refined([record], look)[0]
+
+
+def judge_run(
+    scenario: Scenario,
+    section: ModalSection,
+    record: PeakRecord,
+    times: Real,
+    variables: dict[str, Any],
+    mean_squares: Mapping[str, float] | None = None,
+) -> list[Diagnostic]:
+    """Return the diagnostics of a run.
+
+    `times` (n,) [s].
+    """
+    return [
+        *scenario.force.diagnostics(scenario.stack.layers),
+        *([] if scenario.drive.quantity == "voltage" else [caveat()]),
+        *declared_diagnostics(scenario),
+        *stack_diagnostics(scenario, record),
+        *circuit_diagnostics(scenario, section, record, mean_squares),
+        *settled_charge(scenario),
+        *contact_diagnostics(scenario, variables, times),
+        *moving_gap(scenario, variables),
+        *vanishing_gap(scenario, times, variables),
+        *negative_attraction(scenario, variables),
+        *over_frequency_diagnostics(scenario),
+    ]
+
+
+def _running_currents(
+    scenario: Scenario, section: ModalSection, record: PeakRecord
+) -> dict[str, float] | None:
+    """Return the largest currents apart from the response to the step of the drive at time 0."""
+    end, drive = float(record.times[-1]), scenario.drive
+    if chosen(scenario).method.is_marched or scenario.circuit.supply.is_limited:
+        return None
+    names = ("current", "body_current")
+    try:
+        if drive.period is not None:
+            periodic = scenario.replace({"time.initial_state": {"model": "PeriodicState"}})
+            wanted = evaluation_times(drive, end=end, settled=True)
+            repeated = _at(periodic, section, wanted).peaks()
+            return {name: repeated[name] for name in names}
+        stepped = scenario.replace({"drive": {"model": "Step", "level": float(drive.voltage(0.0))}})
+        records = [record] if record.whole is None else [record, record.whole]
+        switched = [
+            PeakRecord.of(scenario, each.times, solve_fields(stepped, section, each.times).found)
+            for each in records
+        ]
+        rest = {
+            name: np.concatenate(
+                [each.rows[name] - alone.rows[name] for each, alone in zip(records, switched, strict=True)]
+            )
+            for name in names
+        }
+        return {name: float(np.max(np.abs(row))) for name, row in rest.items()}
+    except InputError:
+        return None
 
 
 def slew_rate(scenario: Scenario, end: float) -> float:
@@ -54,7 +201,6 @@ def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
     ):
         return 0.0, 0.0
     settled = scenario.time.settled
-    smallest = ROUNDED * sum(part.bound() for part in drive.parts())
     until = max(end, drive.period or 0.0) if settled else end
     times, heights = drive.corners(until)
     if amplifier.saturation is not None:
@@ -63,6 +209,9 @@ def discontinuities(scenario: Scenario, *, end: float) -> tuple[float, float]:
         heights = np.where(passed > ROUNDED * amplifier.saturation, heights, 0.0)
     later = float(np.max(np.abs(heights), initial=0.0))
     first = 0.0 if settled else abs(float(drive.voltage(0.0)))
+    if not (first or later):
+        return 0.0, 0.0
+    smallest = ROUNDED * sum(part.bound() for part in drive.parts())
     return first * (first > smallest), later * (later > smallest)
 
 
@@ -107,7 +256,7 @@ def layer_diagnostics(
     blocking = sum(layers[name].thickness / float(bound[name]) for name in plate)
     if blocking:
         found.append(sweat_diagnostic(voltage=ratio * across, electrical_thickness=blocking))
-    return [replace(each, text=f"{each.text}{where}") for each in found]
+    return [replace(each, text=f"{each.text}{where}") for each in found] if where else found
 
 
 def _judged_contact(scenario: Scenario) -> tuple[float, str]:
@@ -121,12 +270,12 @@ def _judged_contact(scenario: Scenario) -> tuple[float, str]:
 
 def circuit_diagnostics(
     scenario: Scenario,
+    section: ModalSection,
     record: PeakRecord,
-    running: Mapping[str, float] | None,
     mean_squares: Mapping[str, float] | None = None,
 ) -> list[Diagnostic]:
     """Return the diagnostics of voltage, current, charge and energy, and of discontinuities of the drive."""
-    reached = largest_values(scenario, record, running) | dict(mean_squares or {})
+    reached = largest_values(scenario, section, record) | dict(mean_squares or {})
     if scenario.limits.slew_rate is not None:
         reached["slew_rate"] = slew_rate(scenario, float(record.times[-1]))
     first, later = discontinuities(scenario, end=float(record.times[-1]))
@@ -142,9 +291,7 @@ def largest_of(reached: Mapping[str, float], name: str) -> float:
     return max(reached[name], reached.get(name + SWITCH_ON, 0.0)) if name in reached else math.nan
 
 
-def largest_values(
-    scenario: Scenario, record: PeakRecord, running: Mapping[str, float] | None
-) -> dict[str, float]:
+def largest_values(scenario: Scenario, section: ModalSection, record: PeakRecord) -> dict[str, float]:
     """Return the largest absolute values that the declared limits are compared with."""
     drive, circuit = scenario.drive, scenario.circuit
     end = float(record.times[-1])
@@ -162,7 +309,8 @@ def largest_values(
         supplied = source if np.max(current) >= -np.min(current) else -sink
         reached["current"] = min(reached["current"], supplied)
     first, later = discontinuities(scenario, end=end)
-    if first and running is not None and circuit.element().resistance > 0:
+    running = _running_currents(scenario, section, record) if first else None
+    if running is not None and circuit.element().resistance > 0:
         switched = {name: reached[name] for name in running if reached[name] > running[name] * (1 + ROUNDED)}
         reached |= {**running, **{f"{name}{SWITCH_ON}": value for name, value in switched.items()}}
     if first or later:

@@ -14,10 +14,19 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.units import format_quantity
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.transient import amplified, transient
-from electrovib.solve.stack.expand import SAME, band_of_run, left_by_charge, lowest_frequency, phasors
+from electrovib.solve.stack.expand import (
+    SAME,
+    band_of_run,
+    left_by_charge,
+    lowest_frequency,
+    phasors,
+    shortest_time,
+)
 from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.solve.stack.transfer import Transfer, integral_weight
@@ -30,7 +39,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real
     from electrovib.physics.drive.base import Drive
     from electrovib.scenario import Scenario
-    from electrovib.solve.electrics.solution import Solution
+    from electrovib.solve.electrics.solution import Method, Solution
     from electrovib.solve.stack.keys import Key
     from electrovib.solve.stack.section import ModalSection
 
@@ -67,74 +76,54 @@ LOOKING_BACK: Final = 0.9
 """Fraction of a time from which on the remaining amplitude at that time is taken."""
 _MANY: Final = 20_000
 """Number of output times above which the smallest and largest values between probes are tried first."""
-_AT_ONCE: Final = 1 << 15
 
 
 def answer_errors(
-    scenario: Scenario, section: ModalSection, answer: Solution, times: Real, *, known: tuple[float, float]
-) -> dict[Key, Judged]:
-    """Bound the error of a response in time due to the reduction of materials.
-
-    `times` (n,) [s].
-
-    The response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
-    residual of the fit of D over frequency.
-    """
-    settled = scenario.time.settled
-    if settled and lowest_frequency(scenario) < known[0] * (1 - SAME):
-        return {}
-    lasts = 1 / (2 * np.pi * known[0]) if known[0] and not settled else np.inf
-    judged = (times <= lasts) & ~_at_corner(scenario.drive, times, bends=False)
-    steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
-    fit = _fit(scenario, times, known, steady=steady)
-    if fit is None or not np.any(judged):
-        return {}
-    differences, residuals = _differences(scenario, section, fit, settled=settled)
-    probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
-    found = {name: row for name, row in answer.found.items() if name in differences and row.ndim == 1}
-    errors = _respond(scenario, differences, times[probes], settled=settled)
-    at_probes = {name: row[probes] for name, row in found.items()}
-    bounds = _bounds(scenario, at_probes, times[probes], errors, residuals)
-    straight = judged & ~_at_corner(scenario.drive, times, bends=True)
-    return {
-        name: judge(
-            answer.attraction if name == FORCE else found[name],
-            times,
-            probes,
-            bound,
-            straight if name == CURRENT else judged,
-        )
-        for name, bound in bounds.items()
-    }
-
-
-def errors_of_sines(
     members: Sequence[Scenario],
     section: ModalSection,
     answer: Solution,
     times: Real,
     *,
     known: tuple[float, float],
-    respond: Callable[[dict[Key, Transfer]], dict[Key, Real]],
+    respond: Callable[[dict[Key, Transfer], Real], dict[Key, Real]] | None = None,
 ) -> list[dict[Key, Judged]]:
-    """Bound the error of many responses of one stack, each to a sine in its periodic state.
+    """Bound the errors of responses in time due to the reduction of materials.
 
-    `times` (cases, n) [s].
+    `times` (cases, n) [s] of one scenario, or of several of one stack in the periodic state of their tones, whose answer has
+    one case after the other; `respond` gives the responses to their drives at some times (cases, m) [s].
+
+    The error is the response of D = declared - reduced to the drive, times `SAFETY`, plus `SPREAD` times the relative
+    residual of the fit of D over frequency.
     """
-    scenario = members[0]
-    fit = _fit(scenario, times[0], known, steady=False)
-    if fit is None:
+    scenario, first, settled = members[0], times[0], members[0].time.settled
+    unknown = [
+        bool(settled and known[0] and lowest_frequency(each) < known[0] * (1 - SAME)) for each in members
+    ]
+    lasts = 1 / (2 * np.pi * known[0]) if known[0] and not settled else np.inf
+    judged = (first <= lasts) & ~_at_corner(scenario.drive, first, bends=False)
+    steady = settled and known[0] == 0 and bool(drive_mean(scenario.drive))
+    fit = None if all(unknown) else _fit(scenario, first, known, steady=steady)
+    if fit is None or not np.any(judged):
         return [{} for _ in members]
-    differences, residuals = _differences(scenario, section, fit, settled=True)
-    found = {name: row for name, row in answer.found.items() if name in differences}
-    judged = {}
-    for name, bound in _bounds(scenario, found, times.ravel(), respond(differences), residuals).items():
-        row = answer.attraction if name == FORCE else found[name]
-        judged[name] = judge_repeating(row.reshape(times.shape), times, bound.reshape(times.shape))
-    unknown = [lowest_frequency(each) < known[0] * (1 - SAME) for each in members]
+    differences, residuals = _differences(scenario, section, fit, settled=settled)
+    probes = np.flatnonzero(judged)[_probes(int(np.count_nonzero(judged)))]
+    found = {
+        name: row.reshape(times.shape)
+        for name, row in answer.found.items()
+        if name in differences and row.ndim == 1
+    }
+    some = times[:, probes]
+    errors = _respond(scenario, differences, some) if respond is None else respond(differences, some)
+    bounds = _bounds(scenario, {name: row[:, probes] for name, row in found.items()}, some, errors, residuals)
+    straight = judged & ~_at_corner(scenario.drive, first, bends=True)
+    found[FORCE] = answer.attraction.reshape(times.shape)
+    each = {
+        name: judge(found[name], times, probes, bound, straight if name == CURRENT else judged)
+        for name, bound in bounds.items()
+    }
     return [
-        {} if unknown[case] else {name: each[case] for name, each in judged.items()}
-        for case in range(len(members))
+        {} if without else {name: of_cases[case] for name, of_cases in each.items()}
+        for case, without in enumerate(unknown)
     ]
 
 
@@ -216,17 +205,17 @@ def _of_force(
     return np.asarray(SAFETY * moved + SPREAD * left)
 
 
-def _respond(
-    scenario: Scenario, transfers: dict[Key, Transfer], times: Real, *, settled: bool
-) -> dict[Key, Real]:
-    """Return the responses of linear quantities to the drive, without leaks, limits and motion."""
-    amplifier, drive = scenario.circuit.amplifier, scenario.drive
+def _respond(scenario: Scenario, transfers: dict[Key, Transfer], times: Real) -> dict[Key, Real]:
+    """Return the responses of linear quantities to one drive, without leaks, limits and motion, shape (1, n)."""
+    amplifier, drive, settled = scenario.circuit.amplifier, scenario.drive, scenario.time.settled
     if amplifier is None or drive.quantity == "current":
-        return transient(transfers, drive, times, settled=settled)
-    if amplifier.is_limited:
-        found = transient(transfers, drive, times)
-        return {name: amplifier.gain * row for name, row in found.items()}
-    return transient(amplified(transfers, amplifier), drive, times, settled=settled)
+        found = transient(transfers, drive, times[0], settled=settled)
+    elif amplifier.is_limited:
+        found = transient(transfers, drive, times[0])
+        found = {name: amplifier.gain * row for name, row in found.items()}
+    else:
+        found = transient(amplified(transfers, amplifier), drive, times[0], settled=settled)
+    return {name: row[None] for name, row in found.items()}
 
 
 def _differences(
@@ -349,99 +338,167 @@ class Judged(NamedTuple):
     of_peak: float
 
 
-def judge(row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]) -> Judged:
-    """Compare an error bound at the probes with a quantity at all output times.
+def judge(
+    rows: Real, times: Real, probes: NDArray[np.intp], bounds: Real, judged: NDArray[np.bool_]
+) -> list[Judged]:
+    """Compare error bounds at the probes with a quantity of every case at all output times.
 
-    `row` (n,) at `times` (n,) [s]; `bound` (m,) in its unit at the indices `probes` (m,); only times that `judged` (n,) marks
-    count.
+    `rows` at `times` [s], (cases, n); `bounds` (cases, m) in its unit at the indices `probes` (m,); only times that `judged`
+    (n,) marks count.
     """
     if not np.any(judged):
-        return Judged(0.0, 0.0, np.inf, 0.0)
-    if len(row) > _MANY:
-        found = _judge_by_stretches(row, times, probes, bound, judged)
+        return [Judged(0.0, 0.0, np.inf, 0.0) for _ in rows]
+    if len(judged) > _MANY and np.all(judged[probes[0] : probes[-1] + 1]):
+        found = _judge_by_stretches(rows, times, probes, bounds)
         if found is not None:
             return found
-    sizes, places = np.where(judged, np.abs(row), 0.0), np.arange(len(row))
+    sizes, places = np.where(judged, np.abs(rows), 0.0), np.arange(len(judged))
+    larger = np.where(judged, _between_probes(probes, bounds, places), 0.0)
+    left = np.maximum.accumulate(sizes[:, ::-1], axis=1)[:, ::-1]
+    if np.all(LOOKING_BACK * times[:, -1] <= times[:, 0]):
+        left = left[:, :1]
+    else:
+        back = [np.searchsorted(own, LOOKING_BACK * own) for own in times]
+        left = np.take_along_axis(left, np.array(back), axis=1)
+    return _compared(sizes, sizes, left, larger, times)
+
+
+def _between_probes(probes: NDArray[np.intp], bounds: Real, places: NDArray[np.intp]) -> Real:
+    """Return bounds at some places: at a probe its own, between two probes the larger, shape (cases, places)."""
     after = np.minimum(np.searchsorted(probes, places), len(probes) - 1)
-    larger = np.where(probes[after] == places, bound[after], np.maximum(bound[after], bound[after - 1]))
-    left = np.maximum.accumulate(sizes[::-1])[::-1][np.searchsorted(times, LOOKING_BACK * times)]
-    large, peak = sizes > TAIL * np.max(sizes), TAIL * np.max(sizes)
-    shares = np.where(judged & (left > peak), larger / np.maximum(left, peak or 1.0), 0.0)
-    lost = times[shares > LARGEST]
-    return Judged(
-        error=float(np.max(larger[large] / sizes[large], initial=0.0)),
-        share=float(np.max(shares, initial=0.0)),
-        lost=float(lost[0]) if len(lost) else np.inf,
-        of_peak=float(np.max(np.where(judged, larger, 0.0)) / (np.max(sizes) or np.inf)),
-    )
+    here = bounds[:, after]
+    return np.where(probes[after] == places, here, np.maximum(here, bounds[:, after - 1]))
 
 
-def judge_repeating(rows: Real, times: Real, bounds: Real) -> list[Judged]:
-    """Return the results of `judge` for many periodic cases, whose remaining amplitude is always the largest value.
-
-    `rows` and their `bounds` at `times` [s], all of shape (cases, n).
-    """
-    sizes = np.abs(rows)
-    largest = np.max(sizes, axis=1)[:, None]
-    large = sizes > TAIL * largest
-    errors = np.max(np.where(large, bounds / np.where(large, sizes, 1.0), 0.0), axis=1)
-    shares = np.where(largest > 0, bounds / np.where(largest > 0, largest, 1.0), 0.0)
+def _compared(low: Real, high: Real, left: Real, larger: Real, times: Real) -> list[Judged]:
+    """Compare error bounds with the smallest, largest and remaining amplitudes of stretches of time, all (cases, stretches)."""
+    largest = np.max(high, axis=1, keepdims=True)
+    large, there = high > TAIL * largest, left > TAIL * largest
+    errors = np.max(np.where(large, larger / np.where(large, low, 1.0), 0.0), axis=1)
+    shares = np.where(there, larger / np.where(there, left, 1.0), 0.0)
     beyond = shares > LARGEST
-    lost = np.where(np.any(beyond, axis=1), times[np.arange(len(times)), np.argmax(beyond, axis=1)], np.inf)
-    share = np.max(shares, axis=1).tolist()
-    columns = errors.tolist(), share, lost.tolist(), share
+    lost = np.where(beyond.any(axis=1), times[np.arange(len(times)), np.argmax(beyond, axis=1)], np.inf)
+    of_peak = np.max(larger, axis=1) / np.where(largest > 0, largest, np.inf)[:, 0]
+    columns = [each.tolist() for each in (errors, np.max(shares, axis=1), lost, of_peak)]
     return [Judged(*each) for each in zip(*columns, strict=True)]
 
 
 def _judge_by_stretches(
-    row: Real, times: Real, probes: NDArray[np.intp], bound: Real, judged: NDArray[np.bool_]
-) -> Judged | None:
-    """Return the result of `judge` from the smallest and largest values between probes; None where these do not suffice.
+    rows: Real, times: Real, probes: NDArray[np.intp], bounds: Real
+) -> list[Judged] | None:
+    """Return the result of `judge` for one case from the values between probes; None where these do not suffice.
 
     Between two probes the bound is constant, so the smallest value has the largest relative error. The remaining
     amplitude never grows, so the share is largest at the end of an interval.
     """
-    if not np.all(judged[probes[0] : probes[-1] + 1]):
-        return None
-    inside = slice(probes[0], probes[-1] + 1)
-    starts = np.unique(np.concatenate([probes, probes[:-1] + 1])) - probes[0]
-    count = inside.stop - inside.start
-    ends = np.append(starts[1:], count) - 1
-    back = np.searchsorted(times, LOOKING_BACK * times[ends + probes[0]]) - probes[0]
-    marks = np.union1d(starts, np.maximum(back, 0))
-    lows, highs = _between(row[inside], marks)
-    groups = np.searchsorted(marks, starts)
-    low, high = np.minimum.reduceat(lows, groups), np.maximum.reduceat(highs, groups)
-    largest = float(np.max(high))
-    peak = TAIL * largest
-    if not peak > 0:
-        return None
+    sizes, begin = np.abs(rows[0, probes[0] : probes[-1] + 1]), probes[0]
+    starts = np.unique(np.concatenate([probes, probes[:-1] + 1])) - begin
+    ends = np.append(starts[1:], len(sizes)) - 1
+    back = np.maximum(np.searchsorted(times[0], LOOKING_BACK * times[0, ends + begin]) - begin, 0)
+    marks = np.union1d(starts, back)
+    low, highs = np.minimum.reduceat(sizes, starts), np.maximum.reduceat(sizes, marks)
+    high = np.maximum.reduceat(highs, np.searchsorted(marks, starts))
+    peak = TAIL * float(np.max(high))
     for place in np.flatnonzero((low <= peak) & (high > peak)):
-        some = np.abs(row[inside][starts[place] : ends[place] + 1])
+        some = sizes[starts[place] : ends[place] + 1]
         low[place] = np.min(some[some > peak])
-    after = np.searchsorted(probes - probes[0], starts)
-    at_probe = probes[after] - probes[0] == starts
-    larger = np.where(at_probe, bound[after], np.maximum(bound[after], bound[after - 1]))
-    left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(marks, np.maximum(back, 0))]
-    shares = larger / left
-    if not (np.all(left > peak) and np.all(shares <= LARGEST)):
-        return None
-    large = high > peak
-    error, share = float(np.max(larger[large] / low[large], initial=0.0)), float(np.max(shares))
-    return Judged(error, share, np.inf, float(np.max(larger)) / largest)
+    left = np.maximum.accumulate(highs[::-1])[::-1][np.searchsorted(marks, back)]
+    larger = _between_probes(probes, bounds, starts + begin)
+    (found,) = _compared(low[None], high[None], left[None], larger, times)
+    return [found] if peak > 0 and np.all(left > peak) and found.share <= LARGEST else None
 
 
-def _between(row: Real, marks: NDArray[np.intp]) -> tuple[Real, Real]:
-    """Return the smallest and largest absolute values from each mark to the next; the first mark is 0."""
-    lows, highs = np.empty(len(marks)), np.empty(len(marks))
-    ends = np.append(marks[1:], len(row))
-    first = 0
-    while first < len(marks):
-        last = max(first + 1, int(np.searchsorted(ends, marks[first] + _AT_ONCE)))
-        sizes, places = np.abs(row[marks[first] : ends[last - 1]]), marks[first:last] - marks[first]
-        lows[first:last], highs[first:last] = (
-            np.minimum.reduceat(sizes, places),
-            np.maximum.reduceat(sizes, places),
+def known_band(scenario: Scenario) -> tuple[float, float]:
+    """Return the band in which the permittivities of all layers are known."""
+    bands = [layer.material.band for layer in scenario.stack.layers.values()]
+    return max(low for low, _ in bands), min(high for _, high in bands)
+
+
+def memory_diagnostics(
+    scenario: Scenario,
+    errors: Mapping[Key, Judged],
+    times: Real,
+    *,
+    known: tuple[float, float],
+    method: Method,
+) -> list[Diagnostic]:
+    """Return the error of a response at times (n,) [s] due to the Debye sums of materials, and from when on it is unknown."""
+    layers = scenario.stack.layers
+    reduced = [name for name, layer in layers.items() if layer.material.debye() is None]
+    if not reduced:
+        return []
+    return [*_of_error(reduced, errors, method, times, known), *_beyond_tables(scenario, times, known)]
+
+
+def _of_error(
+    reduced: list[str],
+    errors: Mapping[Key, Judged],
+    method: Method,
+    times: Real,
+    known: tuple[float, float],
+) -> list[Diagnostic]:
+    if not errors:
+        return []
+    names = " and ".join(f"'{name}'" for name in reduced)
+    judged = {name: found for name, found in errors.items() if name != CURRENT}
+    largest = {"fields and voltages": max(found.of_peak for name, found in judged.items() if name != FORCE)}
+    largest |= {
+        what: errors[name].of_peak
+        for name, what in ((FORCE, "the attraction"), (CURRENT, "the current"))
+        if name in errors
+    }
+    parts = ", ".join(f"{what} by at most {100 * error:.2g} %" for what, error in largest.items())
+    change = f"{parts} of their peak"
+    stands = f"{names} {'is' if len(reduced) == 1 else 'are'} represented by a sum of Debye relaxations"
+    if not method.by_modes:  # else the error found bounds the response, which is linear in the drive
+        text = (
+            f"{stands}: without leak, motion, limits and renewal that changes {change};"
+            f" its effect on the result of the solver '{method.name}' is not known"
         )
-        first = last
-    return lows, highs
+        return [Diagnostic("memory", "unknown", text)]
+    text = f"{stands}, which changes {change}"
+    share, lost = max(found.share for found in judged.values()), min(found.lost for found in judged.values())
+    if np.isfinite(lost):
+        first = next(name for name, found in judged.items() if found.lost == lost)
+        called = first.replace("_", " ") if isinstance(first, str) else str(first)
+        text += (
+            f"; the {called} is not known to {100 * LARGEST:g} % of its remaining amplitude from"
+            f" {format_quantity(lost, 's', digits=3)} on"
+        )
+        if np.isfinite(known[1]):
+            text += f"; {_better_table(times, known)}"
+    state = "warning" if np.isfinite(lost) else "ok"
+    return [Diagnostic("memory", state, text, value=share, limit=LARGEST, unit="1")]
+
+
+def _better_table(times: Real, known: tuple[float, float]) -> str:
+    """State how a table has to be measured so that the response of a run is known."""
+    lowest = min(known[0], 1 / (2 * np.pi * float(times[-1])))
+    ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in (lowest, known[1]))
+    return f"measure the table from {ends} with three rows a decade or more, or fit a dispersion to it (electrovib fit-material)"
+
+
+def _beyond_tables(scenario: Scenario, times: Real, known: tuple[float, float]) -> list[Diagnostic]:
+    """Return which times of a response depend on frequencies outside the tables of materials."""
+    (low, high), said = known, []
+    if not low and np.isinf(high):
+        return []
+    last = 1 / (2 * np.pi * low) if low else np.inf
+    first = 1 / (2 * np.pi * high)
+    if scenario.time.settled:
+        slowest = lowest_frequency(scenario)
+        if slowest < low * (1 - SAME):
+            said.append(f"the drive contains {format_quantity(slowest, 'Hz', digits=3)}, below the table")
+    elif times[-1] > last:
+        said.append(f"the response is not known from {format_quantity(last, 's', digits=3)} on")
+    if shortest_time(scenario, times) < first * (1 - SAME):
+        moment = format_quantity(first, "s", digits=3)
+        said.append(f"the response is not known within {moment} after a corner of the drive")
+    if not said:
+        return []
+    tables = " and ".join(
+        f"'{name}'" for name, layer in scenario.stack.layers.items() if np.isfinite(layer.material.band[1])
+    )
+    ends = " to ".join(format_quantity(end, "Hz", digits=3) for end in known)
+    text = f"{tables} is measured from {ends} only: {', and '.join(said)}"
+    return [Diagnostic("measured band", "unknown", text, value=float(times[-1]), limit=last, unit="s")]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -219,7 +219,7 @@ class PeakRecord:
         """Omit, of very many times, those that are neither near a largest value nor next to given further times."""
         if len(self.times) <= _MANY:
             return self
-        largest = self._places
+        largest = self._crests.places
         beside = np.searchsorted(self.times, moments)
         near = [largest + step for step in range(-_BESIDE, _BESIDE + 1)] + [beside - 1, beside]
         last = len(self.times) - 1
@@ -228,7 +228,7 @@ class PeakRecord:
 
     def just_before(self) -> Real:
         """Return times just before and just after each largest value, which distinguish a corner from a crest [s]."""
-        places = self._places
+        places = self._crests.places
         inner = places[(places > 0) & (places < len(self.times) - 1)]
         before = self.times[inner] - _JUST * (self.times[inner] - self.times[inner - 1])
         after = self.times[inner] + _JUST * (self.times[inner + 1] - self.times[inner])
@@ -236,7 +236,7 @@ class PeakRecord:
 
     def before_corners(self, corners: Real) -> Real:
         """Return times just before the corners of the drive that are next to the largest values."""
-        after = np.searchsorted(corners, self.times[self._places])
+        after = np.searchsorted(corners, self.times[self._crests.places])
         near = (
             corners[np.unique(np.concatenate([after - 1, after]).clip(0, len(corners) - 1))]
             if len(corners)
@@ -254,88 +254,135 @@ class PeakRecord:
         return PeakRecord(times, rows, self.whole)
 
     @functools.cached_property
-    def _places(self) -> Indices:
-        """Index of the largest absolute value of each quantity."""
-        if len(self.times) > _MANY:  # without a copy of all rows
-            return np.array([int(_largest(row[None])[0]) for row in self.rows.values()])
-        return _largest(np.array(list(self.rows.values())))
-
-    @functools.cached_property
-    def _crests(self) -> tuple[Real, Real]:
-        """Largest absolute values, and how far their neighbours lie below them (0 at an end or a corner).
-
-        Between times the largest value is that of a parabola through three of them, at most half of the drop above the
-        middle one.
-        """
-        times, place, (left, right) = self.times, self._places, self._neighbours(self._places)
-        inside = (left >= 0) & (right < len(times))
-        left, right = np.where(inside, left, place), np.where(inside, right, place)
-        value, first, last = self._sizes(place, left, right)
-        first, last = value - first, value - last
-        before, after = times[place] - times[left], times[right] - times[place]
-        inside &= np.minimum(before, after) >= AT_A_CORNER * np.maximum(before, after)
-        inside &= np.minimum(first, last) >= 0
-        first, last = np.where(inside, first, 0.0), np.where(inside, last, 0.0)
-        before, after = np.where(inside, before, 1.0), np.where(inside, after, 1.0)
-        bend, drop = first / before + last / after, np.maximum(first, last)
-        inside &= bend > 0
-        tilt = (first * after / before - last * before / after) / (before + after)
-        above = tilt**2 * (before + after) / (4 * np.where(inside, bend, 1.0))
-        # a parabola through both sides of a discontinuity would lie above them
-        steep = np.where(first > last, before, after) <= SUDDEN * times[-1]
-        inside &= ~(steep & (drop > CLEAR * value))
-        most = np.minimum(drop / 2, self._most_above(value, np.where(tilt < 0, left, right), tilt < 0))
-        return value + np.where(inside, np.minimum(above, most), 0.0), drop
-
-    def _most_above(self, value: Real, near: Indices, falls: NDArray[np.bool_]) -> Real:
-        """Return how far concave courses between times and their neighbours can rise above the values at these times.
-
-        They lie below the secant through that neighbour and the next one; so a corner, steep on one side only, has no
-        crest.
-        """
-        outer = np.where(falls, *self._neighbours(near))
-        known = (outer >= 0) & (outer < len(self.times))
-        outer = np.where(known, outer, near)
-        beside, beyond = self._sizes(near, outer)
-        finite = np.isfinite(beside) & np.isfinite(beyond)
-        beside, beyond = np.where(finite, beside, 0.0), np.where(finite, beyond, 0.0)
-        slope = (beside - beyond) / np.where(known, self.times[near] - self.times[outer], 1.0)
-        rise = beside + slope * (self.times[self._places] - self.times[near]) - value
-        return np.where(known, np.maximum(rise, 0.0), np.inf)
-
-    def _neighbours(self, places: Indices) -> tuple[Indices, Indices]:
-        """Return the indices of the times before and after some, which differ from them by more than rounding."""
-        here, apart = self.times[places], ROUNDED * self.times[-1]
-        left = np.searchsorted(self.times, here - apart, side="left") - 1
-        return left, np.searchsorted(self.times, here + apart, side="right")
-
-    def _sizes(self, *places: Indices) -> Real:
-        """Return the absolute values of the quantities, each at its own places, shape (places, quantities)."""
-        each = np.transpose(places)
-        return np.abs([row[at] for row, at in zip(self.rows.values(), each, strict=True)]).T
+    def _crests(self) -> _Crests:
+        return crests([self])[0]
 
     def peaks(self) -> dict[Key, float]:
         """Return the largest absolute value of each quantity; NaN where it is unknown."""
-        return dict(zip(self.rows, self._crests[0].tolist(), strict=True))
+        return dict(zip(self.rows, self._crests.values.tolist(), strict=True))
 
     def unclear(self) -> Real:
         """Return new times around the largest values whose neighbours are too far below them for a parabola [s]."""
-        value, drop = self._crests
-        unclear = self._places[drop > CLEAR * value]
+        places, values, drops = self._crests
+        unclear = places[drops > CLEAR * values]
         if not len(unclear):
             return np.zeros(0)
-        left, right = self._neighbours(unclear)
+        left, right = _beside(self.times, unclear)
         around = np.linspace(self.times[left], self.times[right], DIVISIONS + 1)
         return np.setdiff1d(around, self.times)
 
     def nearest_to_breakdown(self) -> tuple[float, float]:
         """Return field [V/m] and gap [m] at the time that is nearest to breakdown by Paschen's law."""
         quantity = list(self.rows).index("breakdown")
-        share, place = float(self._crests[0][quantity]), self._places[quantity]
+        share, place = float(self._crests.values[quantity]), self._crests.places[quantity]
         gap = float(self.rows["gap"][place])
         if share == 0:
             return float(abs(self.rows["interface"][place])), gap
         return share * paschen_voltage(gap=gap) / gap, gap
+
+
+class _Crests(NamedTuple):
+    """Largest absolute values of quantities, the index of each, and how far its neighbours lie below it; all (quantities,)."""
+
+    places: Indices
+    values: Real
+    drops: Real
+
+
+class _Courses:
+    """Records of the same quantities, with the last time of the shorter ones repeated."""
+
+    def __init__(self, records: Sequence[PeakRecord]) -> None:
+        self.cases = np.arange(len(records))
+        self.times = _padded([each.times for each in records])
+        self.rows = [_padded([each.rows[name] for each in records]) for name in records[0].rows]
+
+    def places(self) -> Indices:
+        """Return the index of the largest absolute value of each quantity, shape (quantities, cases) like all indices here."""
+        if self.times.shape[1] > _MANY:  # without a copy of all rows
+            return np.array([_largest(row) for row in self.rows])
+        return _largest(np.array(self.rows))
+
+    def beside(self, places: Indices) -> tuple[Indices, Indices]:
+        """Return the indices of the times before and after some, which differ from them by more than rounding."""
+        found = [_beside(times, own) for times, own in zip(self.times, places.T, strict=True)]
+        left, right = np.array(found).transpose(1, 2, 0)
+        return left, right
+
+    def at(self, places: Indices) -> Real:
+        """Return the times of some indices [s]."""
+        return np.asarray(self.times[self.cases, places])
+
+    def sizes(self, *places: Indices) -> Real:
+        """Return the absolute values of the quantities, shape (places, quantities, cases)."""
+        each = np.stack(places, axis=1)
+        found = [row[self.cases, at] for row, at in zip(self.rows, each, strict=True)]
+        return np.abs(found).swapaxes(0, 1)
+
+
+def crests(records: Sequence[PeakRecord]) -> list[_Crests]:
+    """Find the largest values of records of the same quantities, and how far their neighbours lie below them.
+
+    Between times the largest value is that of a parabola through three of them, at most half of the drop above the
+    middle one. The drop is 0 at an end and at a corner.
+    """
+    courses = _Courses(records)
+    place = courses.places()
+    left, right = courses.beside(place)
+    inside = (left >= 0) & (right < courses.times.shape[1])
+    left, right = np.where(inside, left, place), np.where(inside, right, place)
+    value, first, last = courses.sizes(place, left, right)
+    first, last = value - first, value - last
+    here = courses.at(place)
+    before, after = here - courses.at(left), courses.at(right) - here
+    inside &= np.minimum(before, after) >= AT_A_CORNER * np.maximum(before, after)
+    inside &= np.minimum(first, last) >= 0
+    first, last = np.where(inside, first, 0.0), np.where(inside, last, 0.0)
+    before, after = np.where(inside, before, 1.0), np.where(inside, after, 1.0)
+    bend, drop = first / before + last / after, np.maximum(first, last)
+    inside &= bend > 0
+    tilt = (first * after / before - last * before / after) / (before + after)
+    above = tilt**2 * (before + after) / (4 * np.where(inside, bend, 1.0))
+    # a parabola through both sides of a discontinuity would lie above them
+    steep = np.where(first > last, before, after) <= SUDDEN * courses.times[:, -1]
+    inside &= ~(steep & (drop > CLEAR * value))
+    most = np.minimum(drop / 2, _most_above(courses, place, value, np.where(tilt < 0, left, right), tilt < 0))
+    value = value + np.where(inside, np.minimum(above, most), 0.0)
+    return [_Crests(*each) for each in zip(place.T, value.T, drop.T, strict=True)]
+
+
+def _most_above(
+    courses: _Courses, place: Indices, value: Real, near: Indices, falls: NDArray[np.bool_]
+) -> Real:
+    """Return how far concave courses between times and their neighbours can rise above the values at these times.
+
+    They lie below the secant through that neighbour and the next one; so a corner, steep on one side only, has no
+    crest.
+    """
+    outer = np.where(falls, *courses.beside(near))
+    known = (outer >= 0) & (outer < courses.times.shape[1])
+    outer = np.where(known, outer, near)
+    beside, beyond = courses.sizes(near, outer)
+    finite = np.isfinite(beside) & np.isfinite(beyond)
+    beside, beyond = np.where(finite, beside, 0.0), np.where(finite, beyond, 0.0)
+    slope = (beside - beyond) / np.where(known, courses.at(near) - courses.at(outer), 1.0)
+    rise = beside + slope * (courses.at(place) - courses.at(near)) - value
+    return np.where(known, np.maximum(rise, 0.0), np.inf)
+
+
+def _beside(times: Real, places: Indices) -> tuple[Indices, Indices]:
+    """Return the indices of the times before and after some, which differ from them by more than rounding."""
+    here, apart = times[places], ROUNDED * times[-1]
+    left = np.searchsorted(times, here - apart, side="left") - 1
+    return left, np.searchsorted(times, here + apart, side="right")
+
+
+def _padded(rows: Sequence[Real]) -> Real:
+    """Return rows as one array (cases, n), in which the last value of the shorter ones is repeated."""
+    count = max(map(len, rows))
+    if all(len(row) == count for row in rows):
+        return rows[0][None] if len(rows) == 1 else np.array(rows)
+    return np.array([np.append(row, np.full(count - len(row), row[-1])) for row in rows])
 
 
 def refined(
@@ -343,27 +390,36 @@ def refined(
 ) -> list[PeakRecord]:
     """Add times around the largest values that their neighbours do not resolve, to all records in the same rounds.
 
-    `look` evaluates the quantities of some records, by their indices (n,), at other times (n,) [s].
+    `look` evaluates the quantities of some records, by their indices (cases,), at other times (cases, n) [s].
     """
     found = list(records)
+    wanted: dict[int, Real] = {}
+    _find_crests(found)
     for _ in range(REFINEMENTS):
-        wanted = [record.unclear() for record in found]
-        counts = [len(each) for each in wanted]
-        if not any(counts):
+        wanted = {case: new for case in wanted or range(len(found)) if len(new := found[case].unclear())}
+        if not wanted:
             break
-        rows = look(np.repeat(np.arange(len(found)), counts), np.concatenate(wanted))
-        ends = np.cumsum(counts)
-        for case, (times, first, last) in enumerate(zip(wanted, ends - counts, ends, strict=True)):
-            if len(times):
-                own = {name: row[first:last] for name, row in rows.items()}
-                found[case] = found[case].joined(PeakRecord(times, own))
+        cases, times = np.array([*wanted]), _padded([*wanted.values()])
+        rows = look(cases, times)
+        for place, (case, new) in enumerate(wanted.items()):
+            own = {name: row[place, : len(new)] for name, row in rows.items()}
+            found[case] = found[case].joined(PeakRecord(new, own))
+        _find_crests([found[case] for case in wanted])
     return found
 
 
+def _find_crests(records: Sequence[PeakRecord]) -> None:
+    """Find the largest values of all records at once, as each would by itself."""
+    for record, own in zip(records, crests(records), strict=True):
+        vars(record)["_crests"] = own
+
+
 def _largest(rows: Real) -> Indices:
-    """Return the index of the largest absolute finite value of each row, shape (rows, n)."""
+    """Return the index of the largest absolute finite value of each row (..., n)."""
     sizes = np.abs(rows)
-    found: Indices = np.argmax(sizes, axis=1)
-    if np.all(np.isfinite(sizes[np.arange(len(rows)), found])):  # a NaN would be the first found
+    found: Indices = np.argmax(sizes, axis=-1)
+    if np.all(
+        np.isfinite(np.take_along_axis(sizes, found[..., None], axis=-1))
+    ):  # a NaN would be the first found
         return found
-    return np.asarray(np.argmax(np.where(np.isfinite(sizes), sizes, -1.0), axis=1))
+    return np.asarray(np.argmax(np.where(np.isfinite(sizes), sizes, -1.0), axis=-1))

@@ -154,7 +154,7 @@ class Solution:
         """Return the arguments of the law's pressure."""
         return amplitudes_among(self.found)
 
-    def at(self, places: Indices) -> Solution:
+    def at(self, places: Indices | slice) -> Solution:
         """Return the response at some of its times."""
         found = {key: row[..., places] for key, row in self.found.items()}
         return replace(self, found=found, force=self.attraction[places])

@@ -396,10 +396,20 @@ def _driven(transfer: Transfer, drive: Excitation, known: dict[Any, Real]) -> Re
     if drive.level:
         found = found + np.atleast_1d(transfer.at(0.0)).real[:, None] * drive.level
     if len(moments.frequencies):
-        gain = np.stack([np.atleast_1d(transfer.at(each)) for each in moments.frequencies.tolist()], axis=1)
-        tones = gain * drive.tones
-        found = found + np.concatenate([tones.real, tones.imag], axis=1) @ moments.waves
+        found = found + in_tones(transfer, moments.frequencies, drive.tones, moments.waves)
     return found
+
+
+def in_tones(transfer: Transfer, frequencies: Real, tones: Complex, waves: Real) -> Real:
+    """Return the response to sines that have always been on, shape (fingers or 1, n).
+
+    `frequencies` (tones,) or (tones, fingers) [Hz]; `tones` (tones,) or (fingers, tones) [V]; `waves` (2 tones, n) or
+    (fingers, 2 tones, n), cosines and minus sines at the outputs.
+    """
+    gain = np.stack([np.atleast_1d(transfer.at(each)) for each in frequencies], axis=1)
+    own = gain * tones
+    shares = np.concatenate([own.real, own.imag], axis=1)
+    return np.asarray(shares @ waves if waves.ndim == 2 else (shares[:, None] @ waves)[:, 0])
 
 
 def _settled(transfer: Transfer, drive: Excitation, known: dict[Any, Real]) -> list[Real]:

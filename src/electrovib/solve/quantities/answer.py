@@ -13,12 +13,17 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import ElectrovibError, InputError, nearest
 from electrovib.physics.limits import MEAN_SQUARES
 from electrovib.solve.choice import chosen
-from electrovib.solve.diagnostics import running_currents
 from electrovib.solve.diagnostics.judge import largest_of, largest_values
 from electrovib.solve.expanded import Expanded
 from electrovib.solve.quantities.names import Named
-from electrovib.solve.quantities.pieces import of_extremes, taken_from
-from electrovib.solve.quantities.resolve import Resolved, resolve, values_of, window
+from electrovib.solve.quantities.resolve import (
+    Resolved,
+    of_extremes,
+    resolve,
+    taken_from,
+    values_of,
+    window,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,6 +31,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.scenario import Scenario
     from electrovib.solve.diagnostics.peaks import PeakRecord
+    from electrovib.solve.expanded import Record
 
 READINGS: Final = ("normal_force_measured", "lateral_force_measured")
 """Signals that a digitiser holds between its readings."""
@@ -69,10 +75,13 @@ def answer(expanded: Expanded, names: Sequence[Named]) -> Answer:
     """
     values, found, held = numbers(expanded, names)
     errors = {each.name: found.error(each.key) for each in names if each not in held}
-    judged, stated = expanded.judge(found.record, declared_mean_squares)
-    diagnostics = [*judged, *doubts(values, errors)]
-    how = found.record.how | stated
-    return Answer(values, errors, how, diagnostics)
+    return judged(expanded, found.record, values, errors)
+
+
+def judged(expanded: Expanded, record: Record, values: dict[str, float], errors: dict[str, float]) -> Answer:
+    """Return quantities with the diagnostics of the record that they were taken from."""
+    found, stated = expanded.judge(record, declared_mean_squares)
+    return Answer(values, errors, record.how | stated, [*found, *_unknown(values), *_unresolved(errors)])
 
 
 def numbers(
@@ -90,7 +99,7 @@ def numbers(
             f"quantity: this scenario has no signal '{signal}'.{nearest(signal, have)}"
         ) from None
     values |= {
-        each.name: taken_from(each.taken, found.mesh, found.series[each.key])
+        each.name: float(taken_from(each.taken, found.mesh, found.series[each.key]))
         for each in names
         if each not in held
     }
@@ -123,7 +132,7 @@ def of_record(taken: str, times: Real, values: Real) -> float:
         return float(steps @ (first + last)) / (2 * span)
     if taken == "rms":
         return math.sqrt(float(steps @ (first**2 + first * last + last**2)) / (3 * span))
-    return of_extremes(taken, float(np.min(values)), float(np.max(values)))
+    return float(of_extremes(taken, np.min(values), np.max(values)))
 
 
 def root_mean_squares(
@@ -152,16 +161,11 @@ def declared_mean_squares(expanded: Expanded, peaks: PeakRecord) -> dict[str, fl
     if not declared:
         return {}
     scenario = expanded.scenario
-    reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
+    reached = largest_values(scenario, expanded.section, peaks)
     names = [name.removeprefix("rms_") for name in declared]
     bounded = [name for name in names if math.isfinite(largest_of(reached, name))]
     found = dict.fromkeys(names, math.nan) | root_mean_squares(expanded, peaks, bounded)
     return {f"rms_{name}": value for name, value in found.items()}
-
-
-def doubts(values: dict[str, float], errors: dict[str, float]) -> list[Diagnostic]:
-    """Return which quantities are unknown, and which signals were not resolved."""
-    return [*_unknown(values), *_unresolved(errors)]
 
 
 def _unknown(values: dict[str, float]) -> list[Diagnostic]:

@@ -288,6 +288,8 @@ def shortest_time(scenario: Scenario, times: Real) -> float:
         return drive.shortest_piece(end)  # every output is at a corner
     begins = [] if scenario.time.settled else [0.0]
     corners = np.concatenate([[-math.inf], begins, drive.corners(end)[0]])
+    if len(corners) == 1:
+        return drive.shortest_piece(end)
     since = times - corners[np.searchsorted(corners, times * (1 + SAME), side="right") - 1]
     after = since[since > SAME * times]
     return min(drive.shortest_piece(end), float(np.min(after, initial=math.inf)))

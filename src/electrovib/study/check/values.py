@@ -7,8 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from electrovib.physics.limits import MEAN_SQUARES, WORDS
-from electrovib.solve.diagnostics import running_currents
-from electrovib.solve.diagnostics.judge import largest_of, largest_values, slew_rate, stack_diagnostics
+from electrovib.solve.diagnostics.judge import (
+    largest_of,
+    largest_values,
+    slew_rate,
+    stack_diagnostics,
+)
 from electrovib.solve.expanded import OF_ELECTRICS, Expanded
 from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
 from electrovib.study.check.result import BREAKDOWN
@@ -34,7 +38,7 @@ def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedV
     record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
     assert record.peaks is not None
     peaks, end = record.peaks, float(expanded.times[-1])
-    reached = largest_values(scenario, peaks, running_currents(scenario, expanded.section, peaks))
+    reached = largest_values(scenario, expanded.section, peaks)
     reached["slew_rate"] = slew_rate(scenario, end)
     largest = {name: largest_of(reached, name) for name in WORDS}
     known = [name for name in MEAN_SQUARED if mean_squares and math.isfinite(largest[name])]
