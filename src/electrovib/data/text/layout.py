@@ -101,7 +101,7 @@ class Layout:
 def split(line: str, delimiter: str) -> list[str]:
     """Split a line into its fields, without blanks and quotation marks around them."""
     if not delimiter:
-        return [cell.strip('"') for cell in line.split()]
+        return [cell[1:-1] if cell[:1] == cell[-1:] == '"' else cell for cell in line.split()]
     if '"' in line:
         try:
             return [
