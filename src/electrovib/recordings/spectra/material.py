@@ -85,7 +85,7 @@ def fit_material(
     without loss, which is without dispersion too; or ``unknown``: the real part alone is fitted, which holds
     no conductivity at zero frequency.
     """
-    spectrum = MeasuredSpectrum.of(frequency, permittivity, noise, loss)
+    spectrum = FittedSpectrum.of(frequency, permittivity, noise, loss)
     _refuse(spectrum.frequency, spectrum.permittivity, forms, loss)
     consistent = math.nan if loss == "unknown" else consistency(spectrum.frequency, spectrum.permittivity)
     outliers = np.zeros(spectrum.frequency.size, bool)
@@ -142,7 +142,7 @@ def _contradicted(loss: str) -> str:
     )
 
 
-def _outliers(fit: MaterialFit, spectrum: MeasuredSpectrum) -> NDArray[np.bool_]:
+def _outliers(fit: MaterialFit, spectrum: FittedSpectrum) -> NDArray[np.bool_]:
     """Rows that differ from their two neighbours on each side more than the form differs from the data."""
     order, plain = np.argsort(spectrum.frequency), replace(spectrum, weights=None)
     left = (plain.target - plain.rows(fit.material)).reshape(-1, order.size)[:, order]
@@ -166,7 +166,7 @@ def shift_of(
     noise: ArrayLike | None,
 ) -> dict[str, float]:
     """Compute, to first order, the change of the estimates if all data are multiplied by a complex factor close to 1."""
-    given = MeasuredSpectrum.of(frequency, permittivity, noise, fit.loss)
+    given = FittedSpectrum.of(frequency, permittivity, noise, fit.loss)
     whole, kept = replace(given, permittivity=given.permittivity * factor), ~fit.outliers
     spectrum = given.part(kept)
     inside = {name: value for name, value in fit.estimate.values.items() if name not in fit.estimate.on_bound}
@@ -179,7 +179,7 @@ def shift_of(
 
 
 def _best_of(
-    form: str, spectrum: MeasuredSpectrum, outliers: NDArray[np.bool_], consistent: float
+    form: str, spectrum: FittedSpectrum, outliers: NDArray[np.bool_], consistent: float
 ) -> MaterialFit:
     """Fit one form roughly from each of its initial values, and continue with the best."""
     kept, loss = spectrum.part(~outliers), spectrum.loss
@@ -216,7 +216,7 @@ _STEP: Final = 1e-7
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeasuredSpectrum:
+class FittedSpectrum:
     """A measured spectrum, as what is fitted of it: logarithms of its parts.
 
     `weights` are one over the relative standard deviation of permittivity and conductivity, shape (2, n).
@@ -230,7 +230,7 @@ class MeasuredSpectrum:
     @classmethod
     def of(
         cls, frequency: ArrayLike, permittivity: ArrayLike, noise: ArrayLike | None, loss: str
-    ) -> MeasuredSpectrum:
+    ) -> FittedSpectrum:
         """Collect the rows of a table."""
         grid, data = np.asarray(frequency, dtype=float), np.asarray(permittivity, dtype=complex)
         if noise is None:
@@ -245,7 +245,7 @@ class MeasuredSpectrum:
             raise InputError("noise: expected relative standard deviations above 0")
         return cls(frequency=grid, permittivity=data, weights=1 / given, loss=loss)
 
-    def part(self, kept: NDArray[np.bool_]) -> MeasuredSpectrum:
+    def part(self, kept: NDArray[np.bool_]) -> FittedSpectrum:
         """Return some of its rows."""
         weights = None if self.weights is None else self.weights[:, kept]
         return replace(
