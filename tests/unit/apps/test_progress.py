@@ -62,7 +62,7 @@ def test_the_figures_of_a_reproduction_are_items(monkeypatch):
     heard = []
 
     found = SimpleNamespace(panels=[SimpleNamespace(id="decay"), SimpleNamespace(id="thresholds")])
-    monkeypatch.setattr("electrovib.view.reproduced_page.drawn", lambda panel: pytest.fail(panel.id))
+    monkeypatch.setattr("electrovib.view.reproduce.drawn", lambda panel: pytest.fail(panel.id))
     with items_heard(lambda *item: heard.append(item)), pytest.raises(pytest.fail.Exception):
         page.contents_of(found)
     assert heard == [("drawing of decay", 1, 2)]

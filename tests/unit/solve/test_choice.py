@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import electrovib as ev
-from electrovib.solve import choice, diagnostics
+from electrovib.solve import choice
+from electrovib.solve.diagnostics import judge
 from electrovib.solve.electrics.solution import RENEWAL, Question, linear_quantities
 from electrovib.solve.electrics.without_modes import follow_all
 from electrovib.solve.expanded import Expanded
@@ -74,13 +75,13 @@ def test_the_last_solver_takes_everything_and_the_others_not():
 def test_a_march_is_asked_once_and_a_closed_form_again_where_it_is_largest(monkeypatch, method):
     asked = {"solve": 0, "solve_fields": 0}
     for name in asked:
-        whole = getattr(diagnostics, name)
+        whole = getattr(judge, name)
 
         def counted(*arguments, name=name, whole=whole, **options):
             asked[name] += 1
             return whole(*arguments, **options)
 
-        monkeypatch.setattr(diagnostics, name, counted)
+        monkeypatch.setattr(judge, name, counted)
     scenario = scenario_for(method)
     Expanded(scenario).at(scenario.time.times(scenario.drive), closely=True)
     assert asked["solve"] == 1

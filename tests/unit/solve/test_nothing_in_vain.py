@@ -11,7 +11,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
 from electrovib.physics.amplifier import Amplifier
 from electrovib.physics.motion import Motion
-from electrovib.scenario import load, scenario_of
+from electrovib.scenario import load
 from electrovib.solve.simulate import simulate
 
 COULOMB = {"model": "Coulomb", "coefficient": 0.5}
@@ -78,14 +78,9 @@ def test_a_closing_gap_without_a_load_begins_as_declared(gap):
     assert carried == pytest.approx(float(trace.normal_force[-1] + trace.electrostatic_force[-1]), rel=0.02)
 
 
-def test_a_share_of_ridges_that_no_law_knows_is_refused_but_in_older_traces(gap):
+def test_a_share_of_ridges_that_no_law_knows_is_refused(gap):
     with pytest.raises(InputError, match="ridge_share"):
         gap.replace({"contact.ridge_share": 0.6})
-    trace = simulate(gap, time=np.linspace(0, 0.01, 3))
-    older = json.loads(trace.attrs["scenario"])
-    older["contact"]["ridge_share"] = 0.6
-    trace.attrs["scenario"] = json.dumps(older)
-    assert scenario_of(trace) == gap
 
 
 def test_the_current_that_a_stray_capacitance_takes_is_not_said_to_enter_the_finger(gap):

@@ -19,14 +19,8 @@ from electrovib.core.units import format_quantity
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.solution import linear_quantities
 from electrovib.solve.electrics.transient import amplified, transient
-from electrovib.solve.stack.expand import (
-    SAME,
-    band_of_run,
-    left_by_charge,
-    lowest_frequency,
-    phasors,
-    shortest_time,
-)
+from electrovib.solve.stack import expand
+from electrovib.solve.stack.expand import SAME, left_by_charge, lowest_frequency, phasors, shortest_time
 from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf
 from electrovib.solve.stack.transfer import Transfer, integral_weight
@@ -131,7 +125,7 @@ def _fit(
     scenario: Scenario, times: Real, known: tuple[float, float], *, steady: bool
 ) -> _DifferenceFit | None:
     """Return the fit of D over the part of a run's band in which the materials are known; None where there is none."""
-    low, high = band_of_run(scenario, times)
+    low, high = expand.band_of_run(scenario, times)
     low, high = max(low, known[0]), min(high, known[1])
     smallest = MEASURED if known[0] else SMALLEST
     return _DifferenceFit.over(low, high, steady=steady, smallest=smallest) if low < high else None
