@@ -128,5 +128,5 @@ def test_every_argument_of_a_form_is_one_of_the_function(form):
 
 def test_help_names_every_option():
     shown = CliRunner().invoke(app, ["design", "-h"], env={"COLUMNS": "200"}).stdout
-    for option in ("--want", "--free", "--between", "--limits", "--space", "--linear", "--output", "--set"):
+    for option in ("--want", "--free", "--texture", "--limits", "--space", "--linear", "--output", "--set"):
         assert option in shown

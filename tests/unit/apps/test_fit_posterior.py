@@ -73,7 +73,7 @@ def test_the_page_states_that_the_chains_are_too_short(fitted):
 def test_the_command_repeats_the_samples_and_replaces_its_own_files(folder, fitted):
     found, out = fitted
     arguments = ["fit", str(folder / "plate.toml"), str(folder / "a.nc"), "--free", GAP, "--posterior"]
-    result = CliRunner().invoke(app, [*arguments, "--seed", "1", "--steps", "40", "-o", str(out)])
+    result = CliRunner().invoke(app, [*arguments, "--seed", "1", "-n", "40", "-o", str(out)])
     assert result.exit_code == 0, result.output
     assert f"{GAP}: posterior 95 % interval " in result.output
     assert "warning: the samples may not represent the posterior" in result.output

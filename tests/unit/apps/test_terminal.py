@@ -35,7 +35,7 @@ def cli(tmp_path, capsys, monkeypatch):
 def test_a_title_is_shown_and_not_obeyed(cli):
     changed = ev.load("vezzoli_2014/fig6").model_copy(update={"title": EVIL})
     ev.init(changed, output="evil.toml")
-    for command in ("run", "perceive"):
+    for command in ("run", "compare"):
         code, out, _ = cli(command, "evil.toml")
         assert code == 0
         assert out.splitlines()[0] == SHOWN
@@ -99,8 +99,8 @@ COMMANDS = (
     ["--help"],
     ["run", "--help"],
     ["run", "words.toml"],
-    ["models"],
-    ["models", "vezzoli_2014"],
+    ["list"],
+    ["list", "vezzoli_2014"],
     ["compare", "words.toml", "--models", "MaxwellStressInGap,MaxwellStressInStratumCorneum"],
     ["run", "words.toml", "--set", "drive.größe=1"],
 )

@@ -7,19 +7,12 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli.options import Changes, Models, Scenario
 from electrovib.apps.cli.terminal import say
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("explore")(command)
-
-
 def command(
-    scenario: Annotated[
-        str, typer.Argument(help="Name of a scenario, a TOML file, or a Trace, which the page shows first.")
-    ] = "vezzoli_2014/fig6",
+    scenario: Scenario = "vezzoli_2014/fig6",
     port: Annotated[
         int | None, typer.Option(help="Port of the page. Default: the first that is free from 8080 on.")
     ] = None,

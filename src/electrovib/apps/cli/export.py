@@ -8,39 +8,36 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from electrovib.apps.cli.export_options import (
+from electrovib.apps.cli.options import (
     AmplifierPresent,
+    Changes,
     Edge,
+    Force,
     FullScale,
-    FurtherLimits,
     Gain,
     Instrument,
     LargestError,
-    Output,
-    Place,
+    Limits,
+    Models,
     Ramp,
     Rate,
+    Scenario,
+    output,
 )
-from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes, Models
 from electrovib.apps.cli.terminal import say, warned
 
 if TYPE_CHECKING:
     from electrovib.export.waveform import WrittenWaveform
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("export")(command)
-
-
 def command(
-    scenario: Annotated[
-        str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.")
-    ],
-    place: Place = "",
-    output: Output = "",
-    limits: FurtherLimits = None,
+    scenario: Scenario,
+    place: Annotated[
+        str,
+        typer.Argument(metavar="OUTPUT", help="The file to write, if not given by -o.", show_default=False),
+    ] = "",
+    file: Annotated[str, output("A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.")] = "",
+    limits: Limits = None,
     instrument: Instrument = "",
     rate: Rate = "",
     ramp: Ramp = "",
@@ -64,9 +61,9 @@ def command(
     from electrovib.export.scenario import WRITERS, export_netlist
     from electrovib.export.waveform import FORMATS, export_waveform
 
-    if bool(place) == bool(output):
+    if bool(place) == bool(file):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
-    target, wanted = place or output, read_changes(changes or [])
+    target, wanted = place or file, read_changes(changes or [])
     given = {
         "--limits": limits, "--as": instrument, "--rate": rate, "--ramp": ramp, "--full-scale": full_scale,
         "--edge": edge, "--amplifier-present": amplifier_present,
@@ -87,10 +84,10 @@ def command(
             full_scale=_number(full_scale, "V", "--full-scale"), gain=gain, edge=edge_of(edge),
             amplifier_present=amplifier_present, force=force,
         )  # fmt: skip
-    say(*warned(found), *lines_of(found))
+    say(*warned(found), *waveform_lines(found))
 
 
-def lines_of(found: WrittenWaveform) -> list[str]:
+def waveform_lines(found: WrittenWaveform) -> list[str]:
     """Return the notes of a waveform, its check and its file as lines."""
     from electrovib.study.check.result import shown
 

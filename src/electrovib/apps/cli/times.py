@@ -1,120 +1,166 @@
-"""``electrovib times``."""
+"""``electrovib times``: times of edges, or friction of swipes, in a record and without a model of the experiment."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Force, Text, option, output, refuse
 from electrovib.apps.cli.terminal import say
 
 if TYPE_CHECKING:
     from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
 
-Record: TypeAlias = Annotated[
-    str, typer.Argument(help="Trace file with signals over time, as electrovib import writes it.")
-]
-Measured: TypeAlias = Annotated[
-    str | None,
-    typer.Option(
-        metavar="SIGNAL", help="Signal whose edges are measured; by default the only one besides --by."
-    ),
-]
-Fractions: TypeAlias = Annotated[
-    str, typer.Option(metavar="LOW:HIGH", help="Levels in per cent of the range of an edge.")
-]
-By: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="SIGNAL", help="Signal of the drive, whose switching marks the edges.")
-]
-Antiphase: TypeAlias = Annotated[
-    bool,
-    typer.Option("--antiphase", help="The signal of --by is one of two electrodes driven in antiphase."),
-]
-TakenOut: TypeAlias = Annotated[
-    str | None,
-    typer.Option(
-        metavar="HZ:Q|estimate",
-        help="Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the edges.",
-    ),
-]
-Edges: TypeAlias = Annotated[
-    str, typer.Option(metavar="both|rising|falling", help="Edges that are measured.")
-]
-Exponentials: TypeAlias = Annotated[int, typer.Option(help="Largest number of exponentials, 1 to 4.")]
-Window: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="TIME", help="Length of the section after an edge, such as '20 ms'.")
-]
-Before: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="TIME", help="Length of the section before an edge.")
-]
-Ring: TypeAlias = Annotated[
-    bool,
-    typer.Option(
-        "--ring", help="Measure also the oscillation after each impact, or after the last switching of --by."
-    ),
-]
-Folder: TypeAlias = Annotated[
-    str | None, typer.Option("--output", "-o", metavar="DIR", help="Folder for report.html and times.csv.")
-]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("times")(command)
-
 
 def command(
-    record: Record,
-    signal: Measured = None,
-    levels: Fractions = "10:90",
-    by: By = None,
-    antiphase: Antiphase = False,
-    sensor: TakenOut = None,
-    edges: Edges = "both",
-    exponentials: Exponentials = 3,
-    window: Window = None,
-    before: Before = None,
-    ring: Ring = False,
-    output: Folder = None,
+    record: Annotated[
+        str,
+        typer.Argument(
+            help="Trace file with signals over time, as electrovib import writes it; with --recipe a file of an instrument."
+        ),
+    ],
+    quantity: Annotated[
+        Text,
+        option("Signal whose edges are measured; by default the only one besides --by.", metavar="SIGNAL"),
+    ] = None,
+    levels: Annotated[
+        str, typer.Option(metavar="LOW:HIGH", help="Levels in per cent of the range of an edge.")
+    ] = "10:90",
+    by: Annotated[
+        Text, option("Signal of the drive, whose switching marks the edges.", metavar="SIGNAL")
+    ] = None,
+    antiphase: Annotated[
+        bool,
+        typer.Option("--antiphase", help="The signal of --by is one of two electrodes driven in antiphase."),
+    ] = False,
+    sensor: Annotated[
+        Text,
+        option(
+            "Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the edges.",
+            metavar="HZ:Q|estimate",
+        ),
+    ] = None,
+    edges: Annotated[
+        str, typer.Option(metavar="both|rising|falling", help="Edges that are measured.")
+    ] = "both",
+    exponentials: Annotated[int, typer.Option(help="Largest number of exponentials, 1 to 4.")] = 3,
+    window: Annotated[
+        Text, option("Length of the section after an edge, such as '20 ms'.", metavar="TIME")
+    ] = None,
+    before: Annotated[Text, option("Length of the section before an edge.", metavar="TIME")] = None,
+    ring: Annotated[
+        bool,
+        typer.Option(
+            "--ring",
+            help="Measure also the oscillation after each impact, or after the last switching of --by.",
+        ),
+    ] = False,
+    swipes: Annotated[
+        bool,
+        typer.Option(
+            "--swipes",
+            help="Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.",
+        ),
+    ] = False,
+    recipe: Annotated[
+        Text,
+        option(
+            "Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.",
+            metavar="FILE.toml",
+        ),
+    ] = None,
+    speed: Annotated[
+        Text,
+        option(
+            "Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.", metavar="SPEED"
+        ),
+    ] = None,
+    trim: Annotated[
+        float,
+        typer.Option(
+            metavar="PER_CENT", help="Of --swipes: part of the distance omitted at both ends of a slide."
+        ),
+    ] = 5.0,
+    folder: Annotated[
+        Text, output("Folder for report.html and times.csv, or swipes.csv.", metavar="DIR")
+    ] = None,
     force: Force = False,
 ) -> None:
-    """Measure rise and fall times of recorded edges.
+    """Measure rise and fall times, or swipes, in a record.
 
-    Report them with and without the sensor, each with a 95 % interval.
+    Report the times with and without the sensor, each with a 95 % interval; with --swipes the friction and the forces of
+    contacts and slides, from which the zeros of the sensors are subtracted.
     """
-    from pathlib import Path
+    target = None if folder is None else Path(folder)
+    of_edges = {
+        "--quantity": quantity, "--by": by, "--antiphase": antiphase, "--sensor": sensor, "--window": window,
+        "--before": before, "--ring": ring, "--levels": levels != "10:90", "--edges": edges != "both",
+        "--exponentials": exponentials != 3,
+    }  # fmt: skip
+    if swipes or recipe:
+        refuse(of_edges, "--swipes")
+        _reduce_swipes(record, target, recipe=recipe, speed=speed, trim=trim, force=force)
+        return
+    refuse({"--speed": speed, "--trim": trim != 5.0}, "times, but to --swipes")
+    chosen = _chosen(quantity, by, antiphase=antiphase)
+    options = {"levels": _levels(levels), "sensor": sensor, "exponentials": exponentials, "edges": edges}
+    spans = {"window": _seconds("--window", window), "before": _seconds("--before", before)}
+    _measure(record, target, chosen, options | spans, ring=ring, force=force)
 
+
+def _measure(
+    record: str,
+    folder: Path | None,
+    chosen: dict[str, Any],
+    options: dict[str, Any],
+    *,
+    ring: bool,
+    force: bool,
+) -> None:
+    """Measure the times of the edges, and the oscillations where they are asked for."""
     from electrovib.core.files import inputs_noted
     from electrovib.data.traces import open_trace
     from electrovib.recordings.transitions.table import time_rows, with_interval
     from electrovib.view.measured import check_measured_folder, write_measured
     from electrovib.view.times import FILES, times_files
 
-    chosen = _chosen(signal, by, antiphase=antiphase)
-    spans: dict[str, Any] = {"window": _seconds("--window", window), "before": _seconds("--before", before)}
-    fractions = _levels(levels)
     with inputs_noted() as inputs:
         trace = open_trace(record)
-    if output is not None:
-        check_measured_folder(Path(output), FILES, inputs, force=force)
-    wanted: Any = edges  # checked there
-    rings = _rings(trace, chosen, spans["window"]) if ring else None
-    found, why = _times(
-        trace,
-        rings,
-        levels=fractions,
-        sensor=sensor,
-        exponentials=exponentials,
-        edges=wanted,
-        **chosen,
-        **spans,
-    )
+    if folder is not None:
+        check_measured_folder(folder, FILES, inputs, force=force)
+    rings = _rings(trace, chosen, options["window"]) if ring else None
+    found, why = _times(trace, rings, **chosen, **options)
     say(*(f"{row.group}, {with_interval(row)}" for row in time_rows(found, rings)))
     say(*(text for each in (found, rings) if each is not None for text in each.words), *why)
-    if output is not None:
+    if folder is not None:
         texts = times_files(found, rings, source=Path(record).name)
-        say(*(f"written: {path}" for path in write_measured(Path(output), texts, FILES, force=force)))
+        say(*(f"written: {path}" for path in write_measured(folder, texts, FILES, force=force)))
+
+
+def _reduce_swipes(
+    record: str, folder: Path | None, *, recipe: str | None, speed: str | None, trim: float, force: bool
+) -> None:
+    """Find contacts and slides, and report their friction and forces."""
+    from electrovib.core.files import inputs_noted
+    from electrovib.recordings.swipe import reduce_swipes
+    from electrovib.recordings.swipe.table import swipe_rows
+    from electrovib.recordings.transitions.table import with_interval
+    from electrovib.view.measured import check_measured_folder, write_measured
+    from electrovib.view.swipe import FILES, swipe_files
+
+    with inputs_noted() as inputs:
+        found = reduce_swipes(record, channels=recipe, speed=speed, trim=trim / 100)
+    if folder is not None:
+        check_measured_folder(folder, FILES, inputs, force=force)
+    say(*(f"{row.group}, {with_interval(row)}" for row in swipe_rows(found)))
+    for number, each in enumerate(found, start=1):
+        name = f"swipe {number}: " if len(found) > 1 else ""
+        say(*(f"{name}{text}" for text in each.words))
+    if folder is not None:
+        texts = swipe_files(found, source=Path(record).name)
+        say(*(f"written: {path}" for path in write_measured(folder, texts, FILES, force=force)))
 
 
 def _rings(trace: Any, chosen: dict[str, Any], window: float | None) -> MeasuredRings:

@@ -43,7 +43,10 @@ def read_impedance_file(path: Path) -> Recorded:
     """Read the spectrum of an impedance analyser: frequency [Hz], real and imaginary part of the impedance [ohm]."""
     check_file(path)
     check_package(
-        path, PACKAGE, "a file of an impedance analyser", "; with --reader text it is read as a plain table"
+        path,
+        PACKAGE,
+        "a file of an impedance analyser",
+        "; with --set reader=text it is read as a plain table",
     )
     with path.open("rb") as file:
         instrument = instrument_of(file.read(65536))

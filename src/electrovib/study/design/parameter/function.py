@@ -84,7 +84,7 @@ def design_parameter(
     sparse = is_long(scenario)
     values = first_values(wanted.low, wanted.high, wanted.begin, sparse=sparse)
     evaluation, of = Evaluation(scenario, wanted, (wanted.free,)), f"{len(values)} evaluations for {free}"
-    meter = Meter.of_cases(_WHAT, of, len(values), numbers=0, remedy="narrow the range by --between")
+    meter = Meter.of_cases(_WHAT, of, len(values), numbers=0, remedy="narrow the range, --free PATH=LOW:HIGH")
     report = meter.reporting(progress)
     function = Function(_reporting(lambda at: evaluation({wanted.free: at}), report, len(values)))
     explore(function, values, most_added=_FEW_ADDED if sparse else MOST_ADDED)

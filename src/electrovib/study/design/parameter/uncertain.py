@@ -144,7 +144,8 @@ def propagated(
     elif linear:
         raise InputError(
             f"space: with the medians of its parameters no value of {wanted.free} from {wanted.parameter(wanted.low)} to"
-            f" {wanted.parameter(wanted.high)} gives {wanted.quantity(wanted.value)}; omit linear, or widen --between"
+            f" {wanted.parameter(wanted.high)} gives {wanted.quantity(wanted.value)}; omit linear, or widen the range"
+            " (--free PATH=LOW:HIGH)"
         )
     else:
         center, found = start, {}
