@@ -260,7 +260,7 @@ def test_the_command_writes_the_material(file, tmp_path):
     assert "statistical 95 % interval" in out.read_text()
     assert 'model = "ColeCole"' in out.read_text()
     for option, words in {
-        "--gain-error": "expected a share",
+        "--gain-error": "expected impedance=SHARE",
         "--band": "LOW..HIGH",
         "--noise": "FILE=SHARE",
     }.items():

@@ -77,7 +77,7 @@ def test_a_material_is_written_as_toml(record, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--column", "drive_voltage"], "expected SIGNAL=TEXT"),
+        (["--column", "drive_voltage"], "expected SIGNAL=COLUMN"),
         (["--column", "drive_voltage=Ch2 [V]", "--column", "drive_voltage=t"], "is given twice"),
         (["--as", "picture"], "expected trace or material"),
         (["--set", "reader=txt"], "Did you mean 'text'"),
@@ -123,7 +123,7 @@ def test_calibration_and_a_second_clock(record, monkeypatch, capsys):
     assert found["lateral_force_measured"].attrs["units"] == "N"
     assert "gain_uncertainty" not in found["plate_voltage"].attrs
     assert run(monkeypatch, *words, "--set", "clock_shift=1 ms") == 2
-    assert "--clock-shift: belongs to --set with=TRACE" in capsys.readouterr().err
+    assert "clock_shift: belongs to with=TRACE" in capsys.readouterr().err
 
 
 def test_a_part_of_a_file_becomes_a_material(record, monkeypatch, capsys):
@@ -150,8 +150,8 @@ def test_a_part_of_a_file_becomes_a_material(record, monkeypatch, capsys):
     assert run(monkeypatch, *words, "--set", "part=ZZ") == 2
     assert "ZCURVE" in capsys.readouterr().err
     fitted = ["fit", "z.dta", *geometry, "--form", "constant", "--set"]
-    assert run(monkeypatch, *fitted, "ZCURVE") == 0
+    assert run(monkeypatch, *fitted, "part=ZCURVE") == 0
     first = capsys.readouterr().out
-    assert run(monkeypatch, *fitted, "ZSECOND") == 0
+    assert run(monkeypatch, *fitted, "part=ZSECOND") == 0
     assert "conductivity: 100 uS/m" in first
     assert "conductivity: 50 uS/m" in capsys.readouterr().out

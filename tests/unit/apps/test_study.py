@@ -85,8 +85,9 @@ def test_signals_over_two_axes_are_refused(command):
 
 def test_wrong_outputs_are_refused_before_the_study(command, tmp_path, monkeypatch):
     monkeypatch.setattr(StandInPopulation, "signals", None)
-    done = command("-n", "5", "--seed", "1", "-o", "a.zarr", "-o", "a.txt", "--report", "a.pdf")
-    assert "a .csv file" in str(done.exception)
+    done = command("-n", "5", "--seed", "1", "-o", "a.zarr", "-o", "a.txt")
+    assert "at most one .csv file" in str(done.exception)
+    done = command("-n", "5", "--seed", "1", "-o", "a.zarr", "--report", "a.pdf")
     assert ".html" in str(done.exception)
     assert not (tmp_path / "a.zarr").exists()
 

@@ -35,8 +35,8 @@ def cli(tmp_path, capsys, monkeypatch):
 def test_a_title_is_shown_and_not_obeyed(cli):
     changed = ev.load("vezzoli_2014/fig6").model_copy(update={"title": EVIL})
     ev.init(changed, output="evil.toml")
-    for command in ("run", "compare"):
-        code, out, _ = cli(command, "evil.toml")
+    for everything in ([], ["--all"]):
+        code, out, _ = cli("run", "evil.toml", *everything)
         assert code == 0
         assert out.splitlines()[0] == SHOWN
         assert "\x1b" not in out

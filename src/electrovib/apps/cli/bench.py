@@ -46,7 +46,6 @@ def run(
 
     Without --simulate and --arm, print the plan.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.bench.faults import BenchStopped
     from electrovib.bench.run import plan_bench, run_bench

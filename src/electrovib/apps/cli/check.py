@@ -47,7 +47,6 @@ def command(
 
     Charge, energy and breakdown of each layer are compared too; exit code 1 if a limit is exceeded.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked

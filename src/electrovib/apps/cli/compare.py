@@ -18,8 +18,8 @@ from electrovib.apps.cli.options import (
     Texts,
     many,
     names_of,
+    only,
     output,
-    refuse,
 )
 from electrovib.apps.cli.terminal import say, show, show_tables, warned
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 
 def command(
+    context: typer.Context,
     scenario: Annotated[
         str,
         typer.Argument(
@@ -56,13 +57,20 @@ def command(
 
     _refuse_several(scenario, others or [])
     changed = read_changes(changes or [])
-    of_laws: dict[str, object] = {"--models": models, "--over": over, "--output": file}
     if not scenario:
-        _print_static({"--set": changed, "--material": material, **of_laws})
+        _print_static(
+            {"--set": changed, "--material": material, "--models": models, "--over": over, "--output": file}
+        )
     elif material is not None:
-        refuse(of_laws, "--material, which compares materials and no force laws")
+        only(
+            context,
+            "scenario changes everything material layer",
+            "--material, which compares no laws",
+            "force",
+        )
         _print_materials(scenario, changed, names_of([material]), layer)
     else:
+        only(context, "scenario changes everything models over file", "the comparison of force laws")
         _print_laws(scenario, changed, models or [], over or [], file, everything=everything, force=force)
 
 
@@ -133,10 +141,11 @@ def _laws(texts: list[str]) -> list[str] | None:
     from electrovib.core.own_models import use_models
 
     given = names_of(texts)
-    for file in [name for name in given if name.endswith(".py")]:
+    files = [name for name in given if name.endswith(".py")]
+    for file in files:
         use_models(file)
-    names = [name for name in given if not name.endswith(".py")]
-    return [name for name in dict.fromkeys(names) if name] if names else None
+    names = [name for name in dict.fromkeys(given) if name not in files]
+    return names if names or (texts and not files) else None
 
 
 def _refuse_without_scenario(options: dict[str, object]) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 
 import typer
 
@@ -30,12 +30,13 @@ from electrovib.apps.cli.options import (
     Space,
     Text,
     Texts,
+    given,
     many,
     names_of,
+    only,
     option,
     output,
     pair_of,
-    refuse,
 )
 from electrovib.apps.cli.terminal import say, show_tables, warned
 from electrovib.core.errors import InputError
@@ -48,94 +49,112 @@ EXAMPLE: Final = (
 )
 _EXTREMES: Final = {"maximum": "maximise", "minimum": "minimise"}
 """Word of a wish for a plate, and the argument that has its quantity."""
+_OF_DESIGN: Final = "method carrier rate space n seed linear share limits"
+_OF_PLATE: Final = "over layer refine limits"
+_OF_TEXTURE: Final = "texture path carrier frequency rate ramp limits"
+_OF_SAMPLES: Final = "instrument largest_error full_scale gain edge amplifier_present"
+"""Parameters of `electrovib.design`, `design_plate`, `texture_drive` and `export_waveform` that are options."""
 _FORCE: Final = "electrostatic_force"
 """Signal over time that a drive is to give."""
 
+Want: TypeAlias = Annotated[
+    Texts,
+    many(
+        "'NAME = VALUE'",
+        "Quantity and its value: 'mean electrostatic_force = 50 mN'; with --share a band, '= 20 mN:60 mN'; of a plate"
+        " '= maximum' or '= minimum', the first decides; of a drive the force over time: 'electrostatic_force = sine 50 Hz"
+        " 30 mN' (between 0 and 30 mN), '= sine 50 Hz 10 mN to 30 mN for 0.2 s', '= constant 5 mN for 1 s', or '= FILE'"
+        " with the columns time and force",
+        autocompletion=quantity_names,
+    ),
+]
+Free: TypeAlias = Annotated[
+    Text,
+    option(
+        "The parameter that is sought, and in which range: drive.amplitude, drive.amplitude=10V:400V.",
+        metavar="PATH[=LOW:HIGH]",
+        autocompletion=parameter_paths,
+    ),
+]
+Method: TypeAlias = Annotated[
+    Text, option("Method of the drive: dc, carrier, sqrt-am or current.", metavar="METHOD")
+]
+Carrier: TypeAlias = Annotated[
+    Text,
+    option("Frequency of the carrier of a drive, '3 kHz'; of a texture none if absent.", metavar="FREQUENCY"),
+]
+N: TypeAlias = Annotated[int | None, option("Number of draws from --space; 200 by default.", "-n")]
+Seed: TypeAlias = Annotated[int | None, option("Seed of the draws; needed with --space.")]
+Linear: TypeAlias = Annotated[
+    bool, option("Propagate --space linearly instead of solving anew for every draw.", "--linear")
+]
+Share: TypeAlias = Annotated[
+    float | None,
+    option(
+        "Share of the fingers of --space that have to have the quantity: 0.9; needs --seed.",
+        metavar="SHARE",
+    ),
+]
+Refine: TypeAlias = Annotated[
+    int | None,
+    option(
+        "Of a plate: rounds of candidates added around the best one, each at half the distance; 3 by default, 0 for none.",
+        metavar="ROUNDS",
+    ),
+]
+Texture: TypeAlias = Annotated[
+    Text,
+    option(
+        'A TOML file with the table of a texture, or the table: \'{ model = "Grating", period = "2 mm", ... }\'.',
+        metavar="TEXTURE",
+    ),
+]
+Path: TypeAlias = Annotated[
+    Text,
+    option(
+        "Of the finger on a texture: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x (and y).",
+        metavar="SPEED|FILE|TABLE",
+    ),
+]
+Frequency: TypeAlias = Annotated[
+    str,
+    option(
+        "Of a texture without a carrier: where the gain of the force is taken; 100 Hz by default.",
+        metavar="FREQUENCY",
+    ),
+]
+File: TypeAlias = Annotated[
+    Text,
+    output(
+        "Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...); of a"
+        " plate all candidates (.csv), a page (.html) or the figure (.png, .svg)."
+    ),
+]
+
 
 def command(
+    context: typer.Context,
     scenario: Scenario,
-    want: Annotated[
-        Texts,
-        many(
-            "'NAME = VALUE'",
-            "Quantity and its value: 'mean electrostatic_force = 50 mN'; with --share a band, '= 20 mN:60 mN'; of a plate"
-            " '= maximum' or '= minimum', the first decides; of a drive the force over time: 'electrostatic_force = sine 50 Hz"
-            " 30 mN' (between 0 and 30 mN), '= sine 50 Hz 10 mN to 30 mN for 0.2 s', '= constant 5 mN for 1 s', or '= FILE'"
-            " with the columns time and force",
-            autocompletion=quantity_names,
-        ),
-    ] = None,
-    free: Annotated[
-        Text,
-        option(
-            "The parameter that is sought, and in which range: drive.amplitude, drive.amplitude=10V:400V.",
-            metavar="PATH[=LOW:HIGH]",
-            autocompletion=parameter_paths,
-        ),
-    ] = None,
-    method: Annotated[
-        Text, option("Method of the drive: dc, carrier, sqrt-am or current.", metavar="METHOD")
-    ] = None,
-    carrier: Annotated[
-        Text,
-        option(
-            "Frequency of the carrier of a drive, '3 kHz'; of a texture none if absent.", metavar="FREQUENCY"
-        ),
-    ] = None,
+    want: Want = None,
+    free: Free = None,
+    method: Method = None,
+    carrier: Carrier = None,
     space: Space = None,
-    n: Annotated[int | None, option("Number of draws from --space; 200 by default.", "-n")] = None,
-    seed: Annotated[int | None, option("Seed of the draws; needed with --space.")] = None,
-    linear: Annotated[
-        bool, option("Propagate --space linearly instead of solving anew for every draw.", "--linear")
-    ] = False,
-    share: Annotated[
-        float | None,
-        option(
-            "Share of the fingers of --space that have to have the quantity: 0.9; needs --seed.",
-            metavar="SHARE",
-        ),
-    ] = None,
+    n: N = None,
+    seed: Seed = None,
+    linear: Linear = False,
+    share: Share = None,
     over: Over = None,
     material: Material = None,
     layer: Layer = "",
-    refine: Annotated[
-        int | None,
-        option(
-            "Of a plate: rounds of candidates added around the best one, each at half the distance; 3 by default, 0 for none.",
-            metavar="ROUNDS",
-        ),
-    ] = None,
-    texture: Annotated[
-        Text,
-        option(
-            'A TOML file with the table of a texture, or the table: \'{ model = "Grating", period = "2 mm", ... }\'.',
-            metavar="TEXTURE",
-        ),
-    ] = None,
-    path: Annotated[
-        Text,
-        option(
-            "Of the finger on a texture: a speed such as '30 mm/s' for one stroke, or a file with the columns time, x (and y).",
-            metavar="SPEED|FILE|TABLE",
-        ),
-    ] = None,
-    frequency: Annotated[
-        str,
-        option(
-            "Of a texture without a carrier: where the gain of the force is taken; 100 Hz by default.",
-            metavar="FREQUENCY",
-        ),
-    ] = "",
+    refine: Refine = None,
+    texture: Texture = None,
+    path: Path = None,
+    frequency: Frequency = "",
     rate: Rate = "",
     ramp: Ramp = "",
     limits: Limits = None,
-    file: Annotated[
-        Text,
-        output(
-            "Write the scenario with the result (.toml), all numbers (.json), or the drive as a waveform (.csv, .npy, ...); of a"
-            " plate all candidates (.csv), a page (.html) or the figure (.png, .svg)."
-        ),
-    ] = None,
+    file: File = None,
     instrument: Instrument = "",
     largest_error: LargestError = 0.01,
     full_scale: FullScale = "",
@@ -154,61 +173,25 @@ def command(
     there, and the Pareto set; with --texture the drive that renders a texture under a finger, with the predicted friction.
     Exit code 1 if nothing gives what is wanted within the limits.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
 
-    sought = {
-        "--free": free, "--method": method, "--space": space, "-n": n, "--seed": seed, "--linear": linear, "--share": share,
-        "--all": everything,
-    }  # fmt: skip
-    of_plate = {"--over": over, "--material": material, "--layer": layer, "--refine": refine is not None}
-    of_texture = {"--path": path, "--frequency": frequency}
-    of_samples = {
-        "--as": instrument, "--full-scale": full_scale, "--ramp": ramp, "--gain": gain != 1.0,
-        "--largest-error": largest_error != 0.01,
-    }  # fmt: skip
-    of_waveform: dict[str, Any] = {"edge": edge_of(edge), "amplifier_present": amplifier_present}
-    shared: dict[str, Any] = {"limits": list(limits or []), "set": read_changes(changes or [])}
+    played = given(context, "amplifier_present") | {"edge": edge_of(edge)}
+    changed = {"set": read_changes(changes or [])}
     if texture is not None:
-        refuse(sought | of_plate | {"--want": want}, "the drive of a texture")
-        of_waveform |= {
-            "instrument": instrument,
-            "largest_error": largest_error,
-            "full_scale": full_scale,
-            "gain": gain,
-        }
-        rendered = shared | {"texture": texture, "path": path, "carrier": carrier, "rate": rate or None}
-        rendered |= {"frequency": frequency or "100 Hz", "ramp": ramp or "1 ms"}
-        _render_texture(scenario, rendered, file, of_waveform, force=force)
-    elif any(of_plate.values()) or any(text.endswith(tuple(_EXTREMES)) for text in want or []):
-        played = {
-            "--carrier": carrier,
-            "--rate": rate,
-            "--edge": edge,
-            "--amplifier-present": amplifier_present,
-        }
-        refuse(sought | of_texture | of_samples | played, "the design of a plate")
-        chosen: dict[str, Any] = {
-            "over": over or [],
-            "materials": names_of([material or ""]),
-            "layer": layer,
-            **_extremes(want or []),
-        }
-        chosen |= {} if refine is None else {"refine": refine}
-        _design_plate(scenario, shared | chosen, file, force=force)
+        only(context, f"{_OF_TEXTURE} {_OF_SAMPLES} scenario file changes", "the drive of a texture")
+        played |= given(context, _OF_SAMPLES) | {"edge": edge_of(edge)}
+        _render_texture(scenario, changed | given(context, _OF_TEXTURE), file, played, force=force)
+    elif over or material or any(text.endswith(tuple(_EXTREMES)) for text in want or []):
+        only(context, f"{_OF_PLATE} scenario want material file changes", "the design of a plate")
+        asked = given(context, _OF_PLATE) | _extremes(want or [])
+        _design_plate(
+            scenario, changed | asked | {"materials": names_of([material or ""])}, file, force=force
+        )
     else:
-        refuse(of_texture | of_samples, "the design of a parameter or a drive, but to that of a texture")
-        asked = _wanted(want or [], share=share) | _free(free) | shared
-        asked |= {
-            "method": method,
-            "carrier": carrier,
-            "rate": rate or None,
-            "space": space,
-            "n": n,
-            "seed": seed,
-        }
-        asked |= {"linear": linear or None, "share": share, "limits": shared["limits"] or None}
-        _design(scenario, asked, file, of_waveform, force=force, everything=everything)
+        others = "scenario want free file edge amplifier_present everything changes"
+        only(context, f"{_OF_DESIGN} {others}", "the design of a parameter or a drive")
+        asked = given(context, _OF_DESIGN) | _wanted(want or [], share=share) | _free(free)
+        _design(scenario, changed | asked, file, played, force=force, everything=everything)
 
 
 def _wanted(texts: Sequence[str], *, share: float | None) -> dict[str, str]:
@@ -291,7 +274,7 @@ def _design_plate(scenario: str, asked: dict[str, Any], file: str | None, *, for
 
 
 def _render_texture(
-    scenario: str, asked: dict[str, Any], file: str | None, of_waveform: Mapping[str, Any], *, force: bool
+    scenario: str, asked: dict[str, Any], file: str | None, of_waveform: dict[str, Any], *, force: bool
 ) -> None:
     """Print what the drive of a texture reaches, and write it within limits."""
     from electrovib.apps.progress import tracked
@@ -300,11 +283,12 @@ def _render_texture(
     from electrovib.study.texture import texture_drive
     from electrovib.study.texture.set_up import amount
 
-    if asked["path"] is None:
+    if "path" not in asked:
         raise InputError(
             "not given, but a texture is rendered along a path of the finger: --path '30 mm/s'", path="--path"
         )
-    instrument, full_scale, edge = (of_waveform[name] for name in ("instrument", "full_scale", "edge"))
+    edge, instrument = of_waveform["edge"], of_waveform.get("instrument", "")
+    full_scale = of_waveform.pop("full_scale", "")
     of_file = {"--as": instrument, "--full-scale": full_scale, "--edge": edge}
     if not file and (used := [name for name, value in of_file.items() if value]):
         raise InputError("belongs to a file; name one with -o drive.csv", path=used[0])
@@ -321,10 +305,11 @@ def _render_texture(
     written = export_waveform(
         found.scenario,
         file,
-        limits=asked["limits"],
+        limits=asked.get("limits"),
         rate=rate,
+        full_scale=level,
         force=force,
-        **{**of_waveform, "full_scale": level},
+        **of_waveform,
     )
     say(*waveform_lines(written))
 

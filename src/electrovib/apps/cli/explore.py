@@ -31,7 +31,6 @@ def command(
 
     Change parameters and see their effect at once.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.explorer.server import explore
 

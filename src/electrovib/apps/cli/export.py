@@ -54,7 +54,6 @@ def command(
 
     A waveform is written only within declared limits.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked
     from electrovib.core.errors import InputError

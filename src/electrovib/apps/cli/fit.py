@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 
 import typer
 
@@ -27,12 +27,13 @@ from electrovib.apps.cli.options import (
     Recipe,
     Text,
     Texts,
+    given,
     many,
     names_of,
+    only,
     option,
     output,
     pair_of,
-    refuse,
 )
 from electrovib.apps.cli.recipe import OF_SAMPLE, READING, recipe_of
 from electrovib.apps.cli.terminal import say, warned
@@ -40,7 +41,7 @@ from electrovib.apps.exit_codes import MISFIT
 from electrovib.core.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     from electrovib.recordings.fit.sampling import Sampling
     from electrovib.scenario import Source
@@ -49,109 +50,139 @@ EXAMPLE: Final = (
     "electrovib fit my.toml a.nc b.nc --free friction.coefficient --noise 'lateral_force=5 mN' -o fit"
 )
 
+_OF_EACH: Final = (
+    "files free noise zero gain_error zero_error quantity keep separately changes folder everything"
+)
+_OF_ALL: Final = "vary session compare_with posterior seed steps"
+_OF_MATERIAL: Final = "files noise gain_error form reference loss band layer column recipe changes folder"
+_OF_LAW: Final = "files column recipe changes folder"
+
+Files: TypeAlias = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="[SCENARIO] FILE...",
+        help="A scenario, and Trace files from which its parameters are estimated; or spectra of impedance or permittivity"
+        " of one material; or tables of measured points of a power law.",
+        autocompletion=scenario_names,
+    ),
+]
+Free: TypeAlias = Annotated[Texts, many("PATH,PATH,...", "Parameters to estimate, as dotted paths")]
+Vary: TypeAlias = Annotated[Texts, many("PATH,...", "Those of them that differ between sessions")]
+Session: TypeAlias = Annotated[
+    Texts,
+    many(
+        "FILE=NAME",
+        "Session of a recording; by default each is its own",
+    ),
+]
+Noise: TypeAlias = Annotated[
+    Texts,
+    many(
+        "SIGNAL=VALUE",
+        "Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01; of a spectrum"
+        " that of the rows of a file: z.csv='1 %', of all files or of none",
+    ),
+]
+Zero: TypeAlias = Annotated[Texts, many("SIGNAL", "Signal whose zero is unknown and is fitted")]
+GainError: TypeAlias = Annotated[
+    Texts,
+    many(
+        "SIGNAL=SHARE",
+        "Relative standard uncertainty of the gain of a sensor, such as electrostatic_force='2 %'; of the modulus of a"
+        " spectrum, common to all rows: impedance='1 %'",
+    ),
+]
+ZeroError: TypeAlias = Annotated[
+    Texts, many("SIGNAL=VALUE", "Standard uncertainty of the zero of a sensor, with its unit")
+]
+Quantity: TypeAlias = Annotated[Texts, many("SIGNAL", "Fit only this signal")]
+Keep: TypeAlias = Annotated[
+    Texts,
+    many("PART", "Take the drive, load or motion of the scenario although the recordings hold their own"),
+]
+CompareWith: TypeAlias = Annotated[
+    Texts, many("SCENARIO", "Another model of the same experiment, compared by AICc and BIC")
+]
+Separately: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--separately",
+        help="Fit each recording alone; one table and one figure for all, with the scatter within and between recordings.",
+    ),
+]
+Posterior: TypeAlias = Annotated[
+    bool,
+    typer.Option("--posterior", help="Sample the posterior distribution too, with emcee; needs --seed."),
+]
+Seed: TypeAlias = Annotated[int | None, option("Seed of the random numbers of --posterior.")]
+Steps: TypeAlias = Annotated[int, typer.Option("-n", help="Length of each chain of --posterior.")]
+FormAsked: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        help="Of a material: auto (by AICc), constant, constant-phase, debye, cole-cole, cole-cole-2, havriliak-negami,"
+        " prony-4, gabriel ..."
+    ),
+]
+Reference: TypeAlias = Annotated[
+    Text,
+    option(
+        "Spectrum of a known resistor, r.csv='51 kohm +- 1 %': gives systematic error and fixture; a bad one is refused.",
+        metavar="FILE=VALUE",
+    ),
+]
+Loss: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="measured|none|unknown",
+        help="Of a table of permittivity without loss: a material without any, or the permittivity alone is fitted.",
+    ),
+]
+Band: TypeAlias = Annotated[Text, option("Frequencies of a spectrum to fit: '100 Hz..100 kHz'.")]
+Changes: TypeAlias = Annotated[
+    Texts,
+    many(
+        "PATH=VALUE",
+        "Change a parameter of the scenario; of a spectrum or a table an entry of the recipe of an import: area='1 cm2',"
+        " thickness='200 um', series_resistance='1 kohm', parallel_capacitance='2 pF' of the fixture, part, reader,"
+        " delimiter, decimal_comma",
+        "--set",
+    ),
+]
+Folder: TypeAlias = Annotated[
+    Text,
+    output(
+        "Folder for report.html, parameters.csv, parameters.toml and space.toml; or the material, or the scenario with it"
+        " in --layer, as .toml; or the table of a power law as .csv."
+    ),
+]
+
 
 def command(
-    files: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="[SCENARIO] FILE...",
-            help="A scenario, and Trace files from which its parameters are estimated; or spectra of impedance or permittivity"
-            " of one material; or tables of measured points of a power law.",
-            autocompletion=scenario_names,
-        ),
-    ],
-    free: Annotated[Texts, many("PATH,PATH,...", "Parameters to estimate, as dotted paths")] = None,
-    vary: Annotated[Texts, many("PATH,...", "Those of them that differ between sessions")] = None,
-    session: Annotated[
-        Texts,
-        many(
-            "FILE=NAME",
-            "Session of a recording; by default each is its own",
-        ),
-    ] = None,
-    noise: Annotated[
-        Texts,
-        many(
-            "SIGNAL=VALUE",
-            "Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01; of a spectrum"
-            " that of the rows of a file: z.csv='1 %', of all files or of none",
-        ),
-    ] = None,
-    zero: Annotated[Texts, many("SIGNAL", "Signal whose zero is unknown and is fitted")] = None,
-    gain_error: Annotated[
-        Texts,
-        many(
-            "SIGNAL=SHARE",
-            "Relative standard uncertainty of the gain of a sensor, such as electrostatic_force='2 %'; of the modulus of a"
-            " spectrum, common to all rows: impedance='1 %'",
-        ),
-    ] = None,
-    zero_error: Annotated[
-        Texts, many("SIGNAL=VALUE", "Standard uncertainty of the zero of a sensor, with its unit")
-    ] = None,
-    quantity: Annotated[Texts, many("SIGNAL", "Fit only this signal")] = None,
-    keep: Annotated[
-        Texts,
-        many("PART", "Take the drive, load or motion of the scenario although the recordings hold their own"),
-    ] = None,
-    compare_with: Annotated[
-        Texts, many("SCENARIO", "Another model of the same experiment, compared by AICc and BIC")
-    ] = None,
-    separately: Annotated[
-        bool,
-        typer.Option(
-            "--separately",
-            help="Fit each recording alone; one table and one figure for all, with the scatter within and between recordings.",
-        ),
-    ] = False,
-    posterior: Annotated[
-        bool,
-        typer.Option("--posterior", help="Sample the posterior distribution too, with emcee; needs --seed."),
-    ] = False,
-    seed: Annotated[int | None, option("Seed of the random numbers of --posterior.")] = None,
-    steps: Annotated[int, typer.Option("-n", help="Length of each chain of --posterior.")] = 2000,
-    form: Annotated[
-        str,
-        typer.Option(
-            help="Of a material: auto (by AICc), constant, constant-phase, debye, cole-cole, cole-cole-2, havriliak-negami,"
-            " prony-4, gabriel ..."
-        ),
-    ] = "auto",
-    reference: Annotated[
-        Text,
-        option(
-            "Spectrum of a known resistor, r.csv='51 kohm +- 1 %': gives systematic error and fixture; a bad one is refused.",
-            metavar="FILE=VALUE",
-        ),
-    ] = None,
-    loss: Annotated[
-        str,
-        typer.Option(
-            metavar="measured|none|unknown",
-            help="Of a table of permittivity without loss: a material without any, or the permittivity alone is fitted.",
-        ),
-    ] = "measured",
-    band: Annotated[Text, option("Frequencies of a spectrum to fit: '100 Hz..100 kHz'.")] = None,
+    context: typer.Context,
+    files: Files,
+    free: Free = None,
+    vary: Vary = None,
+    session: Session = None,
+    noise: Noise = None,
+    zero: Zero = None,
+    gain_error: GainError = None,
+    zero_error: ZeroError = None,
+    quantity: Quantity = None,
+    keep: Keep = None,
+    compare_with: CompareWith = None,
+    separately: Separately = False,
+    posterior: Posterior = False,
+    seed: Seed = None,
+    steps: Steps = 2000,
+    form: FormAsked = "auto",
+    reference: Reference = None,
+    loss: Loss = "measured",
+    band: Band = None,
     layer: Layer = "",
     column: Column = None,
     recipe: Recipe = None,
-    changes: Annotated[
-        Texts,
-        many(
-            "PATH=VALUE",
-            "Change a parameter of the scenario; of a spectrum or a table an entry of the recipe of an import: area='1 cm2',"
-            " thickness='200 um', series_resistance='1 kohm', parallel_capacitance='2 pF' of the fixture, part, reader,"
-            " delimiter, decimal_comma",
-            "--set",
-        ),
-    ] = None,
-    folder: Annotated[
-        Text,
-        output(
-            "Folder for report.html, parameters.csv, parameters.toml and space.toml; or the material, or the scenario with it"
-            " in --layer, as .toml; or the table of a power law as .csv."
-        ),
-    ] = None,
+    changes: Changes = None,
+    folder: Folder = None,
     everything: Everything = False,
     models: Models = None,
     force: Force = False,
@@ -163,52 +194,35 @@ def command(
     systematic error; with the columns x and y, a power law such as that of force over voltage, with the scatter of its
     exponent between sessions.
     """
-    del models  # imported by now
-    of_recipe: dict[str, object] = {"--column": column, "--recipe": recipe}
-    of_recordings: dict[str, object] = {
-        "--vary": vary, "--session": session, "--zero": zero, "--zero-error": zero_error, "--quantity": quantity,
-        "--keep": keep, "--compare-with": compare_with, "--separately": separately, "--posterior": posterior, "--seed": seed,
-        "--all": everything,
-    }  # fmt: skip
-    of_spectra: dict[str, object] = {
-        "--form": form != "auto", "--reference": reference, "--band": band, "--layer": layer, "--loss": loss != "measured",
-    }  # fmt: skip
-    of_both = {"--noise": noise, "--gain-error": gain_error}
     base, recorded = (files[0], files[1:]) if free else _scenario_of(files)
+    written: dict[str, Any] = {"output": folder, "force": force}
     if not free and base is None and _is_power_law(column):
-        refuse(of_recordings | of_spectra | of_both, "the fit of a power law")
+        only(context, _OF_LAW, "the fit of a power law")
         entries = recipe_of(recipe, changes, column, only=READING, of="the fit of a power law")
-        _fit_power_law(files, entries.pop("columns"), folder, entries, force=force)
-        return
+        return _fit_power_law(files, entries, folder, force=force)
     if not free and (base is None or layer):
-        refuse(of_recordings, "the fit of a material; name --free to estimate parameters of a scenario")
-        entries = recipe_of(recipe, changes, column, only=OF_SAMPLE, of="the fit of a material")
-        shared = entries | {"form": form, "loss": loss, "output": folder, "force": force}
-        given = {"reference": reference, "band": band, **of_both}
-        _fit_material(base, recorded, layer, given, shared)
-        return
+        only(context, _OF_MATERIAL, "the fit of a material; name --free to estimate parameters of a scenario")
+        written |= recipe_of(recipe, changes, column, only=OF_SAMPLE, of="the fit of a material")
+        written |= _errors_of_spectra(noise, gain_error, reference, band) | given(context, "form loss")
+        return _fit_material(base, recorded, layer, written)
     if not free:
         raise InputError(
             "not given; for instance --free friction.coefficient, or --layer NAME to put a material into the scenario",
             path="--free",
         )
-    refuse(of_spectra | of_recipe, "the fit of a scenario")
-    shared = {
-        "free": names_of(free), "signals": names_of(quantity) or None, "keep": names_of(keep), "stated": _stated(changes),
-        "noise": noises_of(noise or []), "offsets": names_of(zero), "output": folder, "force": force,
-        "calibration": calibrations_of(gain_error or [], zero_error or []),
-    }  # fmt: skip
-    source = _base(base or "", changes)
+    only(
+        context, _OF_EACH if separately else f"{_OF_EACH} {_OF_ALL}",
+        "--separately, but to a joint fit" if separately else "the fit of a scenario",
+    )  # fmt: skip
+    written |= {"free": names_of(free), "signals": names_of(quantity) or None, "keep": names_of(keep)}
+    written |= {"offsets": names_of(zero), "noise": noises_of(noise or []), "stated": _stated(changes)}
+    written["calibration"] = calibrations_of(gain_error or [], zero_error or [])
     if separately:
-        refuse(
-            {"--vary": vary, "--session": session, "--compare-with": compare_with, "--posterior": posterior},
-            "--separately, but to a joint fit",
-        )
-        _fit_separately(source, recorded, shared, everything=everything)
-        return
-    shared |= {"varying": names_of(vary), "compare_with": compare_with or []}
-    shared["sessions"] = dict(pair_of(text, "--session", "FILE=NAME") for text in session or [])
-    _fit_jointly(source, recorded, shared, (seed, steps) if posterior else None, everything=everything)
+        return _fit_separately(_base(base or "", changes), recorded, written, everything=everything)
+    written |= {"varying": names_of(vary), "compare_with": compare_with or []}
+    written["sessions"] = dict(pair_of(text, "--session", "FILE=NAME") for text in session or [])
+    sampled = (seed, steps) if posterior else None
+    return _fit_jointly(_base(base or "", changes), recorded, written, sampled, everything=everything)
 
 
 def _scenario_of(files: Sequence[str]) -> tuple[str | None, list[str]]:
@@ -281,29 +295,28 @@ def _fit_separately(
     _end([*lines, *warned(found)], shared["output"], misfit=bool(found.misfits))
 
 
-def _fit_material(
-    into: str | None, files: Sequence[str], layer: str, given: Mapping[str, Any], shared: Mapping[str, Any]
-) -> None:
+def _fit_material(into: str | None, files: Sequence[str], layer: str, asked: dict[str, Any]) -> None:
     """Fit a dispersion to spectra, and write the material, or the scenario with it."""
     from electrovib.apps.fit_material import fit_material
 
-    noises = dict(pair_of(text, "--noise", "FILE=SHARE") for text in given["--noise"] or [])
-    gains = dict(pair_of(text, "--gain-error", "impedance=SHARE") for text in given["--gain-error"] or [])
+    found = fit_material(files, into=into, layer=layer or "stratum_corneum", **asked)
+    _end(material_summary(found), asked["output"], misfit=False)
+
+
+def _errors_of_spectra(
+    noise: Texts, gain_error: Texts, reference: str | None, band: str | None
+) -> dict[str, Any]:
+    """Read the noise of the rows of each file, the error common to all, and which rows are fitted."""
+    noises = dict(pair_of(text, "--noise", "FILE=SHARE") for text in noise or [])
+    gains = dict(pair_of(text, "--gain-error", "impedance=SHARE") for text in gain_error or [])
     if gains and set(gains) != {"impedance"}:
         raise InputError("of a spectrum: expected impedance=SHARE, once", path="--gain-error")
-    found = fit_material(
-        files,
-        noise={name: share_of(value, "--noise") for name, value in noises.items()},
-        systematic=share_of(gains["impedance"], "--gain-error") if gains else None,
-        reference=None
-        if given["reference"] is None
-        else pair_of(given["reference"], "--reference", "FILE=VALUE"),
-        band=None if given["band"] is None else _band(given["band"]),
-        into=into,
-        layer=layer or "stratum_corneum",
-        **shared,
-    )
-    _end(material_summary(found), shared["output"], misfit=False)
+    return {
+        "noise": {name: share_of(value, "--noise") for name, value in noises.items()},
+        "systematic": share_of(gains["impedance"], "--gain-error") if gains else None,
+        "reference": None if reference is None else pair_of(reference, "--reference", "FILE=VALUE"),
+        "band": None if band is None else _band(band),
+    }
 
 
 def _band(text: str) -> tuple[str, str]:
@@ -313,20 +326,14 @@ def _band(text: str) -> tuple[str, str]:
     return low, high
 
 
-def _fit_power_law(
-    files: Sequence[str],
-    columns: Mapping[str, Any],
-    output: str | None,
-    text: Mapping[str, Any],
-    *,
-    force: bool,
-) -> None:
+def _fit_power_law(files: Sequence[str], entries: dict[str, Any], output: str | None, *, force: bool) -> None:
     """Fit a power law to tables of points, and write its sessions as a table."""
     from electrovib.data.atomic import check_writable, write_text
     from electrovib.data.marks import Form
     from electrovib.recordings.fit.power_law import fit_power_law
     from electrovib.recordings.fit.power_law_files import power_law_csv, read_points
 
+    columns = entries.pop("columns")
     if not {"x", "y"} <= columns.keys() <= {"x", "y", "session"}:
         raise InputError(
             "a power law takes x=COLUMN and y=COLUMN, and may take session=COLUMN", path="--column"
@@ -336,7 +343,7 @@ def _fit_power_law(
         if target.suffix.lower() != ".csv":
             raise InputError(f"the table is written as .csv, not as '{target.suffix}'", path=target)
         check_writable({target: Form.TABLE}, inputs=[Path(each) for each in files], force=force)
-    along, values, sessions = read_points(files, **{"session": ""} | dict(columns), **text)
+    along, values, sessions = read_points(files, **{"session": ""} | columns, **entries)
     law = fit_power_law(along, values, session=sessions)
     if target is not None:
         write_text(target, power_law_csv(law), Form.TABLE, force=force)

@@ -63,14 +63,12 @@ class Commands(TyperGroup):
         """Find a command; of a word that is none name the command that is meant."""
         from electrovib.core.errors import InputError, nearest
 
-        word = args[0]
+        word, path = args[0], "electrovib" if ctx.parent is None else f"electrovib {ctx.info_name}"
         if word in self.commands or word.startswith("-"):
             return super().resolve_command(ctx, args)
         if word in _MERGED:
-            raise InputError(f"'{word}' is no command; this is done by '{ctx.command_path} {_MERGED[word]}'")
-        raise InputError(
-            f"'{word}' is no command.{nearest(word, self.commands)} '{ctx.command_path} -h' lists them."
-        )
+            raise InputError(f"'{word}' is no command; this is done by '{path} {_MERGED[word]}'")
+        raise InputError(f"'{word}' is no command.{nearest(word, self.commands)} '{path} -h' lists them.")
 
 
 class Command(TyperCommand):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Any, TypeAlias
 
 import typer
@@ -153,9 +152,21 @@ def pair_of(text: str, name: str, form: str) -> tuple[str, str]:
     return first.strip(), second.strip()
 
 
-def refuse(given: Mapping[str, object], of: str) -> None:
-    """Refuse options that were given although they belong to something else."""
+def only(context: typer.Context, accepted: str, of: str, always: str = "models force") -> None:
+    """Refuse every option that was given and is not among the names `accepted`, because `of` does not take it."""
     from electrovib.core.errors import InputError
 
-    if used := [name for name, value in given.items() if value]:
-        raise InputError(f"{name}: does not belong to {of}; omit it" for name in used)
+    names = {*always.split(), *accepted.split()}
+    given = [each for each in context.command.params if _is_given(context, str(each.name))]
+    if surplus := [each.opts[0] for each in given if each.name not in names]:
+        raise InputError(f"{name}: does not belong to {of}; omit it" for name in surplus)
+
+
+def given(context: typer.Context, names: str) -> dict[str, Any]:
+    """Return the values that were given, by the names of the parameters; those of a public function have the same names."""
+    return {name: context.params[name] for name in names.split() if _is_given(context, name)}
+
+
+def _is_given(context: typer.Context, name: str) -> bool:
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"

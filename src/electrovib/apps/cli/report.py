@@ -33,7 +33,6 @@ def command(
 
     With --column other files are imported as measurements.
     """
-    del models  # imported by now
     from electrovib.apps.progress import tracked
     from electrovib.view.report import reported
 

@@ -19,9 +19,9 @@ from electrovib.apps.cli.options import (
     Text,
     Texts,
     many,
+    only,
     option,
     output,
-    refuse,
 )
 from electrovib.apps.cli.terminal import chosen, say
 
@@ -36,6 +36,7 @@ FORCES = ("electrostatic_force", "lateral_force")
 
 
 def command(
+    context: typer.Context,
     scenario: Scenario = "vezzoli_2014/fig6",
     changes: Changes = None,
     over: Over = None,
@@ -68,24 +69,17 @@ def command(
     Report the forces and whether a finger feels them, by which tactile channel, and by how many decibels; of a measured Trace
     the latter alone. A Trace that carries its scenario is repeated.
     """
-    del models  # imported by now
     from electrovib.apps.run import run
 
-    of_a_run = {
-        "--over": over,
-        "--quantity": quantities,
-        "--records": records,
-        "--output": file,
-        "--report": report,
-    }
     if states:
-        refuse(of_a_run | {"--all": everything}, "--states")
+        only(context, "scenario changes states voltage", "--states")
         return _print_states(scenario, changes, voltage)
-    refuse({"--voltage": voltage}, "a run without --states")
-    if _is_measured(scenario) and not changes:
-        refuse(of_a_run, "a measured Trace, of which only what is felt is computed")
     if _is_measured(scenario):
+        only(
+            context, "scenario changes everything", "a measured Trace, of which only what is felt is computed"
+        )
         return _print_felt(scenario, changes, everything=everything)
+    only(context, "scenario changes over quantities records file report everything", "a run without --states")
     trace = run(
         scenario, set=changes or [], over=over or [], quantities=quantities or [], records=records, output=file,
         report=report, force=force,

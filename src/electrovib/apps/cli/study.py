@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeAlias
 
 import typer
 
@@ -17,8 +17,8 @@ from electrovib.apps.cli.options import (
     Texts,
     many,
     names_of,
+    only,
     option,
-    refuse,
 )
 from electrovib.apps.cli.terminal import complain, say, show_tables, warned
 
@@ -27,66 +27,74 @@ if TYPE_CHECKING:
 
     import xarray
 
+N: TypeAlias = Annotated[
+    int,
+    typer.Option("-n", metavar="N", help="Number of fingers; of base draws, a power of 2, of --sensitivity."),
+]
+Seed: TypeAlias = Annotated[
+    int, typer.Option(metavar="N", help="Seed of the draws: the same seed draws the same fingers.")
+]
+Quantity: TypeAlias = Annotated[
+    Texts,
+    many(
+        "NAME",
+        "Signal, electrostatic_force if absent, over frequency mean_force; of --sensitivity one as for run",
+    ),
+]
+Sensitivity: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--sensitivity",
+        help="Report instead which parameters one quantity depends on most, and which to measure first.",
+    ),
+]
+Percentiles: TypeAlias = Annotated[str, typer.Option(metavar="P,P,...", help="Percentiles over the fingers.")]
+Exceed: TypeAlias = Annotated[
+    Texts, many("VALUE", "Threshold whose exceedance probability is wanted: '5 mN'")
+]
+Draws: TypeAlias = Annotated[
+    bool, typer.Option("--draws", help="Keep the parameters and signals of every finger too.")
+]
+BudgetMemory: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        metavar="MEMORY",
+        help="Memory within which percentiles are exact: fingers x samples x 4 bytes; beyond it within 0.3 %.",
+    ),
+]
+Workers: TypeAlias = Annotated[
+    Text,
+    option(
+        "Number of worker processes on this machine, or the Dask scheduler of a cluster: tcp://host:8786.",
+        metavar="N|ADDRESS",
+    ),
+]
+Outputs: TypeAlias = Annotated[
+    Texts,
+    many(
+        "DIR",
+        "Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and a .csv file for the"
+        " bands; of --sensitivity the folder for report.html, indices.csv, elasticities.csv and space.toml",
+        "--output",
+        "-o",
+    ),
+]
+
 
 def command(
+    context: typer.Context,
     scenario: Scenario,
-    n: Annotated[
-        int,
-        typer.Option(
-            "-n", metavar="N", help="Number of fingers; of base draws, a power of 2, of --sensitivity."
-        ),
-    ],
-    seed: Annotated[
-        int, typer.Option(metavar="N", help="Seed of the draws: the same seed draws the same fingers.")
-    ],
+    n: N,
+    seed: Seed,
     space: Space = None,
-    quantity: Annotated[
-        Texts,
-        many(
-            "NAME",
-            "Signal, electrostatic_force if absent, over frequency mean_force; of --sensitivity one as for run",
-        ),
-    ] = None,
-    sensitivity: Annotated[
-        bool,
-        typer.Option(
-            "--sensitivity",
-            help="Report instead which parameters one quantity depends on most, and which to measure first.",
-        ),
-    ] = False,
-    percentiles: Annotated[
-        str, typer.Option(metavar="P,P,...", help="Percentiles over the fingers.")
-    ] = "5,50,95",
-    exceed: Annotated[
-        Texts, many("VALUE", "Threshold whose exceedance probability is wanted: '5 mN'")
-    ] = None,
-    draws: Annotated[
-        bool, typer.Option("--draws", help="Keep the parameters and signals of every finger too.")
-    ] = False,
-    budget_memory: Annotated[
-        str,
-        typer.Option(
-            metavar="MEMORY",
-            help="Memory within which percentiles are exact: fingers x samples x 4 bytes; beyond it within 0.3 %.",
-        ),
-    ] = "1 GB",
-    workers: Annotated[
-        Text,
-        option(
-            "Number of worker processes on this machine, or the Dask scheduler of a cluster: tcp://host:8786.",
-            metavar="N|ADDRESS",
-        ),
-    ] = None,
-    outputs: Annotated[
-        Texts,
-        many(
-            "DIR",
-            "Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and a .csv file for the"
-            " bands; of --sensitivity the folder for report.html, indices.csv, elasticities.csv and space.toml",
-            "--output",
-            "-o",
-        ),
-    ] = None,
+    quantity: Quantity = None,
+    sensitivity: Sensitivity = False,
+    percentiles: Percentiles = "5,50,95",
+    exceed: Exceed = None,
+    draws: Draws = False,
+    budget_memory: BudgetMemory = "1 GB",
+    workers: Workers = None,
+    outputs: Outputs = None,
     report: Page = None,
     changes: Changes = None,
     models: Models = None,
@@ -96,7 +104,6 @@ def command(
 
     The bands are over time or frequency; with --sensitivity, the parameters on which a quantity depends most.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.core.errors import InputError
     from electrovib.scenario import read_scenario
@@ -106,15 +113,13 @@ def command(
     base = read_scenario(scenario, changes=read_changes(changes)) if changes else scenario
     written = list(outputs or [])
     if sensitivity:
-        refuse(
-            {"--exceed": exceed, "--draws": draws, "--workers": workers, "--report": report}, "--sensitivity"
-        )
+        only(context, "scenario n seed space quantity sensitivity outputs changes", "--sensitivity")
         _print_sensitivity(base, space, quantity or [], n=n, seed=seed, outputs=written, force=force)
         return
     bands = [name for name in written if name.lower().endswith(".csv")]
     stores = [name for name in written if name not in bands]
     if len(stores) != 1 or len(bands) > 1:
-        raise InputError("name one folder DIR.zarr, and at most one .csv for the bands", path="--output")
+        raise InputError("name one folder DIR.zarr, and at most one .csv file for the bands", path="--output")
     asked = {"percentiles": names_of([percentiles]), "exceed": names_of(exceed), "draws": draws}
     asked |= {"budget_memory": budget_memory, "signal": names_of(quantity) or ["electrostatic_force"]}
     _print_bands(

@@ -3,89 +3,107 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from electrovib.apps.cli.options import Force, Text, option, output, refuse
+from electrovib.apps.cli.options import Force, Text, only, option, output
 from electrovib.apps.cli.terminal import say
 
 if TYPE_CHECKING:
     from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
 
+Record: TypeAlias = Annotated[
+    str,
+    typer.Argument(
+        help="Trace file with signals over time, as electrovib import writes it; with --recipe a file of an instrument."
+    ),
+]
+Quantity: TypeAlias = Annotated[
+    Text,
+    option("Signal whose edges are measured; by default the only one besides --by.", metavar="SIGNAL"),
+]
+Levels: TypeAlias = Annotated[
+    str, typer.Option(metavar="LOW:HIGH", help="Levels in per cent of the range of an edge.")
+]
+By: TypeAlias = Annotated[
+    Text, option("Signal of the drive, whose switching marks the edges.", metavar="SIGNAL")
+]
+Antiphase: TypeAlias = Annotated[
+    bool,
+    typer.Option("--antiphase", help="The signal of --by is one of two electrodes driven in antiphase."),
+]
+Sensor: TypeAlias = Annotated[
+    Text,
+    option(
+        "Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the edges.",
+        metavar="HZ:Q|estimate",
+    ),
+]
+Edges: TypeAlias = Annotated[
+    str, typer.Option(metavar="both|rising|falling", help="Edges that are measured.")
+]
+Exponentials: TypeAlias = Annotated[int, typer.Option(help="Largest number of exponentials, 1 to 4.")]
+Window: TypeAlias = Annotated[
+    Text, option("Length of the section after an edge, such as '20 ms'.", metavar="TIME")
+]
+Before: TypeAlias = Annotated[Text, option("Length of the section before an edge.", metavar="TIME")]
+Ring: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--ring",
+        help="Measure also the oscillation after each impact, or after the last switching of --by.",
+    ),
+]
+Swipes: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--swipes",
+        help="Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.",
+    ),
+]
+Recipe: TypeAlias = Annotated[
+    Text,
+    option(
+        "Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.",
+        metavar="FILE.toml",
+    ),
+]
+Speed: TypeAlias = Annotated[
+    Text,
+    option(
+        "Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.", metavar="SPEED"
+    ),
+]
+Trim: TypeAlias = Annotated[
+    float,
+    typer.Option(
+        metavar="PER_CENT", help="Of --swipes: part of the distance omitted at both ends of a slide."
+    ),
+]
+Folder: TypeAlias = Annotated[
+    Text, output("Folder for report.html and times.csv, or swipes.csv.", metavar="DIR")
+]
+
 
 def command(
-    record: Annotated[
-        str,
-        typer.Argument(
-            help="Trace file with signals over time, as electrovib import writes it; with --recipe a file of an instrument."
-        ),
-    ],
-    quantity: Annotated[
-        Text,
-        option("Signal whose edges are measured; by default the only one besides --by.", metavar="SIGNAL"),
-    ] = None,
-    levels: Annotated[
-        str, typer.Option(metavar="LOW:HIGH", help="Levels in per cent of the range of an edge.")
-    ] = "10:90",
-    by: Annotated[
-        Text, option("Signal of the drive, whose switching marks the edges.", metavar="SIGNAL")
-    ] = None,
-    antiphase: Annotated[
-        bool,
-        typer.Option("--antiphase", help="The signal of --by is one of two electrodes driven in antiphase."),
-    ] = False,
-    sensor: Annotated[
-        Text,
-        option(
-            "Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the edges.",
-            metavar="HZ:Q|estimate",
-        ),
-    ] = None,
-    edges: Annotated[
-        str, typer.Option(metavar="both|rising|falling", help="Edges that are measured.")
-    ] = "both",
-    exponentials: Annotated[int, typer.Option(help="Largest number of exponentials, 1 to 4.")] = 3,
-    window: Annotated[
-        Text, option("Length of the section after an edge, such as '20 ms'.", metavar="TIME")
-    ] = None,
-    before: Annotated[Text, option("Length of the section before an edge.", metavar="TIME")] = None,
-    ring: Annotated[
-        bool,
-        typer.Option(
-            "--ring",
-            help="Measure also the oscillation after each impact, or after the last switching of --by.",
-        ),
-    ] = False,
-    swipes: Annotated[
-        bool,
-        typer.Option(
-            "--swipes",
-            help="Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.",
-        ),
-    ] = False,
-    recipe: Annotated[
-        Text,
-        option(
-            "Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.",
-            metavar="FILE.toml",
-        ),
-    ] = None,
-    speed: Annotated[
-        Text,
-        option(
-            "Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.", metavar="SPEED"
-        ),
-    ] = None,
-    trim: Annotated[
-        float,
-        typer.Option(
-            metavar="PER_CENT", help="Of --swipes: part of the distance omitted at both ends of a slide."
-        ),
-    ] = 5.0,
-    folder: Annotated[
-        Text, output("Folder for report.html and times.csv, or swipes.csv.", metavar="DIR")
-    ] = None,
+    context: typer.Context,
+    record: Record,
+    quantity: Quantity = None,
+    levels: Levels = "10:90",
+    by: By = None,
+    antiphase: Antiphase = False,
+    sensor: Sensor = None,
+    edges: Edges = "both",
+    exponentials: Exponentials = 3,
+    window: Window = None,
+    before: Before = None,
+    ring: Ring = False,
+    swipes: Swipes = False,
+    recipe: Recipe = None,
+    speed: Speed = None,
+    trim: Trim = 5.0,
+    folder: Folder = None,
     force: Force = False,
 ) -> None:
     """Measure rise and fall times, or swipes, in a record.
@@ -94,16 +112,14 @@ def command(
     contacts and slides, from which the zeros of the sensors are subtracted.
     """
     target = None if folder is None else Path(folder)
-    of_edges = {
-        "--quantity": quantity, "--by": by, "--antiphase": antiphase, "--sensor": sensor, "--window": window,
-        "--before": before, "--ring": ring, "--levels": levels != "10:90", "--edges": edges != "both",
-        "--exponentials": exponentials != 3,
-    }  # fmt: skip
     if swipes or recipe:
-        refuse(of_edges, "--swipes")
+        only(context, "record swipes recipe speed trim folder", "--swipes")
         _reduce_swipes(record, target, recipe=recipe, speed=speed, trim=trim, force=force)
         return
-    refuse({"--speed": speed, "--trim": trim != 5.0}, "times, but to --swipes")
+    only(
+        context, "record quantity levels by antiphase sensor edges exponentials window before ring folder",
+        "times, but to --swipes",
+    )  # fmt: skip
     chosen = _chosen(quantity, by, antiphase=antiphase)
     options = {"levels": _levels(levels), "sensor": sensor, "exponentials": exponentials, "edges": edges}
     spans = {"window": _seconds("--window", window), "before": _seconds("--before", before)}
