@@ -113,7 +113,9 @@ def test_the_command_takes_every_option_of_the_function():
         each for each in app.registered_commands if each.callback.__module__.endswith("cli.design")
     )
     own = set(inspect.signature(command.callback).parameters)
-    assert set(inspect.signature(ev.design).parameters) - own == {"set", "progress"}
+    # --want has the band and the force over time too, and --free the range
+    inside = {"band", "target", "between"}
+    assert set(inspect.signature(ev.design).parameters) - own == {"set", "progress", *inside}
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)

@@ -188,7 +188,7 @@ def test_commands_print_through_one_door():
 )
 def test_an_output_that_takes_nothing_costs_no_run(where, code, words, tmp_path):
     """Each file is written, also the one that follows the first printed line, and holds no text of the terminal."""
-    study = "-m electrovib study vezzoli_2014/fig6_gap fingers -n 2 --seed 1 -o s.zarr --csv b.csv"
+    study = "-m electrovib study vezzoli_2014/fig6_gap --space fingers -n 2 --seed 1 -o s.zarr -o b.csv"
     script = f'( "{sys.executable}" {study}; echo $? >code ) {where}'
     done = subprocess.run(["sh", "-c", script], capture_output=True, check=False, cwd=tmp_path, text=True)
     assert (tmp_path / "code").read_text() == f"{code}\n"
