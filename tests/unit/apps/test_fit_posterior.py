@@ -82,7 +82,9 @@ def test_the_command_repeats_the_samples_and_replaces_its_own_files(folder, fitt
     refused = CliRunner().invoke(app, arguments)
     assert "--posterior: state --seed" in " ".join(refused.exception.problems)
     refused = CliRunner().invoke(app, [*arguments, "--seed", "1", "--separately"])
-    assert "--posterior: does not belong to --separately, but to a joint fit" in " ".join(refused.exception.problems)
+    assert "--posterior: does not belong to --separately, but to a joint fit" in " ".join(
+        refused.exception.problems
+    )
 
 
 def test_cancelled_nothing_is_written(folder, tmp_path, monkeypatch):

@@ -248,3 +248,26 @@ def test_a_spectrum_becomes_the_material_of_a_layer(cli, tmp_path):
     assert fitted.conductivity == pytest.approx(1e-6, rel=1e-3)
     assert "no such layer" in cli("fit", "my.toml", "s.csv", "--layer", "skn")[2]
     assert "--free: not given" in cli("fit", "my.toml", "s.csv")[2]
+
+
+def test_a_truth_of_a_recipe_is_no_text(cli, tmp_path):
+    (tmp_path / "comma.csv").write_text(
+        "t;u\n" + "\n".join(f"{k / 1000:.3f};{k}".replace(".", ",") for k in range(20))
+    )
+    options = ["--column", "lateral_force_measured=u [N]", "--set", "time=t [s]", "--set", "delimiter=;"]
+    assert cli("import", "comma.csv", *options, "--set", "decimal_comma=true", "-o", "a.nc")[0] == 0
+    assert ev.open_trace("a.nc").time.values[-1] == pytest.approx(0.019)
+    assert cli("import", "comma.csv", *options, "--set", "decimal_comma=false", "-o", "b.nc")[0] == 2
+
+
+def test_workers_are_a_number_or_the_address_of_a_scheduler():
+    from electrovib.apps.cli.study import _processes
+
+    assert _processes(None) == {"scheduler": None}
+    assert _processes("4") == {"workers": 4}
+    assert _processes("tcp://10.0.0.1:8786") == {"scheduler": "tcp://10.0.0.1:8786"}
+
+
+def test_a_recipe_of_channels_means_swipes(cli):
+    assert "channels: belongs to" in cli("times", "a.csv", "--recipe", "gone.toml", "--speed", "1 m/s")[2]
+    assert "--speed: does not belong" in cli("times", "a.csv", "--speed", "1 m/s")[2]

@@ -7,8 +7,8 @@ from typing import Annotated, Final
 
 import typer
 
+from electrovib.apps.cli import options
 from electrovib.apps.cli.grouped import Command, Commands
-from electrovib.apps.cli.options import Changes, Force, Models, Scenario
 from electrovib.apps.cli.terminal import complain, say, show
 from electrovib.apps.exit_codes import INTERRUPTED, Told
 
@@ -17,7 +17,7 @@ _TERMINATED: Final = 143
 
 
 def run(
-    scenario: Scenario,
+    scenario: options.Scenario,
     bench: Annotated[
         str | None,
         typer.Option(
@@ -35,12 +35,12 @@ def run(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the noise of the simulated set-up.")] = 0,
-    changes: Changes = None,
+    changes: options.Changes = None,
     output: Annotated[
         str | None, typer.Option("--output", "-o", help="Write the Trace: .nc, .csv or .mat.")
     ] = None,
-    models: Models = None,
-    force: Force = False,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Play the drive of a scenario as one burst and record it.
 

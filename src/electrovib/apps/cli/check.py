@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from electrovib.apps.cli.options import Changes, Everything, Force, Limits, Models
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import say, show
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def command(
     second: Annotated[
         str, typer.Argument(metavar="SCENARIO", help="The scenario in which that drive is checked.")
     ] = "",
-    limits: Limits = None,
+    limits: options.Limits = None,
     series_resistor: Annotated[
         bool,
         typer.Option(
@@ -38,10 +38,10 @@ def command(
     output: Annotated[
         str | None, typer.Option("--output", "-o", help="Write the result: .csv, .json or .html.")
     ] = None,
-    everything: Everything = False,
-    changes: Changes = None,
-    models: Models = None,
-    force: Force = False,
+    everything: options.Everything = False,
+    changes: options.Changes = None,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Compare voltage, current and breakdown with limits.
 

@@ -6,21 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from electrovib.apps.cli import options
 from electrovib.apps.cli.completion import scenario_names
-from electrovib.apps.cli.options import (
-    Changes,
-    Everything,
-    Force,
-    Layer,
-    Material,
-    Over,
-    Text,
-    Texts,
-    many,
-    names_of,
-    only,
-    output,
-)
+from electrovib.apps.cli.options import Text, Texts, many, names_of, only, output
 from electrovib.apps.cli.terminal import say, show, show_tables, warned
 
 if TYPE_CHECKING:
@@ -38,16 +26,16 @@ def command(
         ),
     ] = "",
     others: Annotated[Texts, typer.Argument(hidden=True)] = None,
-    changes: Changes = None,
+    changes: options.Changes = None,
     models: Annotated[
         Texts, many("A,B,...|FILE.py", "Force laws, all if absent; or a Python file with laws of your own")
     ] = None,
-    everything: Everything = False,
-    over: Over = None,
-    material: Material = None,
-    layer: Layer = "",
+    everything: options.Everything = False,
+    over: options.Over = None,
+    material: options.Material = None,
+    layer: options.Layer = "",
     file: Annotated[Text, output("Write an HTML page.")] = None,
-    force: Force = False,
+    force: options.Force = False,
 ) -> None:
     """Compare force laws, or materials, on one stack.
 

@@ -7,37 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 
 import typer
 
+from electrovib.apps.cli import options
 from electrovib.apps.cli.completion import parameter_paths, quantity_names
 from electrovib.apps.cli.export import edge_of, waveform_lines
-from electrovib.apps.cli.options import (
-    AmplifierPresent,
-    Changes,
-    Edge,
-    Everything,
-    Force,
-    FullScale,
-    Gain,
-    Instrument,
-    LargestError,
-    Layer,
-    Limits,
-    Material,
-    Models,
-    Over,
-    Ramp,
-    Rate,
-    Scenario,
-    Space,
-    Text,
-    Texts,
-    given,
-    many,
-    names_of,
-    only,
-    option,
-    output,
-    pair_of,
-)
+from electrovib.apps.cli.options import Text, Texts, given, many, names_of, only, option, output, pair_of
 from electrovib.apps.cli.terminal import say, show_tables, warned
 from electrovib.core.errors import InputError
 
@@ -134,37 +107,37 @@ File: TypeAlias = Annotated[
 
 def command(
     context: typer.Context,
-    scenario: Scenario,
+    scenario: options.Scenario,
     want: Want = None,
     free: Free = None,
     method: Method = None,
     carrier: Carrier = None,
-    space: Space = None,
+    space: options.Space = None,
     n: N = None,
     seed: Seed = None,
     linear: Linear = False,
     share: Share = None,
-    over: Over = None,
-    material: Material = None,
-    layer: Layer = "",
+    over: options.Over = None,
+    material: options.Material = None,
+    layer: options.Layer = "",
     refine: Refine = None,
     texture: Texture = None,
     path: Path = None,
     frequency: Frequency = "",
-    rate: Rate = "",
-    ramp: Ramp = "",
-    limits: Limits = None,
+    rate: options.Rate = "",
+    ramp: options.Ramp = "",
+    limits: options.Limits = None,
     file: File = None,
-    instrument: Instrument = "",
-    largest_error: LargestError = 0.01,
-    full_scale: FullScale = "",
-    gain: Gain = 1.0,
-    edge: Edge = "",
-    amplifier_present: AmplifierPresent = False,
-    everything: Everything = False,
-    changes: Changes = None,
-    models: Models = None,
-    force: Force = False,
+    instrument: options.Instrument = "",
+    largest_error: options.LargestError = 0.01,
+    full_scale: options.FullScale = "",
+    gain: options.Gain = 1.0,
+    edge: options.Edge = "",
+    amplifier_present: options.AmplifierPresent = False,
+    everything: options.Everything = False,
+    changes: options.Changes = None,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Find the parameter, drive, plate or texture drive that gives what is wanted.
 

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.cli.options import Changes, Models, Scenario
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import say
 
 
 def command(
-    scenario: Scenario = "vezzoli_2014/fig6",
+    scenario: options.Scenario = "vezzoli_2014/fig6",
     port: Annotated[
         int | None, typer.Option(help="Port of the page. Default: the first that is free from 8080 on.")
     ] = None,
@@ -24,8 +24,8 @@ def command(
         ),
     ] = "127.0.0.1",
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
-    changes: Changes = None,
-    models: Models = None,
+    changes: options.Changes = None,
+    models: options.Models = None,
 ) -> None:
     """Open a page in the browser: sliders, curves and limits.
 

@@ -8,22 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from electrovib.apps.cli.options import (
-    AmplifierPresent,
-    Changes,
-    Edge,
-    Force,
-    FullScale,
-    Gain,
-    Instrument,
-    LargestError,
-    Limits,
-    Models,
-    Ramp,
-    Rate,
-    Scenario,
-    output,
-)
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import output
 from electrovib.apps.cli.terminal import say, warned
 
 if TYPE_CHECKING:
@@ -31,24 +17,24 @@ if TYPE_CHECKING:
 
 
 def command(
-    scenario: Scenario,
+    scenario: options.Scenario,
     place: Annotated[
         str,
         typer.Argument(metavar="OUTPUT", help="The file to write, if not given by -o.", show_default=False),
     ] = "",
     file: Annotated[str, output("A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.")] = "",
-    limits: Limits = None,
-    instrument: Instrument = "",
-    rate: Rate = "",
-    ramp: Ramp = "",
-    largest_error: LargestError = 0.01,
-    full_scale: FullScale = "",
-    gain: Gain = 1.0,
-    edge: Edge = "",
-    amplifier_present: AmplifierPresent = False,
-    changes: Changes = None,
-    models: Models = None,
-    force: Force = False,
+    limits: options.Limits = None,
+    instrument: options.Instrument = "",
+    rate: options.Rate = "",
+    ramp: options.Ramp = "",
+    largest_error: options.LargestError = 0.01,
+    full_scale: options.FullScale = "",
+    gain: options.Gain = 1.0,
+    edge: options.Edge = "",
+    amplifier_present: options.AmplifierPresent = False,
+    changes: options.Changes = None,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Write a netlist for ngspice, or the drive as a waveform.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
 
 import typer
 
+from electrovib.apps.cli import options
 from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.fit_options import calibrations_of, noises_of, share_of
 from electrovib.apps.cli.fit_words import (
@@ -18,23 +19,7 @@ from electrovib.apps.cli.fit_words import (
     summary,
     verdict,
 )
-from electrovib.apps.cli.options import (
-    Column,
-    Everything,
-    Force,
-    Layer,
-    Models,
-    Recipe,
-    Text,
-    Texts,
-    given,
-    many,
-    names_of,
-    only,
-    option,
-    output,
-    pair_of,
-)
+from electrovib.apps.cli.options import Text, Texts, given, many, names_of, only, option, output, pair_of
 from electrovib.apps.cli.recipe import OF_SAMPLE, READING, recipe_of
 from electrovib.apps.cli.terminal import say, warned
 from electrovib.apps.exit_codes import MISFIT
@@ -178,14 +163,14 @@ def command(
     reference: Reference = None,
     loss: Loss = "measured",
     band: Band = None,
-    layer: Layer = "",
-    column: Column = None,
-    recipe: Recipe = None,
+    layer: options.Layer = "",
+    column: options.Column = None,
+    recipe: options.Recipe = None,
     changes: Changes = None,
     folder: Folder = None,
-    everything: Everything = False,
-    models: Models = None,
-    force: Force = False,
+    everything: options.Everything = False,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Estimate parameters of a scenario from recordings.
 

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from electrovib.apps.cli.options import Column, Force, Layer, Recipe, Text, Texts, many, output
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import Text, Texts, many, output
 from electrovib.apps.cli.recipe import OF_CLOCKS, OF_SAMPLE, OF_TRACE, READING, recipe_of, write_recipe
 from electrovib.apps.cli.terminal import say, warned
 
@@ -17,7 +18,7 @@ def command(
     file: Annotated[
         str, typer.Argument(help="Any file that a reader takes; without one, list the readers.")
     ] = "",
-    column: Column = None,
+    column: options.Column = None,
     changes: Annotated[
         Texts,
         many(
@@ -32,21 +33,21 @@ def command(
             "--set",
         ),
     ] = None,
-    recipe: Recipe = None,
+    recipe: options.Recipe = None,
     kind: Annotated[
         str,
         typer.Option(
             "--as", help="What the file becomes: trace, or material (of a spectrum, written as .toml)."
         ),
     ] = "trace",
-    layer: Layer = "",
+    layer: options.Layer = "",
     written: Annotated[
         Text,
         output(
             "Write the Trace (.nc, .csv, .mat), the material (.toml), or the recipe by which the Trace is made (.toml)."
         ),
     ] = None,
-    force: Force = False,
+    force: options.Force = False,
 ) -> None:
     """Import a file of an instrument as a Trace.
 

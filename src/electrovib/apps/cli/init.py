@@ -5,15 +5,16 @@ from __future__ import annotations
 import sys
 from typing import Annotated
 
-from electrovib.apps.cli.options import Changes, Force, Scenario, Text, output
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import Text, output
 from electrovib.apps.cli.terminal import put, say
 
 
 def command(
-    scenario: Scenario = "vezzoli_2014/fig6",
-    changes: Changes = None,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    changes: options.Changes = None,
     file: Annotated[Text, output("The TOML file to write.")] = None,
-    force: Force = False,
+    force: options.Force = False,
 ) -> None:
     """Write a scenario as a commented TOML file to start from."""
     from electrovib.apps.changes import read_changes

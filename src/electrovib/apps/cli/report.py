@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from electrovib.apps.cli.options import Column, Force, Models, Recipe, Texts, many
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import Texts, many
 from electrovib.apps.cli.recipe import OF_TRACE, recipe_of
 from electrovib.apps.cli.terminal import say, warned
 
@@ -20,14 +21,14 @@ if TYPE_CHECKING:
 def command(
     traces: Annotated[list[str], typer.Argument(help="Trace files, overlaid in one report.")],
     output: Annotated[str, typer.Option("--output", "-o", help="The HTML file to write.")] = "report.html",
-    column: Column = None,
+    column: options.Column = None,
     changes: Annotated[
         Texts,
         many("KEY=VALUE", "Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'", "--set"),
     ] = None,
-    recipe: Recipe = None,
-    models: Models = None,
-    force: Force = False,
+    recipe: options.Recipe = None,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Write one report of several Traces, overlaid.
 

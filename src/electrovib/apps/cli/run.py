@@ -8,21 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from electrovib.apps.cli.options import (
-    Changes,
-    Everything,
-    Force,
-    Models,
-    Over,
-    Page,
-    Scenario,
-    Text,
-    Texts,
-    many,
-    only,
-    option,
-    output,
-)
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import Text, Texts, many, only, option, output
 from electrovib.apps.cli.terminal import chosen, say
 
 if TYPE_CHECKING:
@@ -37,9 +24,9 @@ FORCES = ("electrostatic_force", "lateral_force")
 
 def command(
     context: typer.Context,
-    scenario: Scenario = "vezzoli_2014/fig6",
-    changes: Changes = None,
-    over: Over = None,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    changes: options.Changes = None,
+    over: options.Over = None,
     quantities: Annotated[
         Texts,
         many("NAME", "Quantity of each case, for instance 'mean electrostatic_force'", "--quantity"),
@@ -59,10 +46,10 @@ def command(
         option("Of --states: voltage that is held, such as '100 V'; by default the largest of the drive."),
     ] = None,
     file: Annotated[Text, output("Write the result: .nc, .csv or .mat.")] = None,
-    report: Page = None,
-    everything: Everything = False,
-    models: Models = None,
-    force: Force = False,
+    report: options.Page = None,
+    everything: options.Everything = False,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Simulate a scenario once, or for each value of a parameter.
 

@@ -6,20 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeAlias
 
 import typer
 
-from electrovib.apps.cli.options import (
-    Changes,
-    Force,
-    Models,
-    Page,
-    Scenario,
-    Space,
-    Text,
-    Texts,
-    many,
-    names_of,
-    only,
-    option,
-)
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import Text, Texts, many, names_of, only, option
 from electrovib.apps.cli.terminal import complain, say, show_tables, warned
 
 if TYPE_CHECKING:
@@ -83,10 +71,10 @@ Outputs: TypeAlias = Annotated[
 
 def command(
     context: typer.Context,
-    scenario: Scenario,
+    scenario: options.Scenario,
     n: N,
     seed: Seed,
-    space: Space = None,
+    space: options.Space = None,
     quantity: Quantity = None,
     sensitivity: Sensitivity = False,
     percentiles: Percentiles = "5,50,95",
@@ -95,10 +83,10 @@ def command(
     budget_memory: BudgetMemory = "1 GB",
     workers: Workers = None,
     outputs: Outputs = None,
-    report: Page = None,
-    changes: Changes = None,
-    models: Models = None,
-    force: Force = False,
+    report: options.Page = None,
+    changes: options.Changes = None,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Compute bands of a force over a population of fingers.
 
