@@ -142,7 +142,7 @@ OPTIONS = {
     "--keep drive": FIT,
     '--gain-error electrostatic_force="2 %"': FIT,
     '--zero-error electrostatic_force="1 mN"': FIT,
-    '--systematic "2 %"': MATERIAL,
+    '--gain-error impedance="2 %"': MATERIAL,
     '--reference r.csv="51 kohm +- 1 %"': MATERIAL,
     '--set part="spectrum 2"': SPECTRA,
 }

@@ -139,7 +139,7 @@ def command(
     models: options.Models = None,
     force: options.Force = False,
 ) -> None:
-    """Find the parameter, drive, plate or texture drive that gives what is wanted.
+    """Find the parameter, drive or plate for a wanted force.
 
     With --free the values of a parameter that give a quantity, any quantity of a sweep; with --method the drive that gives a
     force over time; with --over or --material the insulator and the drive with the most force within all limits, what binds
