@@ -41,7 +41,7 @@ Exceed: TypeAlias = Annotated[
     Texts, many("VALUE", "Threshold whose exceedance probability is wanted: '5 mN'")
 ]
 Draws: TypeAlias = Annotated[
-    bool, typer.Option("--draws", help="Keep the parameters and signals of every finger too.")
+    bool, typer.Option("--records", help="Keep the parameters and signals of every finger too.")
 ]
 BudgetMemory: TypeAlias = Annotated[
     str,
