@@ -50,10 +50,10 @@ TASKS = [
     (
         "own film, from the materials",
         [
-            "electrovib models parylene",
+            "electrovib list parylene",
             "electrovib run my.toml --set stack.insulator.material=parylene_c -o film.nc",
             "electrovib run my.toml --set stack.insulator.material=parylene_c --set force.model=MaxwellStressInGap -o film.nc",
-            "electrovib compare my.toml --materials silica,pet,parylene_c",
+            "electrovib compare my.toml --material silica,pet,parylene_c",
         ],
         [0, 2, 0, 0],
     ),
@@ -82,14 +82,14 @@ TASKS = [
         ],
         [0, 0],
     ),
-    ("every state of gap and attraction", ['electrovib equilibrium sliding.toml --voltage "100 V"'], [0]),
+    ("every state of gap and attraction", ['electrovib run sliding.toml --states --voltage "100 V"'], [0]),
     ("a mistake in every table of a file", ["electrovib run mistakes.toml"], [2]),
     (
         "a Trace that needs a model which is missing",
         ["mv law.py law_away.py && electrovib run own.nc -o again.nc"],
         [2],
     ),
-    ("which preset is nearest to a 3M screen", ["electrovib scenarios 3M"], [0]),
+    ("which preset is nearest to a 3M screen", ["electrovib list scenarios 3M"], [0]),
 ]
 """What a user wants, what is typed, and the exit code of each command."""
 

@@ -135,16 +135,16 @@ PAGES = {"importing.md": of_instruments, "fitting.md": of_fits, "bench.md": of_t
 BLOCK = re.compile(r"```.*?```|^    [^\n]*$", re.DOTALL | re.MULTILINE)
 INLINE = re.compile(r"`((?:electrovib |--|ev\.)[^`]+)`")
 PLACEHOLDER = re.compile(r"\b[A-Z]{4,}\b(?!_)")
-FIT = "electrovib fit my.toml a.nc --free stack.gap.thickness --signal electrostatic_force"
-MATERIAL = 'electrovib fit-material spectrum.csv --area "1 cm2" --thickness "200 um"'
-SPECTRA = 'electrovib fit-material spectra.csv --area "1 cm2" --thickness "200 um"'
+FIT = "electrovib fit my.toml a.nc --free stack.gap.thickness --quantity electrostatic_force"
+MATERIAL = 'electrovib fit spectrum.csv --set area="1 cm2" --set thickness="200 um"'
+SPECTRA = 'electrovib fit spectra.csv --set area="1 cm2" --set thickness="200 um"'
 OPTIONS = {
     "--keep drive": FIT,
     '--gain-error electrostatic_force="2 %"': FIT,
     '--zero-error electrostatic_force="1 mN"': FIT,
-    '--systematic "2 %"': MATERIAL,
+    '--gain-error impedance="2 %"': MATERIAL,
     '--reference r.csv="51 kohm +- 1 %"': MATERIAL,
-    '--part "spectrum 2"': SPECTRA,
+    '--set part="spectrum 2"': SPECTRA,
 }
 """Options with a value in the running text, and the command that each is appended to."""
 CALLS = {

@@ -29,7 +29,7 @@ NAMED = re.compile(r"`([\w.]+)`:$")
 COMMAND = re.compile(r"`(electrovib [^`]+)`")
 PLACEHOLDER = re.compile(r"\b[A-Z]{4,}\b(?!_)|^electrovib [\w-]+$")
 """A command with NAME or SCENARIO in it, or a command that is only named."""
-RUN_WITHOUT_OPTIONS = {"electrovib compare", "electrovib scenarios", "electrovib perceive my.toml"}
+RUN_WITHOUT_OPTIONS = {"electrovib compare", "electrovib list scenarios"}
 
 
 def blocks(text):
@@ -248,7 +248,7 @@ def test_what_installs_and_tests_is_run_as_written_before_a_change_lands():
 def test_the_commands_of_the_readme_run_one_after_the_other(folder):
     """In the order of the README, each as a user types it: some read what an earlier one has written."""
     said = {command: electrovib(command, folder) for command in commands(TEXTS["README.md"])}
-    (states,) = (text for command, text in said.items() if " equilibrium " in command)
+    (states,) = (text for command, text in said.items() if " --states " in command)
     assert "gap 4.956 um" in states
 
 
@@ -271,9 +271,9 @@ NUMBERS = {
     "docs/how_to/my_paper.md": {
         "force.model=Saturating": "electrostatic force: 0 N to 208.2 mN",
         "reproduce": "attraction at 500 V: 276.3 mN (paper: 280)",
-        "models example_2099": "attraction at 500 V [N]: 0.28 within 5 %",
+        "list example_2099": "attraction at 500 V [N]: 0.28 within 5 %",
     },
-    "docs/how_to/my_screen.md": {"equilibrium": "gap 4.956 um"},
+    "docs/how_to/my_screen.md": {"--states": "gap 4.956 um"},
     "docs/how_to/my_bench.md": {
         "bench.toml --set": "limits, the strictest of scenario and bench: voltage 600 V, current 250 uA",
         " fit ": "friction.coefficient: 0.4999",

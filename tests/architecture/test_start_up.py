@@ -74,7 +74,7 @@ assert "run" in text.getvalue() and "reproduce" in text.getvalue()
     assert not among(loaded, [*HEAVY, "numpy"])
 
 
-@pytest.mark.parametrize("command", ["run", "report", "reproduce", "init", "equilibrium", "perceive"])
+@pytest.mark.parametrize("command", ["run", "report", "reproduce", "init", "design", "list", "fit"])
 def test_help_on_a_command_imports_nothing_heavy(command):
     statement = f"""
 import contextlib, io, runpy

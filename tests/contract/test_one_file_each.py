@@ -176,15 +176,13 @@ def electrovib_says(environment, *arguments, cwd=None):
 
 
 def test_the_command_line_lists_and_shows_them(environment):
-    listed = electrovib_says(environment, "models")
+    listed = electrovib_says(environment, "list")
     for word in (*FILES, "SaturatingStress", "TwoPaces"):
         assert word in listed
-    shown = electrovib_says(environment, "models", "SaturatingStress")
+    shown = electrovib_says(environment, "list", "SaturatingStress")
     for word in ("breakdown", "100 kV/m to 1 GV/m", "levels off", "anything above 10 MV/m", "19.92"):
         assert word in shown
-    assert "skin_2099/wrist: skin of a wrist (full text)" in electrovib_says(
-        environment, "models", "skin_2099"
-    )
+    assert "skin_2099/wrist: skin of a wrist (full text)" in electrovib_says(environment, "list", "skin_2099")
 
 
 def test_they_run(environment, tmp_path):

@@ -411,9 +411,7 @@ def test_the_documented_table_is_known_to_its_stated_share_of_the_peak(tmp_path,
     if every == 1:
         assert stated < 0.05
     else:
-        assert (
-            "with three rows a decade or more, or fit a dispersion to it (electrovib fit-material)" in words
-        )
+        assert "with three rows a decade or more, or fit a dispersion to it (electrovib fit)" in words
 
 
 def test_each_quantity_has_an_error_of_its_own():

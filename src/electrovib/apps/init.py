@@ -53,7 +53,7 @@ def init(
         for line in [
             "",
             _NAMES,
-            "# Parts that can be added; 'electrovib models NAME' lists what each needs:",
+            "# Parts that can be added; 'electrovib list NAME' lists what each needs:",
             *lines,
         ]
     )

@@ -103,7 +103,7 @@ def without(name: str, known: Iterable[str]) -> str:
         else ""
     )
     if name in ("plate_voltage", "amplifier_current"):
-        more = " It is measured behind an amplifier: declare circuit.amplifier, or name the signals to fit (--signal)"
+        more = " It is measured behind an amplifier: declare circuit.amplifier, or name the signals to fit (--quantity)"
     return f"signals: this scenario has no '{name}'. Known: {', '.join(names)}.{more}"
 
 

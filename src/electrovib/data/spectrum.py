@@ -332,4 +332,4 @@ def chosen_sweep(frequency: Real, spectrum: int) -> tuple[np.ndarray[tuple[int],
     others = ", ".join(f"spectrum {other}" for other in range(1, len(found) + 1) if other != number)
     if len(found) > _MOST_NAMED:
         others = f"{len(found) - 1} others of spectrum 1 to spectrum {len(found)}"
-    return found[number - 1], f"read: spectrum {number}; not read: {others}; choose with --part"
+    return found[number - 1], f"read: spectrum {number}; not read: {others}; choose with --set part=..."

@@ -213,7 +213,7 @@ def _channels(channels: Channels) -> TribometerChannels:
     if isinstance(channels, Mapping):
         return read_model(TribometerChannels, channels)
     path = Path(channels)
-    advice = "--channels names the calibration of the columns"
+    advice = "--recipe names the calibration of the columns"
     content = read_toml_file(path, kind="a file of channels", advice=advice)
     try:
         return read_model(TribometerChannels, content)
@@ -230,7 +230,7 @@ def _of_trace(trace: xarray.Dataset, speed: float | str | None, source: str) -> 
         held = ", ".join(str(name) for name in trace.data_vars) or "none"
         raise InputError(
             f"{source}: a swipe needs a {lacking[0]} force over time; the signals are {held}. Import it with"
-            f" --column {_FORCES[lacking[0]][0]}=COLUMN, or name the columns of the file of the instrument with --channels"
+            f" --column {_FORCES[lacking[0]][0]}=COLUMN, or name the columns of the file of the instrument with --recipe"
         )
     moved = "sliding_speed" in trace and trace["sliding_speed"].dims == ("time",)
     if moved and speed is not None:

@@ -31,4 +31,4 @@ def near_presets(name: str) -> str:
         )
         for key, scenario in offers(("scenarios",)).items()
     ]
-    return f"{as_question(suggestions(name, entries))} 'electrovib scenarios' lists all."
+    return f"{as_question(suggestions(name, entries))} 'electrovib list scenarios' lists all."

@@ -33,8 +33,8 @@ space."stack.stratum_corneum.material.conductivity" = { model = "LogUniform", lo
 INTRODUCTION: Final = f"""# Populations of fingers
 
 Probability distributions of the values in which fingers differ, for studies of many fingers and analyses of sensitivity:
-`electrovib sensitivity SCENARIO fingers ...`, or `ev.read_space(SCENARIO, "fingers")`. The page is made from the declarations,
-and a test keeps it as they are.
+`electrovib study SCENARIO --space fingers --sensitivity ...`, or `ev.read_space(SCENARIO, "fingers")`.
+The page is made from the declarations, and a test keeps it as they are.
 
 A population of one's own is a TOML file; `space.toml` of `electrovib fit` is one. Numbers are in SI, or texts with a unit:
 

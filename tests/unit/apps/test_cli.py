@@ -85,14 +85,14 @@ def test_a_papers_scenario_names_what_its_paper_does_not_give(cli):
 
 
 def test_perceive_and_equilibrium_name_it_too(cli):
-    assert "drive.rise" in chosen(cli("perceive")[1])
+    assert "drive.rise" in chosen(cli("run")[1])
     skin = 'perception.compliance={ model = "ElasticSkin", stiffness = "1 kN/m" }'
-    line = chosen(cli("perceive", "--set", "drive.rise=20ms", "--set", skin)[1])
+    line = chosen(cli("run", "--set", "drive.rise=20ms", "--set", skin)[1])
     assert "drive.rise" not in line
     assert "drive.hold" in line
     topography = 'contact.surface={ model = "LinearSpring", stiffness = "1 GPa/m", free_gap = "10 um" }'
     solid = "stack.gap.material.conductivity=0"
-    code, out, _ = cli("equilibrium", "vezzoli_2014/fig6_gap", "--set", topography, "--set", solid)
+    code, out, _ = cli("run", "vezzoli_2014/fig6_gap", "--states", "--set", topography, "--set", solid)
     assert code == 0
     assert "stack.gap.thickness" in chosen(out)
 
@@ -343,10 +343,16 @@ def test_a_faulty_drive_file_is_told_with_its_place(fault, cli, here):
         (["reproduce", "vezzoli_2015"], ["vezzoli_2014"]),
         (["init", "vezzoli_2014/figg6"], ["fig6"]),
         (["reproduce", __file__], ["is a file, not a paper"]),
-        (["swipe", "."], [".: is a folder; give the name of a file in it."]),
-        (["swipe", "vezzoli_2014/fig6"], ["not from 'vezzoli_2014/fig6'; 'electrovib run' makes one"]),
-        (["swipe", "a.nc", "--trim", "50"], ["trim = 50 %: expected 0 to 40 %"]),
-        (["fit-power-law", "a.csv", "a.csv", "--x", "x", "--y", "y"], ["a.csv: is given twice; omit one"]),
+        (["times", "--swipes", "."], [".: is a folder; give the name of a file in it."]),
+        (
+            ["times", "--swipes", "vezzoli_2014/fig6"],
+            ["not from 'vezzoli_2014/fig6'; 'electrovib run' makes one"],
+        ),
+        (["times", "--swipes", "a.nc", "--trim", "50"], ["trim = 50 %: expected 0 to 40 %"]),
+        (
+            ["fit", "a.csv", "a.csv", "--column", "x=x", "--column", "y=y"],
+            ["a.csv: is given twice; omit one"],
+        ),
         (
             ["fit", "a", "b", "--free", "c", "--gain-error", "current=-2 %"],
             ["error of current = -0.02: expected"],
@@ -355,7 +361,7 @@ def test_a_faulty_drive_file_is_told_with_its_place(fault, cli, here):
             ["fit", "a", "b", "--free", "c", "--zero-error", "current=-1 A"],
             ["error of current = -1: expected"],
         ),
-        (["fit-power-law", "a.csv", "--x", "x", "--y", "x"], ["both are the column 'x'"]),
+        (["fit", "a.csv", "--column", "x=x", "--column", "y=x"], ["both are the column 'x'"]),
     ],
 )
 def test_a_mistake_in_an_option_is_told_in_one_line(arguments, words, cli, here):
@@ -382,10 +388,10 @@ def test_a_hint_helps_or_is_left_out(cli, here):
     _, _, err = cli("run", "bau_2010/sine", "--set", "drive.frequency=0")
     assert err == "electrovib: drive.frequency = '0': must lie between 1 mHz and 100 MHz\n"
     (here / "rig.toml").touch()
-    assert "Did you mean" not in cli("perceive", "nothing.toml")[2]
+    assert "Did you mean" not in cli("run", "nothing.toml")[2]
     assert "Did you mean" not in cli("times", "nothing.toml")[2]
-    assert "Did you mean 'rig.toml'?" in cli("perceive", "rigg.toml")[2]
-    code, _, err = cli("swipe", "rig.csv", "--channels", "rig.toml")
+    assert "Did you mean 'rig.toml'?" in cli("run", "rigg.toml")[2]
+    code, _, err = cli("times", "rig.csv", "--recipe", "rig.toml")
     assert code == 2
     (line,) = err.splitlines()
     assert line.startswith("electrovib: rig.toml: ")
@@ -398,7 +404,8 @@ def test_a_column_that_only_its_unit_tells_may_be_a_sensor(cli, here):
     (here / "a.csv").write_text((here / "a.csv").read_text().replace("CH2", "voltage"))
     assert "is the output of a sensor" not in cli("import", "a.csv")[1]
     assert (
-        "the file does not consist of parts with names; omit it" in cli("import", "a.csv", "--part", "2")[2]
+        "the file does not consist of parts with names; omit it"
+        in cli("import", "a.csv", "--set", "part=2")[2]
     )
 
 
@@ -496,22 +503,22 @@ def test_compare_explains_on_request_and_takes_changes(cli, here):
 
 
 def test_models_are_listed_and_shown(cli):
-    code, out, _ = cli("models")
+    code, out, _ = cli("list")
     assert code == 0
     for word in ("stack.LAYER.material", "Vezzoli2014Causal", "Unverified", "vezzoli_2014"):
         assert word in out
-    code, out, _ = cli("models", "HavriliakNegami")
+    code, out, _ = cli("list", "HavriliakNegami")
     assert code == 0
     assert "broadness" in out
     assert "permittivity_high" in out
-    code, out, _ = cli("models", "Vezzoli2014Causal", "--bibtex")
+    code, out, _ = cli("list", "Vezzoli2014Causal", "--bibtex")
     assert out.startswith("@inproceedings{vezzoli_2014,")
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["models", "MaxwellStressInGp"], ["no model, material", "Did you mean 'MaxwellStressInGap' ("]),
+        (["list", "MaxwellStressInGp"], ["no model, material", "Did you mean 'MaxwellStressInGap' ("]),
         (
             ["compare", "vezzoli_2014/fig6", "--models", "MaxwellStressInGp"],
             ["Did you mean 'MaxwellStressInGap' (", "'MaxwellStressInInsulator' ("],

@@ -13,7 +13,7 @@ def run(*words):
 
 
 def test_materials_in_a_table():
-    result = run("vezzoli_2014/fig6", "--materials", "pet, Kapton")
+    result = run("vezzoli_2014/fig6", "--material", "pet, Kapton")
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
     assert lines[0] == "Materials of the layer 'insulator', 90 um thick"
@@ -24,10 +24,13 @@ def test_materials_in_a_table():
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["vezzoli_2014/fig6", "--materials", "kaptn"], "no material 'kaptn'. Nearest: polyimide"),
-        (["vezzoli_2014/fig6", "--materials", "pet", "--models", "x"], "--models: compares force laws"),
-        (["vezzoli_2014/fig6", "--materials", "pet", "--layer", "gap"], "layer 'gap': the stack has none"),
-        (["--materials", "pet"], "--materials: needs a scenario"),
+        (["vezzoli_2014/fig6", "--material", "kaptn"], "no material 'kaptn'. Nearest: polyimide"),
+        (
+            ["vezzoli_2014/fig6", "--material", "pet", "--models", "x"],
+            "--models: does not belong to --material",
+        ),
+        (["vezzoli_2014/fig6", "--material", "pet", "--layer", "gap"], "layer 'gap': the stack has none"),
+        (["--material", "pet"], "--material: needs a scenario"),
     ],
 )
 def test_mistakes(words, said):

@@ -113,7 +113,9 @@ def test_the_command_takes_every_option_of_the_function():
         each for each in app.registered_commands if each.callback.__module__.endswith("cli.design")
     )
     own = set(inspect.signature(command.callback).parameters)
-    assert set(inspect.signature(ev.design).parameters) - own == {"set", "progress"}
+    # --want has the band and the force over time too, and --free the range
+    inside = {"band", "target", "between"}
+    assert set(inspect.signature(ev.design).parameters) - own == {"set", "progress", *inside}
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
@@ -128,5 +130,5 @@ def test_every_argument_of_a_form_is_one_of_the_function(form):
 
 def test_help_names_every_option():
     shown = CliRunner().invoke(app, ["design", "-h"], env={"COLUMNS": "200"}).stdout
-    for option in ("--want", "--free", "--between", "--limits", "--space", "--linear", "--output", "--set"):
+    for option in ("--want", "--free", "--texture", "--limits", "--space", "--linear", "--output", "--set"):
         assert option in shown

@@ -204,7 +204,7 @@ def test_the_table_of_the_guide_keeps_its_loss(tmp_path, monkeypatch):
     loss = 1 / (2 * np.pi * rows[:, 0] * eps0 * rows[:, 2])
     np.testing.assert_allclose(material["loss_samples"], loss, rtol=1e-9)
     np.testing.assert_allclose(material["permittivity_samples"], rows[:, 1], rtol=1e-9)
-    said = CliRunner().invoke(app, ["fit-material", "skin.csv", "-o", "fitted.toml"])
+    said = CliRunner().invoke(app, ["fit", "skin.csv", "-o", "fitted.toml"])
     assert said.exit_code == 0, (said.output, said.exception)
     found = ev.load("vezzoli_2014/fig6", changes={"stack.stratum_corneum.material": tomllib.loads(
         (tmp_path / "fitted.toml").read_text())["stack"]["stratum_corneum"]["material"]})  # fmt: skip
@@ -250,9 +250,9 @@ def test_mistakes_are_reported_together(file, tmp_path):
 
 def test_the_command_writes_the_material(file, tmp_path):
     out = tmp_path / "my_skin.toml"
-    arguments = ["fit-material", str(file), "--form", "cole-cole-1", "--band", "100 Hz..50 kHz"]
+    arguments = ["fit", str(file), "--form", "cole-cole-1", "--band", "100 Hz..50 kHz"]
     result = CliRunner().invoke(
-        app, [*arguments, "--noise", "skin.csv=1 %", "--systematic", "2%", "-o", str(out)]
+        app, [*arguments, "--noise", "skin.csv=1 %", "--gain-error", "impedance=2%", "-o", str(out)]
     )
     assert result.exit_code == 0, result.output
     for words in ("terms.0.strength: ", "systematic error of the instrument +- ", "written"):
@@ -260,7 +260,7 @@ def test_the_command_writes_the_material(file, tmp_path):
     assert "statistical 95 % interval" in out.read_text()
     assert 'model = "ColeCole"' in out.read_text()
     for option, words in {
-        "--systematic": "expected a share",
+        "--gain-error": "expected impedance=SHARE",
         "--band": "LOW..HIGH",
         "--noise": "FILE=SHARE",
     }.items():

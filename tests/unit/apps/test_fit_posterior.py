@@ -73,7 +73,7 @@ def test_the_page_states_that_the_chains_are_too_short(fitted):
 def test_the_command_repeats_the_samples_and_replaces_its_own_files(folder, fitted):
     found, out = fitted
     arguments = ["fit", str(folder / "plate.toml"), str(folder / "a.nc"), "--free", GAP, "--posterior"]
-    result = CliRunner().invoke(app, [*arguments, "--seed", "1", "--steps", "40", "-o", str(out)])
+    result = CliRunner().invoke(app, [*arguments, "--seed", "1", "-n", "40", "-o", str(out)])
     assert result.exit_code == 0, result.output
     assert f"{GAP}: posterior 95 % interval " in result.output
     assert "warning: the samples may not represent the posterior" in result.output
@@ -82,7 +82,9 @@ def test_the_command_repeats_the_samples_and_replaces_its_own_files(folder, fitt
     refused = CliRunner().invoke(app, arguments)
     assert "--posterior: state --seed" in " ".join(refused.exception.problems)
     refused = CliRunner().invoke(app, [*arguments, "--seed", "1", "--separately"])
-    assert "--posterior: belongs to a joint fit" in " ".join(refused.exception.problems)
+    assert "--posterior: does not belong to --separately, but to a joint fit" in " ".join(
+        refused.exception.problems
+    )
 
 
 def test_cancelled_nothing_is_written(folder, tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ import electrovib as ev
 from electrovib.apps.cli import app
 
 VOLTS = np.geomspace(20, 200, 8)
-COLUMNS = ["--x", "voltage", "--y", "force"]
+COLUMNS = ["--column", "x=voltage", "--column", "y=force"]
 
 
 def table(path, exponents, *, seed=1, unit="mN"):
@@ -25,12 +25,12 @@ def table(path, exponents, *, seed=1, unit="mN"):
 
 
 def ran(*arguments):
-    return CliRunner().invoke(app, ["fit-power-law", *arguments])
+    return CliRunner().invoke(app, ["fit", *arguments])
 
 
 def test_sessions_of_a_column_are_those_of_the_function(tmp_path):
     file, out = table(tmp_path / "all.csv", (1.8, 2.0, 2.2)), tmp_path / "law.csv"
-    result = ran(file, *COLUMNS, "--session", "day", "-o", str(out))
+    result = ran(file, *COLUMNS, "--column", "session=day", "-o", str(out))
     assert result.exit_code == 0, result.output
     points = np.loadtxt(file, delimiter=",", skiprows=1)
     law = ev.fit_power_law(points[:, 0], 1e-3 * points[:, 1], session=[f"{each:g}" for each in points[:, 2]])
@@ -61,8 +61,8 @@ def test_each_file_is_a_session_and_units_are_converted(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--x", "volts", "--y", "force"], "the file has no such column"),
-        ([*COLUMNS, "--session", "dya"], "Did you mean 'day'"),
+        (["--column", "x=volts", "--column", "y=force"], "the file has no such column"),
+        ([*COLUMNS, "--column", "session=dya"], "Did you mean 'day'"),
         ([*COLUMNS, "-o", "law.txt"], "written as .csv"),
     ],
 )

@@ -178,4 +178,6 @@ def test_the_command_prints_each_recording_and_the_means(folder, tmp_path):
         assert words in result.output
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
     refused = CliRunner().invoke(app, [*arguments, "--vary", GAP])
-    assert "--vary: belongs to a joint fit" in " ".join(refused.exception.problems)
+    assert "--vary: does not belong to --separately, but to a joint fit" in " ".join(
+        refused.exception.problems
+    )

@@ -31,10 +31,17 @@ def run(monkeypatch, *words):
 def test_columns_then_a_trace_then_a_report(record, monkeypatch, capsys):
     assert run(monkeypatch, "import", "a.csv") == 0
     assert '--column drive_voltage="Ch2 [V]" -o trace.nc' in capsys.readouterr().out
-    options = ["--column", "lateral_force_measured=Ch2 [V]", "--scale", "lateral_force_measured=0.5 N/V"]
+    options = ["--column", "lateral_force_measured=Ch2 [V]", "--set", "scale.lateral_force_measured=0.5 N/V"]
     assert (
         run(
-            monkeypatch, "import", "a.csv", *options, "--offset", "lateral_force_measured=0.2 V", "-o", "m.nc"
+            monkeypatch,
+            "import",
+            "a.csv",
+            *options,
+            "--set",
+            "offset.lateral_force_measured=0.2 V",
+            "-o",
+            "m.nc",
         )
         == 0
     )
@@ -70,10 +77,10 @@ def test_a_material_is_written_as_toml(record, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--column", "drive_voltage"], "expected SIGNAL=TEXT"),
+        (["--column", "drive_voltage"], "expected SIGNAL=COLUMN"),
         (["--column", "drive_voltage=Ch2 [V]", "--column", "drive_voltage=t"], "is given twice"),
         (["--as", "picture"], "expected trace or material"),
-        (["--reader", "txt"], "Did you mean 'text'"),
+        (["--set", "reader=txt"], "Did you mean 'text'"),
         (["--as", "material", "-o", "x.csv"], "written as .toml"),
     ],
 )
@@ -83,7 +90,7 @@ def test_mistakes_are_one_line(record, monkeypatch, capsys, words, said):
 
 
 def test_readers_are_listed(monkeypatch, capsys):
-    assert run(monkeypatch, "import", "--list") == 0
+    assert run(monkeypatch, "import") == 0
     assert "Tektronix internal format" in capsys.readouterr().out
 
 
@@ -103,8 +110,8 @@ def test_calibration_and_a_second_clock(record, monkeypatch, capsys):
         "--column",
         "plate_voltage=Sync",
     ]
-    words += ["--calibration", "lateral_force_measured=cal.csv"]
-    aligned = ["--with", "scope.nc", "--edges", "drive_voltage=plate_voltage"]
+    words += ["--set", "calibration.lateral_force_measured=cal.csv"]
+    aligned = ["--set", "with=scope.nc", "--set", "edges=drive_voltage=plate_voltage"]
     assert run(monkeypatch, *words, *aligned, "-o", "both.nc") == 0
     said = capsys.readouterr().out
     assert "-10 ms added to its time stamps" in said
@@ -115,8 +122,8 @@ def test_calibration_and_a_second_clock(record, monkeypatch, capsys):
     assert found["lateral_force_measured"].attrs["gain_uncertainty"] > 0
     assert found["lateral_force_measured"].attrs["units"] == "N"
     assert "gain_uncertainty" not in found["plate_voltage"].attrs
-    assert run(monkeypatch, *words, "--clock-shift", "1 ms") == 2
-    assert "--clock-shift: belongs to --with TRACE" in capsys.readouterr().err
+    assert run(monkeypatch, *words, "--set", "clock_shift=1 ms") == 2
+    assert "clock_shift: belongs to with=TRACE" in capsys.readouterr().err
 
 
 def test_a_part_of_a_file_becomes_a_material(record, monkeypatch, capsys):
@@ -127,9 +134,9 @@ def test_a_part_of_a_file_becomes_a_material(record, monkeypatch, capsys):
         each = size / (1 + 2j * np.pi * grid * size * 1e-9)
         lines += [f"\t{f}\t{z.real}\t{z.imag}" for f, z in zip(grid, each, strict=True)]
     (record / "z.dta").write_text("\n".join(lines))
-    geometry = ["--area", "1 cm2", "--thickness", "1 mm"]
+    geometry = ["--set", "area=1 cm2", "--set", "thickness=1 mm"]
     words = ["import", "z.dta", "--as", "material", *geometry]
-    assert run(monkeypatch, *words, "--part", "ZSECOND", "-o", "second.toml") == 0
+    assert run(monkeypatch, *words, "--set", "part=ZSECOND", "-o", "second.toml") == 0
     assert (
         tomllib.loads((record / "second.toml").read_text())["stack"]["stratum_corneum"]["thickness"] == "1 mm"
     )
@@ -140,11 +147,11 @@ def test_a_part_of_a_file_becomes_a_material(record, monkeypatch, capsys):
     np.testing.assert_allclose(
         stored.material.loss_samples.values, found.material.loss_samples.values / 2, rtol=1e-9
     )
-    assert run(monkeypatch, *words, "--part", "ZZ") == 2
+    assert run(monkeypatch, *words, "--set", "part=ZZ") == 2
     assert "ZCURVE" in capsys.readouterr().err
-    fitted = ["fit-material", "z.dta", *geometry, "--form", "constant", "--part"]
-    assert run(monkeypatch, *fitted, "ZCURVE") == 0
+    fitted = ["fit", "z.dta", *geometry, "--form", "constant", "--set"]
+    assert run(monkeypatch, *fitted, "part=ZCURVE") == 0
     first = capsys.readouterr().out
-    assert run(monkeypatch, *fitted, "ZSECOND") == 0
+    assert run(monkeypatch, *fitted, "part=ZSECOND") == 0
     assert "conductivity: 100 uS/m" in first
     assert "conductivity: 50 uS/m" in capsys.readouterr().out

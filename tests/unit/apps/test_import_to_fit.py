@@ -59,7 +59,7 @@ def recorded(tmp_path, monkeypatch):
 
 
 def test_a_calibration_at_import_is_the_systematic_error_of_the_fit(recorded):
-    calibrated = ["--column", f"{FORCE}=u", "--calibration", f"{FORCE}=cal.csv"]
+    calibrated = ["--column", f"{FORCE}=u", "--set", f"calibration.{FORCE}=cal.csv"]
     run("import", "a.csv", *calibrated, "-o", "a.nc")
     stated = ev.open_trace("a.nc")[FORCE].attrs
     said = run("fit", "plate.toml", "a.nc", "--free", GAP, "-o", "fit")
@@ -81,11 +81,11 @@ def test_a_calibration_at_import_is_the_systematic_error_of_the_fit(recorded):
 
 
 def test_a_baseline_removes_the_zero_error_and_no_calibration_states_none(recorded):
-    calibrated = ["--column", f"{FORCE}=u", "--calibration", f"{FORCE}=cal.csv"]
-    run("import", "a.csv", *calibrated, "--baseline", f"{FORCE}=25 ms..29 ms", "-o", "a.nc")
+    calibrated = ["--column", f"{FORCE}=u", "--set", f"calibration.{FORCE}=cal.csv"]
+    run("import", "a.csv", *calibrated, "--set", f"baseline.{FORCE}=25 ms..29 ms", "-o", "a.nc")
     stated = ev.open_trace("a.nc")[FORCE].attrs
     assert stated["zero_uncertainty"] == stated["gain_zero_covariance"] == 0 < stated["gain_uncertainty"]
-    run("import", "a.csv", "--column", f"{FORCE}=u", "--scale", f"{FORCE}=0.05 N/V", "-o", "b.nc")
+    run("import", "a.csv", "--column", f"{FORCE}=u", "--set", f"scale.{FORCE}=0.05 N/V", "-o", "b.nc")
     run("fit", "plate.toml", "b.nc", "--free", GAP, "-o", "fit")
     assert gap_row(recorded / "fit")["systematic"] in ("", "nan")
     assert json.loads(ev.open_trace("b.nc").attrs["options"])["scale"] == {FORCE: "0.05 N/V"}

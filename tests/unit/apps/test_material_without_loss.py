@@ -99,7 +99,7 @@ def test_without_a_word_on_the_loss_it_is_refused_and_the_option_named(tmp_path)
             ev.fit_material(each)
     with pytest.raises(InputError, match="loss = 'unknwon': expected measured, none, unknown"):
         ev.fit_material(file, loss="unknwon")
-    shown = CliRunner().invoke(app, ["fit-material", str(file), "--loss", "unknown", "--form", "cole-cole-1"])
+    shown = CliRunner().invoke(app, ["fit", str(file), "--loss", "unknown", "--form", "cole-cole-1"])
     assert shown.exit_code == 0, shown.output
     assert "to the permittivity alone" in shown.output
     assert "nan" not in shown.output

@@ -35,7 +35,7 @@ def test_help_lists_the_commands_by_what_they_are_for(cli):
     groups = dict(re.findall(r"^(\w+):\n((?:  [a-z].*\n?)+)", out, re.MULTILINE))
     assert list(groups)[-4:] == ["Predict", "Measure", "Plan", "See"]
     listed = {title: [line.split()[0] for line in rows.splitlines()] for title, rows in groups.items()}
-    assert listed["Plan"] == ["design", "design-plate", "texture", "check", "export"]
+    assert listed["Plan"] == ["design", "check", "export"]
     assert {name for title in list(listed)[-4:] for name in listed[title]} == set(get_command(app).commands)
 
 
@@ -56,8 +56,6 @@ def test_help_begins_with_an_example_that_runs(cli, name):
     [
         ("check my.toml drive.csv", "check drive.csv my.toml"),
         ("fit drive.csv my.toml --free stack.insulator.thickness", "fit my.toml drive.csv"),
-        ("texture gone.png my.toml --path 30mm/s", "texture my.toml gone.png"),
-        ("study fingers my.toml -n 5 --seed 1 -o s.zarr", "study my.toml fingers"),
         ("export drive.csv my.toml -o w.csv", ""),
     ],
 )
@@ -72,8 +70,6 @@ def test_arguments_in_the_right_order_pass(cli):
     assert cli("run", "my.toml", "-o", "a.nc")[0] == 0
     assert cli("report", "my.toml", "a.nc", "-o", "r.html")[0] == 0
     assert cli("check", "drive.csv", "my.toml", "--set", "limits.voltage=1 kV")[0] == 0
-    _, _, err = cli("texture", "my.toml", "my.toml", "--path", "30mm/s")
-    assert "the order is" not in err
 
 
 @pytest.mark.parametrize(
@@ -105,7 +101,7 @@ def test_a_number_with_its_unit_is_not_explained(value):
     "texture", ["gone.png", '{ model = "GreyscalePicture", file = "gone.png", pixels_per_millimetre = 5 }']
 )
 def test_a_missing_picture_comes_before_a_missing_limit(cli, texture):
-    code, _, err = cli("texture", "my.toml", texture, "--path", "30mm/s")
+    code, _, err = cli("design", "my.toml", "--texture", texture, "--path", "30mm/s")
     assert code == 2
     assert "gone.png: there is no such file" in err
     assert "limits" not in err

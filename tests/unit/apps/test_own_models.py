@@ -81,7 +81,7 @@ found["helper"] = call("--models", "second.py", "run", *law("Second"), "-o", "se
 found["its name"] = call("run", *law("Saturating"), "--models", "law.py", "-o", "own.nc")
 found["before the command"] = call("--models", "law.py", "run", *law("Saturating"))
 found["compared"] = call("compare", "vezzoli_2014/fig6", *GAP, "--models", "law.py,MaxwellStressInGap", "--models", "Saturating")
-found["listed"] = call("models", "Saturating")
+found["listed"] = call("list", "Saturating")
 found["fails"] = call("run", *law("Failing"))
 found["bare"] = call("run", "--set", "stack.insulator.material.model=Bare")
 found["misnamed"] = call("run", *law("Misnamed"))
@@ -97,7 +97,8 @@ print(json.dumps(found))
 READER = """
 import contextlib, io, json, sys
 exec(open("driver.py").read().split("GAP =")[0])
-found = {name: call(name, "own.nc") for name in ("run", "perceive", "equilibrium")}
+found = {name: call(name, "own.nc") for name in ("run", "check")}
+found["states"] = call("run", "own.nc", "--states")
 found["export"] = call("export", "own.nc", "own.cir")
 found["largest"] = float(ev.open_trace("own.nc").electrostatic_force.max())
 print(json.dumps(found))
@@ -230,7 +231,7 @@ def test_a_trace_names_the_file_of_its_models(found):
 
 def test_a_trace_whose_model_is_missing_says_which_and_stays_readable(without, found):
     start = found["attribute"][0]["sha256"][:12]
-    for command in ("run", "perceive", "equilibrium", "export"):
+    for command in ("run", "check", "states", "export"):
         code, out, err = without[command]
         assert (code, out) == (2, "")
         assert "force: this Trace needs the ForceLaw model 'Saturating'" in err

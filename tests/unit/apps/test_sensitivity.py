@@ -1,4 +1,4 @@
-"""The command ``electrovib sensitivity`` and its folder."""
+"""The command ``electrovib study --sensitivity`` and its folder."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from electrovib.core.errors import InputError
 from electrovib.data.marks import Form
 
 SCENARIO, QUANTITY = "vezzoli_2014/fig6_gap", "peak electrostatic_force"
-ASKED = [SCENARIO, "fingers", "--quantity", QUANTITY, "-n", "4", "--seed", "1"]
+ASKED = [SCENARIO, "--space", "fingers", "--quantity", QUANTITY, "-n", "4", "--seed", "1"]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("sensitivity") / "out"
-    shown = CliRunner().invoke(app, ["sensitivity", *ASKED, "-o", str(out)])
+    shown = CliRunner().invoke(app, ["study", "--sensitivity", *ASKED, "-o", str(out)])
     assert shown.exit_code == 0, shown.output
     return out, shown.stdout
 
@@ -79,7 +79,9 @@ def test_files_of_somebody_else_are_not_replaced(tmp_path):
 
 def test_a_changed_parameter_and_a_missing_seed():
     run = CliRunner()
-    changed = run.invoke(app, ["sensitivity", *ASKED, "--set", "drive.high=1 kV", "--set", "drive.rise=0 s"])
+    changed = run.invoke(
+        app, ["study", "--sensitivity", *ASKED, "--set", "drive.high=1 kV", "--set", "drive.rise=0 s"]
+    )
     assert changed.exit_code == 0
-    assert changed.stdout != run.invoke(app, ["sensitivity", *ASKED]).stdout
-    assert run.invoke(app, ["sensitivity", *ASKED[:-2]]).exit_code == 2
+    assert changed.stdout != run.invoke(app, ["study", "--sensitivity", *ASKED]).stdout
+    assert run.invoke(app, ["study", "--sensitivity", *ASKED[:-2]]).exit_code == 2

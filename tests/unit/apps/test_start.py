@@ -31,7 +31,7 @@ def cli(tmp_path, capsys, monkeypatch):
     return call
 
 
-@pytest.mark.parametrize("command", ["run", "compare", "perceive", "export"])
+@pytest.mark.parametrize("command", ["run", "compare", "export"])
 def test_every_command_refuses_what_takes_too_much(cli, command, tmp_path):
     output = [str(tmp_path / "netlist.cir")] if command == "export" else []
     scenario = ["vardar_2017/sine"] if command == "perceive" else ["vezzoli_2014/fig6"]

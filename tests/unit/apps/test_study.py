@@ -28,14 +28,14 @@ def command(tmp_path, monkeypatch):
     (tmp_path / "space.toml").write_text("\n".join(lines))
 
     def run(*options):
-        return CliRunner().invoke(app, ["study", SCENARIO, "space.toml", *options])
+        return CliRunner().invoke(app, ["study", SCENARIO, "--space", "space.toml", *options])
 
     return run
 
 
 def test_the_command_prints_bands_and_writes_them(command, tmp_path):
     asked = ["-n", "200", "--seed", "1", "-o", "study.zarr", "--exceed", "1 mN", "--percentiles", "10,50"]
-    done = command(*asked, "--csv", "a.csv", "--report", "a.html")
+    done = command(*asked, "-o", "a.csv", "--report", "a.html")
     assert done.exit_code == 0, done.output
     assert "electrostatic force at 50 ms, where its median is largest: 10th percentile" in done.output
     assert "above 1 mN at some time" in done.output
@@ -55,7 +55,7 @@ def test_all_mistakes_are_reported_at_once(command):
         "-1",
         "-o",
         "a.zarr",
-        "--signal",
+        "--quantity",
         "forse",
         "--percentiles",
         "100",
@@ -78,15 +78,16 @@ def test_all_mistakes_are_reported_at_once(command):
 
 def test_signals_over_two_axes_are_refused(command):
     done = command(
-        "-n", "5", "--seed", "1", "-o", "a.zarr", "--signal", "mean_force", "--signal", "lateral_force"
+        "-n", "5", "--seed", "1", "-o", "a.zarr", "--quantity", "mean_force", "--quantity", "lateral_force"
     )
     assert "expected signals over the same axis" in str(done.exception)
 
 
 def test_wrong_outputs_are_refused_before_the_study(command, tmp_path, monkeypatch):
     monkeypatch.setattr(StandInPopulation, "signals", None)
-    done = command("-n", "5", "--seed", "1", "-o", "a.zarr", "--csv", "a.txt", "--report", "a.pdf")
-    assert "a .csv file" in str(done.exception)
+    done = command("-n", "5", "--seed", "1", "-o", "a.zarr", "-o", "a.txt")
+    assert "at most one .csv file" in str(done.exception)
+    done = command("-n", "5", "--seed", "1", "-o", "a.zarr", "--report", "a.pdf")
     assert ".html" in str(done.exception)
     assert not (tmp_path / "a.zarr").exists()
 

@@ -52,11 +52,11 @@ def instrument_file(path, **options):
     table = np.column_stack([normal / -0.25, lateral / 0.5, np.rint(position / 1e-6)])
     np.savetxt(path, table, delimiter=",", header="normal (V),lateral (V),counts", comments="")
     path.with_name("rig.toml").write_text(RIG)
-    return [str(path), "--channels", str(path.with_name("rig.toml"))]
+    return [str(path), "--recipe", str(path.with_name("rig.toml"))]
 
 
 def ran(*arguments):
-    return CliRunner().invoke(app, ["swipe", *arguments])
+    return CliRunner().invoke(app, ["times", "--swipes", *arguments])
 
 
 def numbers(folder):
@@ -120,10 +120,10 @@ def test_a_sensor_at_its_rail_is_one_sentence(tmp_path):
     ("arguments", "words"),
     [
         (["force.nc"], "needs a lateral force over time; the signals are normal_force"),
-        (["swipe.csv", "--channels", "rig.toml", "--trim", "60"], "trim = 60 %"),
-        (["swipe.csv", "--channels", "rig.toml", "--speed", "40 mm/s"], "states its speed too"),
-        (["swipe.csv", "--channels", "wrong.toml"], "encoder.step"),
-        (["swipe.csv", "--channels", "absent.toml"], "No such file"),
+        (["swipe.csv", "--recipe", "rig.toml", "--trim", "60"], "trim = 60 %"),
+        (["swipe.csv", "--recipe", "rig.toml", "--speed", "40 mm/s"], "states its speed too"),
+        (["swipe.csv", "--recipe", "wrong.toml"], "encoder.step"),
+        (["swipe.csv", "--recipe", "absent.toml"], "No such file"),
         (["swipe.nc", "--speed", "fast"], "speed = 'fast'"),
     ],
 )
@@ -149,7 +149,7 @@ def test_a_recorded_swipe_gives_the_published_ranges(tmp_path):
         'encoder = { column = 4, step = "0.5 um" }\n'
         'clock = { model = "EvenSamples", rate = "10 kHz" }\n'
     )
-    result = ran(str(SHARED), "--channels", str(tmp_path / "rig.toml"), "-o", str(tmp_path / "out"))
+    result = ran(str(SHARED), "--recipe", str(tmp_path / "rig.toml"), "-o", str(tmp_path / "out"))
     assert result.exit_code == 0, result.output
     found = numbers(tmp_path / "out")
     assert 0.523 <= float(found["swipe", "normal force"]["value"]) <= 0.530

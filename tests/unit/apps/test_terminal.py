@@ -35,8 +35,8 @@ def cli(tmp_path, capsys, monkeypatch):
 def test_a_title_is_shown_and_not_obeyed(cli):
     changed = ev.load("vezzoli_2014/fig6").model_copy(update={"title": EVIL})
     ev.init(changed, output="evil.toml")
-    for command in ("run", "perceive"):
-        code, out, _ = cli(command, "evil.toml")
+    for everything in ([], ["--all"]):
+        code, out, _ = cli("run", "evil.toml", *everything)
         assert code == 0
         assert out.splitlines()[0] == SHOWN
         assert "\x1b" not in out
@@ -99,8 +99,8 @@ COMMANDS = (
     ["--help"],
     ["run", "--help"],
     ["run", "words.toml"],
-    ["models"],
-    ["models", "vezzoli_2014"],
+    ["list"],
+    ["list", "vezzoli_2014"],
     ["compare", "words.toml", "--models", "MaxwellStressInGap,MaxwellStressInStratumCorneum"],
     ["run", "words.toml", "--set", "drive.größe=1"],
 )
@@ -188,7 +188,7 @@ def test_commands_print_through_one_door():
 )
 def test_an_output_that_takes_nothing_costs_no_run(where, code, words, tmp_path):
     """Each file is written, also the one that follows the first printed line, and holds no text of the terminal."""
-    study = "-m electrovib study vezzoli_2014/fig6_gap fingers -n 2 --seed 1 -o s.zarr --csv b.csv"
+    study = "-m electrovib study vezzoli_2014/fig6_gap --space fingers -n 2 --seed 1 -o s.zarr -o b.csv"
     script = f'( "{sys.executable}" {study}; echo $? >code ) {where}'
     done = subprocess.run(["sh", "-c", script], capture_output=True, check=False, cwd=tmp_path, text=True)
     assert (tmp_path / "code").read_text() == f"{code}\n"

@@ -1,4 +1,4 @@
-"""``electrovib texture``: what is printed, written and refused."""
+"""``electrovib design --texture``: what is printed, written and refused."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from electrovib.core.errors import InputError
 
 GRATING = '{ model = "Grating", period = "1 mm", amplitude = "0.5 mN" }'
 COMMON = [
-    "texture",
+    "design",
     "vezzoli_2014/fig6",
+    "--texture",
     GRATING,
     "--path",
     "100 mm/s",

@@ -39,7 +39,7 @@ def run(*arguments):
 
 def test_the_table_states_times_with_intervals(trace, tmp_path):
     out = tmp_path / "found"
-    answer = run(trace, "--signal", "lateral_force_measured", "--exponentials", "1", "-o", out)
+    answer = run(trace, "--quantity", "lateral_force_measured", "--exponentials", "1", "-o", out)
     assert answer.exit_code == 0, answer.output
     assert "rising, 10-90 % time as recorded: 13" in answer.output
     assert "falling, time constant (exponential): 6" in answer.output
@@ -57,7 +57,7 @@ def test_the_table_states_times_with_intervals(trace, tmp_path):
     assert "Forms of relaxation of the rising edges" in page
     # written again over its own files, but not over those of others
     (out / "times.csv").write_text("mine")
-    refused = run(trace, "--signal", "lateral_force_measured", "--exponentials", "1", "-o", out)
+    refused = run(trace, "--quantity", "lateral_force_measured", "--exponentials", "1", "-o", out)
     assert isinstance(refused.exception, InputError)
     assert (out / "times.csv").read_text() == "mine"
 
@@ -73,7 +73,7 @@ def test_the_table_states_times_with_intervals(trace, tmp_path):
     ],
 )
 def test_a_mistake_is_one_sentence_and_nothing_is_written(trace, tmp_path, arguments, words):
-    answer = run(trace, "--signal", "lateral_force_measured", *arguments, "-o", tmp_path / "found")
+    answer = run(trace, "--quantity", "lateral_force_measured", *arguments, "-o", tmp_path / "found")
     assert isinstance(answer.exception, InputError)
     assert any(words in problem for problem in answer.exception.problems)
     assert not (tmp_path / "found").exists()
@@ -81,7 +81,7 @@ def test_a_mistake_is_one_sentence_and_nothing_is_written(trace, tmp_path, argum
 
 def test_the_drive_marks_the_edges_and_a_sensor_is_taken_out(trace):
     answer = run(
-        trace, "--signal", "lateral_force_measured", "--by", "drive_voltage", "--sensor", "380Hz:3", "--levels", "20:80",
+        trace, "--quantity", "lateral_force_measured", "--by", "drive_voltage", "--sensor", "380Hz:3", "--levels", "20:80",
         "--exponentials", "1", "--edges", "falling",
     )  # fmt: skip
     assert answer.exit_code == 0, answer.output

@@ -65,5 +65,5 @@ def test_the_panels_show_the_direction_and_the_crossing(found):
 
 
 def test_a_table_of_skin_is_refused():
-    with pytest.raises(InputError, match="electrovib perceive"):
+    with pytest.raises(InputError, match="electrovib run"):
         vardar_2017.reproduce(skin="own.csv")

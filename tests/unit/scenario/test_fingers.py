@@ -88,7 +88,7 @@ def test_the_command_and_the_function_show_every_distribution():
     assert "unverified, cited from memory, low confidence" in str(listing)
     assert [record.name for record in ev.spaces()] == list(shipped_names())
     assert "<table" in listing._repr_html_()
-    shown = CliRunner().invoke(app, ["spaces", "fingers"])
+    shown = CliRunner().invoke(app, ["list", "fingers"])
     assert shown.exit_code == 0
     assert "moisture: dry" in shown.stdout
     with pytest.raises(InputError, match="Did you mean 'fingers'"):

@@ -12,30 +12,19 @@ from electrovib.apps.cli import (
     check,
     compare,
     design,
-    design_plate,
-    equilibrium,
     explore,
     export,
     fit,
-    fit_material,
-    fit_power_law,
     import_,
     init,
-    models,
-    perceive,
+    list_,
     report,
     reproduce,
     run,
-    scenarios,
-    sensitivity,
     settings,
-    spaces,
     study,
-    swipe,
-    texture,
     times,
 )
-from electrovib.apps.cli.completion import complete_arguments
 from electrovib.apps.cli.grouped import Command, Commands
 from electrovib.apps.cli.terminal import complain, prepare, unprinted
 from electrovib.apps.exit_codes import INTERRUPTED, MISTAKE, UNPRINTED, Told
@@ -55,22 +44,20 @@ app = typer.Typer(
 
 
 _GROUPS: Final = {
-    "Predict": (run, compare, study, sensitivity, equilibrium, perceive, reproduce),
-    "Measure": (import_, times, swipe, fit, fit_material, fit_power_law, bench),
-    "Plan": (design, design_plate, texture, check, export),
-    "See": (explore, report, scenarios, models, spaces, init),
+    "Predict": (run, compare, study, reproduce),
+    "Measure": (import_, times, fit, bench),
+    "Plan": (design, check, export),
+    "See": (explore, report, list_, init),
 }
-settings.register(app)
-for _title, _commands in _GROUPS.items():
-    for _command in _commands:
-        _command.register(app)
-        if _command is bench:
-            app.registered_groups[-1].rich_help_panel = _title
+app.callback()(settings.command)
+for _title, _modules in _GROUPS.items():
+    for _module in _modules:
+        _name = _module.__name__.rpartition(".")[2].strip("_")
+        if _module is bench:
+            app.add_typer(bench.group, name=_name, rich_help_panel=_title)
             continue
-        _info = app.registered_commands[-1]
-        _info.cls, _info.rich_help_panel = Command, _title
-        _info.epilog = getattr(_command, "EXAMPLE", None)
-complete_arguments(app)
+        _example = getattr(_module, "EXAMPLE", None)
+        app.command(_name, cls=Command, rich_help_panel=_title, epilog=_example)(_module.command)
 
 
 def main() -> None:

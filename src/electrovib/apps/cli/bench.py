@@ -7,8 +7,8 @@ from typing import Annotated, Final
 
 import typer
 
-from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli import options
+from electrovib.apps.cli.grouped import Command, Commands
 from electrovib.apps.cli.terminal import complain, say, show
 from electrovib.apps.exit_codes import INTERRUPTED, Told
 
@@ -16,23 +16,8 @@ _TERMINATED: Final = 143
 """Exit code after SIGTERM, as a shell reports it."""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the group of commands."""
-    group = typer.Typer(
-        name="bench",
-        help="Play a drive on a real or simulated set-up.",
-        no_args_is_help=True,
-        rich_markup_mode=None,
-    )
-    group.command("run")(run)
-    group.command("init")(init)
-    app.add_typer(group, name="bench")
-
-
 def run(
-    scenario: Annotated[
-        str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.")
-    ],
+    scenario: options.Scenario,
     bench: Annotated[
         str | None,
         typer.Option(
@@ -50,18 +35,17 @@ def run(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the noise of the simulated set-up.")] = 0,
-    changes: Changes = None,
+    changes: options.Changes = None,
     output: Annotated[
         str | None, typer.Option("--output", "-o", help="Write the Trace: .nc, .csv or .mat.")
     ] = None,
-    models: Models = None,
-    force: Force = False,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Play the drive of a scenario as one burst and record it.
 
     Without --simulate and --arm, print the plan.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.bench.faults import BenchStopped
     from electrovib.bench.run import plan_bench, run_bench
@@ -102,3 +86,13 @@ def _confirm(words: str) -> bool:
         return typer.confirm(words, default=False)
     except typer.Abort:  # Ctrl-C, or no terminal to answer from
         return False
+
+
+group = typer.Typer(
+    cls=Commands,
+    help="Play a drive on a real or simulated set-up.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+group.command("run", cls=Command)(run)
+group.command("init", cls=Command)(init)

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes, Everything, Models
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import say, show
 
 if TYPE_CHECKING:
@@ -15,11 +14,6 @@ if TYPE_CHECKING:
     from electrovib.study.check.series import SeriesResistor
 
 EXAMPLE: Final = "electrovib check vezzoli_2014/fig6 --set limits.voltage='1 kV'"
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("check")(command)
 
 
 def command(
@@ -33,13 +27,7 @@ def command(
     second: Annotated[
         str, typer.Argument(metavar="SCENARIO", help="The scenario in which that drive is checked.")
     ] = "",
-    limits: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="FILE.toml",
-            help="Further limits beside those of the scenario; the strictest counts. Repeatable.",
-        ),
-    ] = None,
+    limits: options.Limits = None,
     series_resistor: Annotated[
         bool,
         typer.Option(
@@ -50,26 +38,22 @@ def command(
     output: Annotated[
         str | None, typer.Option("--output", "-o", help="Write the result: .csv, .json or .html.")
     ] = None,
-    everything: Everything = False,
-    changes: Changes = None,
-    models: Models = None,
-    force: Force = False,
+    everything: options.Everything = False,
+    changes: options.Changes = None,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Compare voltage, current and breakdown with limits.
 
     Charge, energy and breakdown of each layer are compared too; exit code 1 if a limit is exceeded.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
     from electrovib.study.check import check
     from electrovib.study.check.series import series_resistor as resistor_of
-    from electrovib.view.checked import (
-        check_outcome_file,
-        write_check,
-    )
+    from electrovib.view.checked import check_outcome_file, write_check
 
     drive, scenario = (first, second) if second else (None, first)
     wanted, declared = read_changes(changes or []), list(limits or [])
@@ -90,14 +74,14 @@ def command(
 
 def _show_verdict(result: CheckResult, resistor: SeriesResistor | None, *, everything: bool) -> None:
     """Print the verdict in a few lines, after the tables that were asked for."""
-    from electrovib.apps.cli.table import as_text
+    from electrovib.study.catalogue.columns import laid_out
     from electrovib.view.checked import check_lines, resistor_table, tables_of
 
     if everything:
         for table in tables_of(result):
-            show(as_text(table))
+            show(laid_out(table))
         say(*result.notes, "")
     if resistor is not None:
-        show(as_text(resistor_table(resistor)))
+        show(laid_out(resistor_table(resistor)))
     more = "" if everything else "(--all lists every limit, its source, and published currents)"
     say(*check_lines(result, more=more))

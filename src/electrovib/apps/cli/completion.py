@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import Any, Final, get_args, get_type_hints
+from collections.abc import Iterator
 
 import typer
 
@@ -74,27 +73,3 @@ def parameter_paths(ctx: typer.Context, incomplete: str) -> Iterator[tuple[str, 
     for path, _, quantity in scenario.parameters():
         if path.startswith(incomplete):
             yield path, quantity.doc
-
-
-ARGUMENTS: Final[dict[str, Callable[[str], Iterator[Any]]]] = {
-    "scenario": scenario_names,
-    "paper": paper_names,
-}
-"""Name of an argument, in whatever command, to what completes it."""
-
-
-def complete_arguments(app: typer.Typer) -> None:
-    """Let the shell complete the arguments of all registered commands that take a name of `ARGUMENTS`.
-
-    An argument that declares a completion of its own keeps it.
-    """
-    for group in app.registered_groups:
-        assert group.typer_instance is not None
-        complete_arguments(group.typer_instance)
-    for command in app.registered_commands:
-        assert command.callback is not None
-        hints = get_type_hints(command.callback, include_extras=True)
-        for name in ARGUMENTS.keys() & hints.keys():
-            for declared in get_args(hints[name])[1:]:
-                declared.autocompletion = declared.autocompletion or ARGUMENTS[name]
-            command.callback.__annotations__[name] = hints[name]

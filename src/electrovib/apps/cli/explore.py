@@ -7,19 +7,12 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli import options
 from electrovib.apps.cli.terminal import say
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("explore")(command)
-
-
 def command(
-    scenario: Annotated[
-        str, typer.Argument(help="Name of a scenario, a TOML file, or a Trace, which the page shows first.")
-    ] = "vezzoli_2014/fig6",
+    scenario: options.Scenario = "vezzoli_2014/fig6",
     port: Annotated[
         int | None, typer.Option(help="Port of the page. Default: the first that is free from 8080 on.")
     ] = None,
@@ -31,14 +24,13 @@ def command(
         ),
     ] = "127.0.0.1",
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
-    changes: Changes = None,
-    models: Models = None,
+    changes: options.Changes = None,
+    models: options.Models = None,
 ) -> None:
     """Open a page in the browser: sliders, curves and limits.
 
     Change parameters and see their effect at once.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.explorer.server import explore
 

@@ -8,65 +8,47 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from electrovib.apps.cli.export_options import (
-    AmplifierPresent,
-    Edge,
-    FullScale,
-    FurtherLimits,
-    Gain,
-    Instrument,
-    LargestError,
-    Output,
-    Place,
-    Ramp,
-    Rate,
-)
-from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes, Models
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import output
 from electrovib.apps.cli.terminal import say, warned
 
 if TYPE_CHECKING:
     from electrovib.export.waveform import WrittenWaveform
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("export")(command)
-
-
 def command(
-    scenario: Annotated[
-        str, typer.Argument(help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace.")
-    ],
-    place: Place = "",
-    output: Output = "",
-    limits: FurtherLimits = None,
-    instrument: Instrument = "",
-    rate: Rate = "",
-    ramp: Ramp = "",
-    largest_error: LargestError = 0.01,
-    full_scale: FullScale = "",
-    gain: Gain = 1.0,
-    edge: Edge = "",
-    amplifier_present: AmplifierPresent = False,
-    changes: Changes = None,
-    models: Models = None,
-    force: Force = False,
+    scenario: options.Scenario,
+    place: Annotated[
+        str,
+        typer.Argument(metavar="OUTPUT", help="The file to write, if not given by -o.", show_default=False),
+    ] = "",
+    file: Annotated[str, output("A netlist .cir, or the drive as .csv, .npy, .mat, .wav or .pwl.")] = "",
+    limits: options.Limits = None,
+    instrument: options.Instrument = "",
+    rate: options.Rate = "",
+    ramp: options.Ramp = "",
+    largest_error: options.LargestError = 0.01,
+    full_scale: options.FullScale = "",
+    gain: options.Gain = 1.0,
+    edge: options.Edge = "",
+    amplifier_present: options.AmplifierPresent = False,
+    changes: options.Changes = None,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Write a netlist for ngspice, or the drive as a waveform.
 
     A waveform is written only within declared limits.
     """
-    del models  # imported by now
     from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked
     from electrovib.core.errors import InputError
     from electrovib.export.scenario import WRITERS, export_netlist
     from electrovib.export.waveform import FORMATS, export_waveform
 
-    if bool(place) == bool(output):
+    if bool(place) == bool(file):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
-    target, wanted = place or output, read_changes(changes or [])
+    target, wanted = place or file, read_changes(changes or [])
     given = {
         "--limits": limits, "--as": instrument, "--rate": rate, "--ramp": ramp, "--full-scale": full_scale,
         "--edge": edge, "--amplifier-present": amplifier_present,
@@ -87,10 +69,10 @@ def command(
             full_scale=_number(full_scale, "V", "--full-scale"), gain=gain, edge=edge_of(edge),
             amplifier_present=amplifier_present, force=force,
         )  # fmt: skip
-    say(*warned(found), *lines_of(found))
+    say(*warned(found), *waveform_lines(found))
 
 
-def lines_of(found: WrittenWaveform) -> list[str]:
+def waveform_lines(found: WrittenWaveform) -> list[str]:
     """Return the notes of a waveform, its check and its file as lines."""
     from electrovib.study.check.result import shown
 

@@ -1,109 +1,15 @@
-"""Options of ``electrovib fit``, and how their texts are read."""
+"""How the noise and the calibration errors of a fit are read."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING
 
-import typer
+from electrovib.apps.cli.options import pair_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
     from electrovib.recordings.calibration_error import CalibrationError
-
-Recordings: TypeAlias = Annotated[
-    list[str], typer.Argument(metavar="RECORD...", help="Trace files with signals over time or frequency.")
-]
-Free: TypeAlias = Annotated[
-    list[str],
-    typer.Option(metavar="PATH,PATH,...", help="Parameters to estimate, as dotted paths; repeatable."),
-]
-Vary: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(metavar="PATH,...", help="Those of them that differ between sessions; repeatable."),
-]
-Session: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(metavar="FILE=NAME", help="Session of a recording; by default each is its own. Repeatable."),
-]
-Noise: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="SIGNAL=VALUE",
-        help="Standard deviation of a signal, with its unit; of an impedance relative to it: impedance=0.01. Repeatable.",
-    ),
-]
-Zero: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(metavar="SIGNAL", help="Signal whose zero is unknown and is fitted; repeatable."),
-]
-GainError: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="SIGNAL=SHARE",
-        help="Relative standard uncertainty of the gain of a sensor, such as electrostatic_force='2 %'; repeatable.",
-    ),
-]
-ZeroError: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="SIGNAL=VALUE",
-        help="Standard uncertainty of the zero of a sensor, with its unit; repeatable.",
-    ),
-]
-OnlySignal: TypeAlias = Annotated[
-    list[str] | None, typer.Option(metavar="SIGNAL", help="Fit only this signal; repeatable.")
-]
-CompareWith: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="SCENARIO", help="Another model of the same experiment, compared by AICc and BIC; repeatable."
-    ),
-]
-Keep: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="PART",
-        help="Take the drive, load or motion of the scenario although the recordings hold their own; repeatable.",
-    ),
-]
-Folder: TypeAlias = Annotated[
-    str | None,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="DIR",
-        help="Folder for report.html, parameters.csv, parameters.toml and space.toml.",
-    ),
-]
-Separately: TypeAlias = Annotated[
-    bool,
-    typer.Option(
-        "--separately",
-        help="Fit each recording alone; one table and one figure for all, with the scatter within and between recordings.",
-    ),
-]
-PosteriorAsked: TypeAlias = Annotated[
-    bool,
-    typer.Option("--posterior", help="Sample the posterior distribution too, with emcee; needs --seed."),
-]
-Seed: TypeAlias = Annotated[int | None, typer.Option(help="Seed of the random numbers of --posterior.")]
-Steps: TypeAlias = Annotated[int, typer.Option(help="Length of each chain of --posterior.")]
-
-
-def names_of(texts: Sequence[str]) -> list[str]:
-    """Split names at commas."""
-    return [name.strip() for text in texts for name in text.split(",") if name.strip()]
-
-
-def pair_of(text: str, option: str, form: str) -> tuple[str, str]:
-    """Split ``NAME=VALUE`` at the last equals sign."""
-    from electrovib.core.errors import InputError
-
-    first, sign, second = text.rpartition("=")
-    if not (sign and first.strip() and second.strip()):
-        raise InputError(f"{option} {text}: expected {form}")
-    return first.strip(), second.strip()
 
 
 def share_of(text: str, option: str) -> float:

@@ -9,8 +9,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from electrovib.apps.fit import FitResult
+    from electrovib.recordings.fit.power_law import PowerLawFit
     from electrovib.recordings.fit.separate import SeparateFits
     from electrovib.recordings.interval import EstimatedParameter
+    from electrovib.recordings.spectra.fitted import FittedMaterial
 
 _MOST: Final = 5  # lines of a verdict
 
@@ -131,3 +133,31 @@ def _spread(value: float, signal: str, *, relative: bool) -> str:
     from electrovib.core.units import format_quantity
 
     return f"{100 * value:.3g} %" if relative else format_quantity(value, SIGNALS[signal].unit, digits=3)
+
+
+def material_summary(found: FittedMaterial) -> list[str]:
+    """Report how the material was fitted, each parameter with both uncertainties, and the diagnostics."""
+    from electrovib.core.units import format_quantity
+    from electrovib.recordings.spectra.fitted import both_uncertainties
+
+    return [
+        *found.history,
+        *(
+            f"{each.name}: {format_quantity(each.value, each.unit, digits=4)}, {both_uncertainties(each)}"
+            for each in found.parameters
+        ),
+        *(f"{each.state}: {each.text}" for each in found.diagnostics),
+    ]
+
+
+def law_summary(law: PowerLawFit) -> list[str]:
+    """Report the exponent with its interval, and that of each session."""
+    return [
+        f"exponent {law.exponent:.4g}, 95 % interval {law.lower:.4g} to {law.upper:.4g}",
+        *(
+            f"  {name}: exponent {each.exponent:.4g}, standard error {each.standard_error:.2g}"
+            f" (ln y scatters by {each.scatter:.2g}), y at x = 1 in SI {each.factor:.4g}"
+            for name, each in law.sessions.items()
+        ),
+        law.sentence,
+    ]

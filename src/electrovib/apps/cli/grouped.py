@@ -10,12 +10,38 @@ from typer.core import TyperCommand, TyperGroup
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-_READABLE: Final = (".toml", ".nc", ".csv", ".mat")
-"""Suffixes of files that hold a scenario: tables, and Traces."""
-_SCENARIOS: Final = ("scenario", "second")
-"""Arguments that are the scenario: the second one of `check`, after a drive."""
-_ALSO_TABLES: Final = ("texture", "space")
-"""Arguments beside the scenario that may be a TOML file too."""
+_SCENARIOS: Final = ("scenario", "second", "files")
+"""Arguments that are or begin with the scenario: the second one of `check`, after a drive; the first one of `fit`."""
+_MERGED: Final = {
+    "perceive": "run", "equilibrium": "run --states", "sensitivity": "study --sensitivity", "fit-material": "fit",
+    "fit-power-law": "fit", "design-plate": "design", "texture": "design --texture", "swipe": "times --swipes",
+    "scenarios": "list scenarios", "models": "list", "spaces": "list spaces",
+}  # fmt: skip
+"""Word that names what a command does, where the command has another name."""
+_ALIKE: Final = (
+    ("--quantity", "--want", "--exceed", "--signal", "--target", "--maximise", "--minimise"),
+    ("--set", "--over", "--free", "--between"),
+    ("--material", "--materials"),
+    ("--output", "--csv"),
+    ("--workers", "--scheduler"),
+    ("--column", "--x", "--y"),
+    ("--gain-error", "--systematic"),
+    ("--layer", "--into"),
+    (
+        "--set",
+        "--step",
+        "--stamps",
+        "--offset",
+        "--shift",
+        "--baseline",
+        "--trigger",
+        "--detrend",
+        "--crop",
+        "--average",
+    ),
+    ("--set", "--resample", "--with", "--clock-shift", "--calibration", "--conductivity"),
+)
+"""Options, or words that one may try, for the same in different commands."""
 
 
 class Commands(TyperGroup):
@@ -33,6 +59,17 @@ class Commands(TyperGroup):
             with formatter.section(title):
                 formatter.write_dl(rows)
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find a command; of a word that is none name the command that is meant."""
+        from electrovib.core.errors import InputError, nearest
+
+        word, path = args[0], "electrovib" if ctx.parent is None else f"electrovib {ctx.info_name}"
+        if word in self.commands or word.startswith("-"):
+            return super().resolve_command(ctx, args)
+        if word in _MERGED:
+            raise InputError(f"'{word}' is no command; this is done by '{path} {_MERGED[word]}'")
+        raise InputError(f"'{word}' is no command.{nearest(word, self.commands)} '{path} -h' lists them.")
+
 
 class Command(TyperCommand):
     """One command: its help begins with the example that is declared as its epilog."""
@@ -47,6 +84,18 @@ class Command(TyperCommand):
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """Write nothing after the options."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments; an option of another command is answered with the command that has it."""
+        try:
+            return super().parse_args(ctx, args)
+        except Exception as wrong:
+            if type(wrong).__name__ != "NoSuchOption":  # of click, or of the copy of it within typer
+                raise
+            from electrovib.core.errors import InputError
+
+            name = getattr(wrong, "option_name", "")
+            raise InputError(_option_meant(name, self, ctx)) from None
 
     def invoke(self, ctx: Any) -> Any:
         """Refuse a scenario in the place of another argument, with the order that was meant."""
@@ -79,13 +128,35 @@ def _swapped(given: list[tuple[str, str]]) -> tuple[str, str] | None:
     """Return what stands in the place of the scenario, and the TOML file that stands elsewhere; None where all is well."""
     names = [name for name, _ in given]
     place = next((names.index(name) for name in _SCENARIOS if name in names), None)
-    if place is None:
+    if place is None or Path(given[place][1]).suffix.lower() == ".toml":
         return None
-    scenario = given[place][1]
-    suffix = Path(scenario).suffix.lower()
-    others = [(name, value) for name, value in given if value.lower().endswith(".toml") and value != scenario]
-    readable = suffix in _READABLE or (not suffix and "/" in scenario)
-    for name, value in others:
-        if suffix != ".toml" and not (readable and name in _ALSO_TABLES):
-            return scenario, value
-    return None
+    others = [value for name, value in given if value.lower().endswith(".toml") and name != "others"]
+    return (given[place][1], others[0]) if others else None
+
+
+def _option_meant(wrong: str, command: TyperCommand, ctx: Any) -> str:
+    """Say which commands have an option, and which one of this command is for the same."""
+    from electrovib.core.errors import nearest
+
+    own = _options(command)
+    alike = [name for names in _ALIKE if wrong in names for name in names if name in own]
+    owners = [name for name, each in _every(ctx.find_root().command) if wrong in _options(each)]
+    if wrong in _options(ctx.find_root().command):
+        said = f"'{wrong}' stands before the command: electrovib {wrong} ... {ctx.info_name}"
+    elif owners:
+        said = f"'{wrong}' belongs to {', '.join(repr(name) for name in owners)}"
+    else:
+        said = f"no command has an option '{wrong}'"
+    if alike:
+        return f"{said}; '{ctx.info_name}' takes '{alike[0]}'"
+    return f"{said}; '{ctx.info_name}' has no such option.{nearest(wrong, own)}"
+
+
+def _options(command: TyperCommand) -> list[str]:
+    return [name for each in command.params if each.param_type_name == "option" for name in each.opts]
+
+
+def _every(group: Any, before: str = "") -> Iterator[tuple[str, Any]]:
+    """Iterate over all commands, those of a group after its name."""
+    for name, each in group.commands.items():
+        yield from _every(each, f"{name} ") if hasattr(each, "commands") else [(f"{before}{name}", each)]

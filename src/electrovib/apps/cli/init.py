@@ -5,33 +5,26 @@ from __future__ import annotations
 import sys
 from typing import Annotated
 
-import typer
-
-from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import Text, output
 from electrovib.apps.cli.terminal import put, say
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("init")(command)
-
-
 def command(
-    scenario: Annotated[str, typer.Argument(help="A paper's scenario, or a file.")] = "vezzoli_2014/fig6",
-    changes: Changes = None,
-    output: Annotated[str | None, typer.Option("--output", "-o", help="The TOML file to write.")] = None,
-    force: Force = False,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    changes: options.Changes = None,
+    file: Annotated[Text, output("The TOML file to write.")] = None,
+    force: options.Force = False,
 ) -> None:
     """Write a scenario as a commented TOML file to start from."""
     from electrovib.apps.changes import read_changes
     from electrovib.apps.init import init
 
-    text = init(scenario, set=read_changes(changes or []), output=output, force=force)
-    if output is None:
+    text = init(scenario, set=read_changes(changes or []), output=file, force=force)
+    if file is None:
         put(as_toml(text, sys.stdout.encoding))
     else:
-        say(f"written: {output}")
+        say(f"written: {file}")
 
 
 def as_toml(text: str, encoding: str | None) -> str:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.import_ import pairs
-from electrovib.apps.cli.import_options import Columns, Scales, TimeColumn
-from electrovib.apps.cli.options import Models
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import Texts, many
+from electrovib.apps.cli.recipe import OF_TRACE, recipe_of
 from electrovib.apps.cli.terminal import say, warned
 
 if TYPE_CHECKING:
@@ -19,29 +18,26 @@ if TYPE_CHECKING:
     import xarray
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("report")(command)
-
-
 def command(
     traces: Annotated[list[str], typer.Argument(help="Trace files, overlaid in one report.")],
     output: Annotated[str, typer.Option("--output", "-o", help="The HTML file to write.")] = "report.html",
-    column: Columns = None,
-    time: TimeColumn = "",
-    scale: Scales = None,
-    models: Models = None,
-    force: Force = False,
+    column: options.Column = None,
+    changes: Annotated[
+        Texts,
+        many("KEY=VALUE", "Entry of the recipe of an import: time='t [us]', scale.SIGNAL='4/9 N/V'", "--set"),
+    ] = None,
+    recipe: options.Recipe = None,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Write one report of several Traces, overlaid.
 
     With --column other files are imported as measurements.
     """
-    del models  # imported by now
     from electrovib.apps.progress import tracked
     from electrovib.view.report import reported
 
-    found = _imported(traces, pairs("column", column), time=time, scale=pairs("scale", scale))
+    found = _imported(traces, recipe_of(recipe, changes, column, only=OF_TRACE, of="a Trace"))
     with tracked("drawing the report"):
         shown = reported(found or traces, output, force=force)
     say(*_answers(shown, output), *_without_parameters(traces), f"written: {output}")
@@ -65,19 +61,15 @@ def _answers(shown: Mapping[str, xarray.Dataset], output: str) -> list[str]:
     return [*lines, *dict.fromkeys(warnings)]
 
 
-def _imported(
-    names: list[str], columns: dict[str, str], *, time: str, scale: dict[str, str]
-) -> dict[str, Any]:
+def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
     """Import the files that are neither Traces nor scenarios; label to Trace or file name, empty without columns."""
     from electrovib.core.errors import DataFileError, InputError
     from electrovib.data.traces import open_if_trace
     from electrovib.recordings.importing import import_file
 
-    if not columns:
-        if time or scale:
-            raise InputError(
-                f"--{'time' if time else 'scale'}: belongs to --column SIGNAL=COLUMN, which is missing"
-            )
+    if recipe and "columns" not in recipe:
+        raise InputError(f"{next(iter(recipe))}: belongs to --column SIGNAL=COLUMN, which is missing")
+    if not recipe:
         return {}
     found: dict[str, Any] = {}
     for name in names:
@@ -87,9 +79,9 @@ def _imported(
             try:
                 found[label] = open_if_trace(name)
                 if found[label] is name:
-                    found[label] = import_file(name, columns, time=time, scale=scale)
+                    found[label] = import_file(name, **recipe)
             except DataFileError:
-                found[label] = import_file(name, columns, time=time, scale=scale)
+                found[label] = import_file(name, **recipe)
     return found
 
 

@@ -6,17 +6,13 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.completion import paper_names
+from electrovib.apps.cli.options import Force
 from electrovib.apps.cli.terminal import say, warned
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("reproduce")(command)
-
-
 def command(
-    paper: Annotated[str, typer.Argument(help="author_year")] = "vezzoli_2014",
+    paper: Annotated[str, typer.Argument(help="author_year", autocompletion=paper_names)] = "vezzoli_2014",
     output: Annotated[str, typer.Option("--output", "-o", help="Folder to write to.")] = "reproduction",
     skin: Annotated[
         str | None,

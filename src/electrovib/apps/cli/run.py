@@ -3,77 +3,140 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Final
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes, Models
-from electrovib.apps.cli.terminal import say
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import Text, Texts, many, only, option, output
+from electrovib.apps.cli.terminal import chosen, say
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.solve.equilibrium import Balance, Equilibrium
 
 _ROUNDING: Final = 1e-12
 """Share of the largest force below which the smallest one is printed as 0."""
 FORCES = ("electrostatic_force", "lateral_force")
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("run")(command)
-
-
 def command(
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            help="A TOML file, a paper's scenario such as vezzoli_2014/fig6, or a Trace to repeat."
-        ),
-    ] = "vezzoli_2014/fig6",
-    changes: Changes = None,
-    over: Annotated[
-        list[str] | None,
-        typer.Option(metavar="PATH=FROM:TO:N[log]", help="Sweep a parameter; repeatable."),
-    ] = None,
+    context: typer.Context,
+    scenario: options.Scenario = "vezzoli_2014/fig6",
+    changes: options.Changes = None,
+    over: options.Over = None,
     quantities: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--quantity",
-            metavar="NAME",
-            help="Quantity of each case, for instance 'mean electrostatic_force'; repeatable.",
-        ),
+        Texts,
+        many("NAME", "Quantity of each case, for instance 'mean electrostatic_force'", "--quantity"),
     ] = None,
     records: Annotated[
-        bool, typer.Option("--records", help="Keep the signals over time of each case of a sweep too.")
+        bool, typer.Option("--records", help="Keep the signals over time of each case of --over too.")
     ] = False,
-    output: Annotated[
-        str | None, typer.Option("--output", "-o", help="Write the result: .nc, .csv or .mat.")
+    states: Annotated[
+        bool,
+        typer.Option(
+            "--states",
+            help="Find every state of gap and attraction, stable or not, instead: of contact.surface and a layer 'gap'.",
+        ),
+    ] = False,
+    voltage: Annotated[
+        Text,
+        option("Of --states: voltage that is held, such as '100 V'; by default the largest of the drive."),
     ] = None,
-    report: Annotated[str | None, typer.Option(help="Write a self-contained HTML report.")] = None,
-    models: Models = None,
-    force: Force = False,
+    file: Annotated[Text, output("Write the result: .nc, .csv or .mat.")] = None,
+    report: options.Page = None,
+    everything: options.Everything = False,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
-    """Simulate or sweep a scenario.
+    """Simulate a scenario once, or for each value of a parameter.
 
-    Write its Trace, or a table of numbers, and a report.
+    Report the forces and whether a finger feels them, by which tactile channel, and by how many decibels; of a measured Trace
+    the latter alone. A Trace that carries its scenario is repeated.
     """
-    del models  # imported by now
     from electrovib.apps.run import run
 
+    if states:
+        only(context, "scenario changes states voltage", "--states")
+        return _print_states(scenario, changes, voltage)
+    if _is_measured(scenario):
+        only(
+            context, "scenario changes everything", "a measured Trace, of which only what is felt is computed"
+        )
+        return _print_felt(scenario, changes, everything=everything)
+    only(context, "scenario changes over quantities records file report everything", "a run without --states")
     trace = run(
-        scenario,
-        set=changes or [],
-        over=over or [],
-        quantities=quantities or [],
-        records=records,
-        output=output,
-        report=report,
-        force=force,
-    )
-    say(*summary(trace, output, report, source=scenario))
+        scenario, set=changes or [], over=over or [], quantities=quantities or [], records=records, output=file,
+        report=report, force=force,
+    )  # fmt: skip
+    felt = [] if "over" in trace.attrs else felt_lines(trace, everything=everything)
+    say(*summary(trace, file, report, source=scenario, felt=felt))
+    return None
 
 
-def summary(trace: Any, output: str | None, report: str | None, *, source: str = "") -> list[str]:
+def _is_measured(source: str) -> bool:
+    """Tell whether a file is a Trace without a scenario, which cannot be run again."""
+    from electrovib.core.trace import is_trace
+    from electrovib.data.traces import open_if_trace
+
+    found = open_if_trace(source)
+    return is_trace(found) and not {"scenario", "over"} & set(found.attrs)
+
+
+def _print_felt(record: str, changes: Texts, *, everything: bool) -> None:
+    from electrovib.apps.changes import read_changes
+    from electrovib.study.perceive import perceive
+    from electrovib.view.percept import percept_lines
+
+    found = perceive(record, set=read_changes(changes or []))
+    say(*percept_lines(found, everything=everything, more="--all lists assumptions"))
+
+
+def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
+    """State whether a finger feels a run, by which channel and by how much; the reason where that is not known."""
+    from dataclasses import replace
+
+    from electrovib.apps.progress import tracked
+    from electrovib.core.errors import ElectrovibError
+    from electrovib.scenario import scenario_of
+    from electrovib.study.perceive import perceive
+    from electrovib.view.percept import percept_lines
+
+    try:
+        with tracked("perceiving"):
+            found = perceive(scenario_of(trace))
+    except ElectrovibError as error:
+        return [f"felt or not: not known: {'; '.join(map(str, error.problems))}"]
+    if not everything:
+        return [f"{found.answer} (--all lists assumptions)"]
+    # title and warnings are those of the run
+    return percept_lines(replace(found, title="", diagnostics=()), everything=True)
+
+
+def _print_states(source: str, changes: Texts, voltage: str | None) -> None:
+    from electrovib.apps.changes import read_changes
+    from electrovib.apps.progress import tracked
+    from electrovib.core.errors import InputError
+    from electrovib.core.units import parse_quantity
+    from electrovib.scenario import read_scenario
+    from electrovib.solve.equilibrium import equilibrium
+
+    found, held = read_scenario(source, changes=read_changes(changes or [])), None
+    try:
+        held = None if voltage is None else parse_quantity(voltage, "V")
+    except ValueError as error:
+        raise InputError(f"--voltage {voltage}: {error}") from None
+    with tracked("finding equilibria"):
+        balance = equilibrium(found, voltage=held)
+    say(*states_summary(balance), *chosen(found, source))
+
+
+def summary(
+    trace: Any, output: str | None, report: str | None, *, source: str = "", felt: Sequence[str] = ()
+) -> list[str]:
     """Summarise the result in a few lines, with the values of a paper's scenario that are not found in the paper."""
-    from electrovib.apps.cli.chosen import chosen
     from electrovib.apps.cli.map_lines import is_map, judged
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
     from electrovib.scenario import scenario_of
@@ -83,6 +146,7 @@ def summary(trace: Any, output: str | None, report: str | None, *, source: str =
         lines += _numbers(trace)
     else:
         lines += [f"{name.replace('_', ' ')}: {_range(trace, name)}" for name in FORCES]
+    lines += felt
     if trace.attrs.get("reduction_error") and "transfer_error" in trace.attrs:
         name, of = "transfer_error", ""
         if "attraction_error" in trace.attrs:
@@ -148,3 +212,37 @@ def _files(trace: Any, output: str | None) -> list[str]:
     if output is None or Path(output).suffix.lower() != ".csv":
         return [output] if output else []
     return [str(path) for path in csv_files(trace.sizes, Path(output))]
+
+
+def states_summary(found: Balance) -> list[str]:
+    """Describe the states in a few lines."""
+    from electrovib.core.diagnostics import warning_lines
+    from electrovib.core.units import format_quantity
+
+    def shown(value: float, unit: str) -> str:
+        return format_quantity(value, unit, digits=4)
+
+    lines = [
+        f"{shown(found.voltage, 'V')} held across {', '.join(found.blocking)} and the gap: electrical thickness"
+        f" {shown(found.electrical_thickness, 'm')}, load {shown(found.pressure, 'Pa')} on {shown(found.area, 'm2')}"
+    ]
+    for state, force, area in zip(found.states, found.force, found.areas, strict=True):
+        grown = f" on {shown(area, 'm2')}" if area != found.area else ""
+        lines.append(
+            f"gap {shown(state.gap, 'm')}: attraction {shown(force, 'N')}{grown}, {_kind(state)}"
+            f" (residual {state.residual:.1e} Pa)"
+        )
+    if len(found.stable) > 1:
+        lines.append(
+            "two stable states: which of them is reached depends on the previous gap, so the force has a hysteresis"
+        )
+    if found.beyond:
+        lines.append(
+            "a flatter state, with more than half of the area in contact, is not described by this surface topography"
+        )
+    return lines + warning_lines(found.diagnostics)
+
+
+def _kind(state: Equilibrium) -> str:
+    words = "stable" if state.stable else "a fold, where a branch ends" if state.fold else "unstable"
+    return f"{words}, pressed on the plate" if state.touching else words

@@ -10,11 +10,6 @@ from electrovib.apps.cli.options import Models
 from electrovib.apps.cli.terminal import say
 
 
-def register(app: typer.Typer) -> None:
-    """Add the options."""
-    app.callback()(command)
-
-
 def _show(wanted: bool) -> None:
     if wanted:
         from electrovib.core.versions import versions

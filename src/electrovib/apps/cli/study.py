@@ -6,47 +6,44 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeAlias
 
 import typer
 
-from electrovib.apps.cli.force import Force
-from electrovib.apps.cli.options import Changes, Models
-from electrovib.apps.cli.terminal import complain, say
+from electrovib.apps.cli import options
+from electrovib.apps.cli.options import Text, Texts, many, names_of, only, option
+from electrovib.apps.cli.terminal import complain, say, show_tables, warned
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import xarray
 
-Number: TypeAlias = Annotated[int, typer.Option("-n", metavar="N", help="Number of fingers.")]
+N: TypeAlias = Annotated[
+    int,
+    typer.Option("-n", metavar="N", help="Number of fingers; of base draws, a power of 2, of --sensitivity."),
+]
 Seed: TypeAlias = Annotated[
     int, typer.Option(metavar="N", help="Seed of the draws: the same seed draws the same fingers.")
 ]
-Output: TypeAlias = Annotated[
-    str,
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="DIR.zarr",
-        help="Folder of the result. If the study is interrupted, the same command continues it there.",
+Quantity: TypeAlias = Annotated[
+    Texts,
+    many(
+        "NAME",
+        "Signal, electrostatic_force if absent, over frequency mean_force; of --sensitivity one as for run",
     ),
 ]
-Signals: TypeAlias = Annotated[
-    list[str] | None,
+Sensitivity: TypeAlias = Annotated[
+    bool,
     typer.Option(
-        "--signal",
-        metavar="NAME",
-        help="Signal, electrostatic_force if absent; over frequency mean_force. Repeatable.",
+        "--sensitivity",
+        help="Report instead which parameters one quantity depends on most, and which to measure first.",
     ),
 ]
 Percentiles: TypeAlias = Annotated[str, typer.Option(metavar="P,P,...", help="Percentiles over the fingers.")]
 Exceed: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="VALUE", help="Threshold whose exceedance probability is wanted: '5 mN'. Repeatable."
-    ),
+    Texts, many("VALUE", "Threshold whose exceedance probability is wanted: '5 mN'")
 ]
 Draws: TypeAlias = Annotated[
-    bool, typer.Option("--draws", help="Keep the parameters and signals of every finger too.")
+    bool, typer.Option("--records", help="Keep the parameters and signals of every finger too.")
 ]
-Memory: TypeAlias = Annotated[
+BudgetMemory: TypeAlias = Annotated[
     str,
     typer.Option(
         metavar="MEMORY",
@@ -54,79 +51,134 @@ Memory: TypeAlias = Annotated[
     ),
 ]
 Workers: TypeAlias = Annotated[
-    int | None, typer.Option(metavar="N", help="Number of worker processes on this machine (Dask).")
+    Text,
+    option(
+        "Number of worker processes on this machine, or the Dask scheduler of a cluster: tcp://host:8786.",
+        metavar="N|ADDRESS",
+    ),
 ]
-Scheduler: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler of a cluster: tcp://host:8786.")
+Outputs: TypeAlias = Annotated[
+    Texts,
+    many(
+        "DIR",
+        "Folder of the result, DIR.zarr, in which the same command continues an interrupted study, and a .csv file for the"
+        " bands; of --sensitivity the folder for report.html, indices.csv, elasticities.csv and space.toml",
+        "--output",
+        "-o",
+    ),
 ]
-Bands: TypeAlias = Annotated[
-    str | None, typer.Option("--csv", metavar="FILE", help="Write the bands as CSV.")
-]
-Page: TypeAlias = Annotated[
-    str | None, typer.Option("--report", metavar="FILE", help="Write an HTML report.")
-]
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("study")(command)
 
 
 def command(
-    scenario: Annotated[
-        str, typer.Argument(help="A TOML file, or a paper's scenario such as vezzoli_2014/fig6.")
-    ],
-    space: Annotated[
-        str,
-        typer.Argument(
-            help="Parameters that differ between fingers: a TOML file, or a name such as fingers."
-        ),
-    ],
-    n: Number,
+    context: typer.Context,
+    scenario: options.Scenario,
+    n: N,
     seed: Seed,
-    output: Output,
-    signal: Signals = None,
+    space: options.Space = None,
+    quantity: Quantity = None,
+    sensitivity: Sensitivity = False,
     percentiles: Percentiles = "5,50,95",
     exceed: Exceed = None,
     draws: Draws = False,
-    budget_memory: Memory = "1 GB",
+    budget_memory: BudgetMemory = "1 GB",
     workers: Workers = None,
-    scheduler: Scheduler = None,
-    csv: Bands = None,
-    report: Page = None,
-    changes: Changes = None,
-    models: Models = None,
-    force: Force = False,
+    outputs: Outputs = None,
+    report: options.Page = None,
+    changes: options.Changes = None,
+    models: options.Models = None,
+    force: options.Force = False,
 ) -> None:
     """Compute bands of a force over a population of fingers.
 
-    The bands are over time or frequency; an interrupted study continues.
+    The bands are over time or frequency; with --sensitivity, the parameters on which a quantity depends most.
     """
-    del models  # imported by now
-    from electrovib.apps.progress import tracked
+    from electrovib.apps.changes import read_changes
+    from electrovib.core.errors import InputError
     from electrovib.scenario import read_scenario
+
+    if space is None:
+        raise InputError("not given; for instance --space fingers", path="--space")
+    base = read_scenario(scenario, changes=read_changes(changes)) if changes else scenario
+    written = list(outputs or [])
+    if sensitivity:
+        only(context, "scenario n seed space quantity sensitivity outputs changes", "--sensitivity")
+        _print_sensitivity(base, space, quantity or [], n=n, seed=seed, outputs=written, force=force)
+        return
+    bands = [name for name in written if name.lower().endswith(".csv")]
+    stores = [name for name in written if name not in bands]
+    if len(stores) != 1 or len(bands) > 1:
+        raise InputError("name one folder DIR.zarr, and at most one .csv file for the bands", path="--output")
+    asked = {"percentiles": names_of([percentiles]), "exceed": names_of(exceed), "draws": draws}
+    asked |= {"budget_memory": budget_memory, "signal": names_of(quantity) or ["electrostatic_force"]}
+    _print_bands(
+        base, space, stores[0], next(iter(bands), None), report, asked | _processes(workers), n=n, seed=seed,
+        force=force,
+    )  # fmt: skip
+
+
+def _processes(workers: str | None) -> dict[str, int | str | None]:
+    """Read a number of processes, or the address of a scheduler."""
+    from electrovib.core.errors import InputError
+
+    if workers is None or ":" in workers:
+        return {"scheduler": workers}
+    if not workers.isdecimal():
+        raise InputError(
+            "expected a number, or the address of a scheduler: tcp://host:8786",
+            path="--workers",
+            value=workers,
+        )
+    return {"workers": int(workers)}
+
+
+def _print_sensitivity(
+    base: Any, space: str, quantities: list[str], *, n: int, seed: int, outputs: list[str], force: bool
+) -> None:
+    from electrovib.apps.progress import tracked
+    from electrovib.core.errors import InputError
+    from electrovib.view.sensitivity import sensitivity
+
+    if len(quantities) != 1 or len(outputs) > 1:
+        name = "--output" if len(outputs) > 1 else "--quantity"
+        raise InputError(
+            "--sensitivity takes exactly one: 'mean electrostatic_force', and one folder", path=name
+        )
+    folder = next(iter(outputs), None)
+    with tracked("evaluating draws") as progress:
+        found = sensitivity(
+            base, space, quantity=quantities[0], n=n, seed=seed, output=folder, force=force, progress=progress
+        )
+    show_tables(found)
+    say(*warned(found), *found.space.remarks)
+    if folder:
+        say(f"written: {folder}")
+
+
+def _print_bands(
+    base: Any,
+    space: str,
+    store: str,
+    csv: str | None,
+    report: str | None,
+    asked: dict[str, Any],
+    *,
+    n: int,
+    seed: int,
+    force: bool,
+) -> None:
+    from electrovib.apps.progress import tracked
     from electrovib.study.population import study
 
-    base = read_scenario(scenario, changes=_read(changes)) if changes else scenario
     _check_outputs(csv, report, force=force)
-    asked: dict[str, Any] = {"percentiles": _names([percentiles]), "exceed": _names(exceed), "draws": draws}
-    asked |= {"budget_memory": budget_memory, "workers": workers, "scheduler": scheduler}
     done = [0, n]
     try:
         with tracked("evaluating fingers", counted=True) as progress:
             found = study(
-                base,
-                space,
-                n=n,
-                seed=seed,
-                output=output,
-                signal=_names(signal) or ["electrostatic_force"],
-                progress=_noting(done, progress),
-                **asked,
+                base, space, n=n, seed=seed, output=store, progress=_noting(done, progress), **asked
             )
     except KeyboardInterrupt:
         _interrupted(*done)
-    say(*summary(found), f"written: {output}")
+    say(*summary(found), f"written: {store}")
     say(*_written(found, csv, report, force=force))
 
 
@@ -164,16 +216,6 @@ def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:
             check_page(Path(report), force=force)
     if problems:
         raise InputError(problems)
-
-
-def _read(changes: list[str]) -> dict[str, object]:
-    from electrovib.apps.changes import read_changes
-
-    return dict(read_changes(changes))
-
-
-def _names(texts: list[str] | None) -> list[str]:
-    return [name.strip() for text in texts or [] for name in text.split(",") if name.strip()]
 
 
 def _noting(done: list[int], progress: Callable[[int, int], None]) -> Callable[[int, int], None]:

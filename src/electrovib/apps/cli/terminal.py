@@ -7,14 +7,16 @@ import os
 import sys
 import unicodedata
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.errors import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from typing import TextIO
+
+    from electrovib.scenario import Scenario
 
 _PLAIN: Final = {
     "µ": "u", "μ": "u", "Ω": "ohm", "·": " ", "–": "-", "—": "-", "−": "-", "×": "x", "°": " deg",
@@ -69,6 +71,34 @@ def warned(result: object) -> list[str]:
 def show(text: str) -> None:
     """Print a text of several lines, such as a table."""
     say(*text.split("\n"))
+
+
+def show_tables(result: Any) -> None:
+    """Print the answer of a result, then its tables."""
+    from electrovib.study.catalogue.columns import laid_out
+
+    if hasattr(result, "answer"):
+        say(result.answer, "")
+    for table in result.tables:
+        show(laid_out(table))
+
+
+def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:
+    """List the parameters whose values the paper does not give, in one line; none for a scenario of one's own.
+
+    `source` is what the user named; `without` are dotted paths that are swept, which are omitted.
+    """
+    from electrovib.scenario import not_in_paper, paper_of_preset
+
+    paper = paper_of_preset(source)
+    found = not_in_paper(scenario, paper) if paper else {}
+    swept = set(without)
+    paths = ", ".join(path for path in found if path not in swept)
+    return (
+        [f"values not from {paper}: {paths} ('electrovib list {paper}' states their sources)"]
+        if paths
+        else []
+    )
 
 
 def complain(*lines: str) -> None:

@@ -1,41 +1,43 @@
-"""``electrovib times``."""
+"""``electrovib times``: times of edges, or friction of swipes, in a record and without a model of the experiment."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from electrovib.apps.cli.force import Force
+from electrovib.apps.cli.options import Force, Text, only, option, output
 from electrovib.apps.cli.terminal import say
 
 if TYPE_CHECKING:
     from electrovib.recordings.transitions import MeasuredRings, MeasuredTimes
 
 Record: TypeAlias = Annotated[
-    str, typer.Argument(help="Trace file with signals over time, as electrovib import writes it.")
-]
-Measured: TypeAlias = Annotated[
-    str | None,
-    typer.Option(
-        metavar="SIGNAL", help="Signal whose edges are measured; by default the only one besides --by."
+    str,
+    typer.Argument(
+        help="Trace file with signals over time, as electrovib import writes it; with --recipe a file of an instrument."
     ),
 ]
-Fractions: TypeAlias = Annotated[
+Quantity: TypeAlias = Annotated[
+    Text,
+    option("Signal whose edges are measured; by default the only one besides --by.", metavar="SIGNAL"),
+]
+Levels: TypeAlias = Annotated[
     str, typer.Option(metavar="LOW:HIGH", help="Levels in per cent of the range of an edge.")
 ]
 By: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="SIGNAL", help="Signal of the drive, whose switching marks the edges.")
+    Text, option("Signal of the drive, whose switching marks the edges.", metavar="SIGNAL")
 ]
 Antiphase: TypeAlias = Annotated[
     bool,
     typer.Option("--antiphase", help="The signal of --by is one of two electrodes driven in antiphase."),
 ]
-TakenOut: TypeAlias = Annotated[
-    str | None,
-    typer.Option(
+Sensor: TypeAlias = Annotated[
+    Text,
+    option(
+        "Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the edges.",
         metavar="HZ:Q|estimate",
-        help="Sensor that is taken out: natural frequency and quality factor, such as 380Hz:3, or estimated from the edges.",
     ),
 ]
 Edges: TypeAlias = Annotated[
@@ -43,78 +45,137 @@ Edges: TypeAlias = Annotated[
 ]
 Exponentials: TypeAlias = Annotated[int, typer.Option(help="Largest number of exponentials, 1 to 4.")]
 Window: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="TIME", help="Length of the section after an edge, such as '20 ms'.")
+    Text, option("Length of the section after an edge, such as '20 ms'.", metavar="TIME")
 ]
-Before: TypeAlias = Annotated[
-    str | None, typer.Option(metavar="TIME", help="Length of the section before an edge.")
-]
+Before: TypeAlias = Annotated[Text, option("Length of the section before an edge.", metavar="TIME")]
 Ring: TypeAlias = Annotated[
     bool,
     typer.Option(
-        "--ring", help="Measure also the oscillation after each impact, or after the last switching of --by."
+        "--ring",
+        help="Measure also the oscillation after each impact, or after the last switching of --by.",
+    ),
+]
+Swipes: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--swipes",
+        help="Find swipes in a record of a normal and a lateral force instead, and reduce them to friction and forces.",
+    ),
+]
+Recipe: TypeAlias = Annotated[
+    Text,
+    option(
+        "Of --swipes: columns of the file of an instrument, with sensitivities, clock and encoder.",
+        metavar="FILE.toml",
+    ),
+]
+Speed: TypeAlias = Annotated[
+    Text,
+    option(
+        "Of --swipes: set sliding speed, such as '40 mm/s', where no motion is recorded.", metavar="SPEED"
+    ),
+]
+Trim: TypeAlias = Annotated[
+    float,
+    typer.Option(
+        metavar="PER_CENT", help="Of --swipes: part of the distance omitted at both ends of a slide."
     ),
 ]
 Folder: TypeAlias = Annotated[
-    str | None, typer.Option("--output", "-o", metavar="DIR", help="Folder for report.html and times.csv.")
+    Text, output("Folder for report.html and times.csv, or swipes.csv.", metavar="DIR")
 ]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("times")(command)
-
-
 def command(
+    context: typer.Context,
     record: Record,
-    signal: Measured = None,
-    levels: Fractions = "10:90",
+    quantity: Quantity = None,
+    levels: Levels = "10:90",
     by: By = None,
     antiphase: Antiphase = False,
-    sensor: TakenOut = None,
+    sensor: Sensor = None,
     edges: Edges = "both",
     exponentials: Exponentials = 3,
     window: Window = None,
     before: Before = None,
     ring: Ring = False,
-    output: Folder = None,
+    swipes: Swipes = False,
+    recipe: Recipe = None,
+    speed: Speed = None,
+    trim: Trim = 5.0,
+    folder: Folder = None,
     force: Force = False,
 ) -> None:
-    """Measure rise and fall times of recorded edges.
+    """Measure rise and fall times, or swipes, in a record.
 
-    Report them with and without the sensor, each with a 95 % interval.
+    Report the times with and without the sensor, each with a 95 % interval; with --swipes the friction and the forces of
+    contacts and slides, from which the zeros of the sensors are subtracted.
     """
-    from pathlib import Path
+    target = None if folder is None else Path(folder)
+    if swipes or recipe:
+        only(context, "record swipes recipe speed trim folder", "--swipes")
+        _reduce_swipes(record, target, recipe=recipe, speed=speed, trim=trim, force=force)
+        return
+    only(
+        context, "record quantity levels by antiphase sensor edges exponentials window before ring folder",
+        "times, but to --swipes",
+    )  # fmt: skip
+    chosen = _chosen(quantity, by, antiphase=antiphase)
+    options = {"levels": _levels(levels), "sensor": sensor, "exponentials": exponentials, "edges": edges}
+    spans = {"window": _seconds("--window", window), "before": _seconds("--before", before)}
+    _measure(record, target, chosen, options | spans, ring=ring, force=force)
 
+
+def _measure(
+    record: str,
+    folder: Path | None,
+    chosen: dict[str, Any],
+    options: dict[str, Any],
+    *,
+    ring: bool,
+    force: bool,
+) -> None:
+    """Measure the times of the edges, and the oscillations where they are asked for."""
     from electrovib.core.files import inputs_noted
     from electrovib.data.atomic import check_folder, write_folder
     from electrovib.data.traces import open_trace
     from electrovib.recordings.transitions.table import time_rows
     from electrovib.view.times import FILES, times_files
 
-    chosen = _chosen(signal, by, antiphase=antiphase)
-    spans: dict[str, Any] = {"window": _seconds("--window", window), "before": _seconds("--before", before)}
-    fractions = _levels(levels)
     with inputs_noted() as inputs:
         trace = open_trace(record)
-    if output is not None:
-        check_folder(Path(output), FILES, inputs=inputs, force=force)
-    wanted: Any = edges  # checked there
-    rings = _rings(trace, chosen, spans["window"]) if ring else None
-    found, why = _times(
-        trace,
-        rings,
-        levels=fractions,
-        sensor=sensor,
-        exponentials=exponentials,
-        edges=wanted,
-        **chosen,
-        **spans,
-    )
+    if folder is not None:
+        check_folder(folder, FILES, inputs=inputs, force=force)
+    rings = _rings(trace, chosen, options["window"]) if ring else None
+    found, why = _times(trace, rings, **chosen, **options)
     say(*(f"{row.group}, {row.sentence}" for row in time_rows(found, rings)))
     say(*(text for each in (found, rings) if each is not None for text in each.words), *why)
-    if output is not None:
+    if folder is not None:
         texts = times_files(found, rings, source=Path(record).name)
-        say(*(f"written: {path}" for path in write_folder(Path(output), texts, FILES, force=force)))
+        say(*(f"written: {path}" for path in write_folder(folder, texts, FILES, force=force)))
+
+
+def _reduce_swipes(
+    record: str, folder: Path | None, *, recipe: str | None, speed: str | None, trim: float, force: bool
+) -> None:
+    """Find contacts and slides, and report their friction and forces."""
+    from electrovib.core.files import inputs_noted
+    from electrovib.data.atomic import check_folder, write_folder
+    from electrovib.recordings.swipe import reduce_swipes
+    from electrovib.recordings.swipe.reduce import swipe_rows
+    from electrovib.view.swipe import FILES, swipe_files
+
+    with inputs_noted() as inputs:
+        found = reduce_swipes(record, channels=recipe, speed=speed, trim=trim / 100)
+    if folder is not None:
+        check_folder(folder, FILES, inputs=inputs, force=force)
+    say(*(f"{row.group}, {row.sentence}" for row in swipe_rows(found)))
+    for number, each in enumerate(found, start=1):
+        name = f"swipe {number}: " if len(found) > 1 else ""
+        say(*(f"{name}{text}" for text in each.words))
+    if folder is not None:
+        texts = swipe_files(found, source=Path(record).name)
+        say(*(f"written: {path}" for path in write_folder(folder, texts, FILES, force=force)))
 
 
 def _rings(trace: Any, chosen: dict[str, Any], window: float | None) -> MeasuredRings:

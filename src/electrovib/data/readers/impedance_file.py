@@ -39,7 +39,10 @@ def _instrument_of(head: bytes) -> str:
 def read_impedance_file(path: Path) -> Recorded:
     """Read the spectrum of an impedance analyser: frequency [Hz], real and imaginary part of the impedance [ohm]."""
     check_package(
-        path, _PACKAGE, "a file of an impedance analyser", "; with --reader text it is read as a plain table"
+        path,
+        _PACKAGE,
+        "a file of an impedance analyser",
+        "; with --set reader=text it is read as a plain table",
     )
     with path.open("rb") as file:
         instrument = _instrument_of(file.read(65536))

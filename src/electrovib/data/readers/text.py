@@ -78,7 +78,7 @@ def read_laboratory_bytes(
     layout = find_layout(first, delimiter=delimiter, decimal_comma=decimal_comma)
     if layout is None:
         raise DataFileError(
-            "holds no rows of numbers; if it does, state delimiter (--delimiter) and decimal_comma (--decimal-comma).",
+            "holds no rows of numbers; if it does, state delimiter and decimal_comma (--set delimiter=...).",
             path=path,
         )
     raw, about = repeated_table(path, raw, layout, part)

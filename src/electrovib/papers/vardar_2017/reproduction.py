@@ -35,7 +35,7 @@ def reproduce(*, skin: str | None = None) -> Reproduction:
     if skin is not None:
         raise InputError(
             f"--skin {skin}: vardar_2017 depends on the conduction of the skin, which a table does not give; use"
-            " electrovib perceive with your scenario"
+            " electrovib run with your scenario"
         )
     *parts, panels, tables = computed(
         [*_numbers(), ("figures", figures.panels), ("table of skins", lambda: [skin_table()])]

@@ -194,7 +194,7 @@ def _doubtful(substance: Substance, table: dict[str, Any], layer: str) -> tuple[
     ]
     if not parts:
         return ()
-    listed = f"'electrovib models {substance.name}' lists the sources"
+    listed = f"'electrovib list {substance.name}' lists the sources"
     text = f"values of {substance.name} in '{layer}' are {'; '.join(parts)} ({listed})"
     return (Diagnostic(f"material, {layer}", "unknown", text),)
 

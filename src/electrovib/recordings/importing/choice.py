@@ -44,7 +44,7 @@ def check_names(
 def _remedy(name: str, allowed: Collection[str]) -> str:
     """State what to write in place of a wrong name of a signal."""
     if name == "time":
-        return ' The column of the time is chosen with --time "COLUMN [s]" (time= in Python).'
+        return ' The column of the time is chosen with --set time="COLUMN [s]" (time= in Python).'
     return nearest(name, allowed)
 
 

@@ -122,7 +122,7 @@ def _increasing(time: Real, stamps: str) -> tuple[Real, np.ndarray[tuple[int], n
         bad, first = int(np.count_nonzero(~good)), int(rows[int(np.argmin(good))])
         raise InputError(
             f"time: {bad} time stamps do not increase, the first at sample {first}; stamps = 'keep_increasing'"
-            " (--stamps keep_increasing) drops such samples"
+            " (--set stamps=keep_increasing) drops such samples"
         )
     steps.append(f"time: {int(np.count_nonzero(~good))} samples whose time stamp does not increase dropped")
     return kept[good], rows[good], steps

@@ -49,7 +49,7 @@ def list_columns(
     if "unsure" in recorded.attributes:
         lines.append(f"  not sure: {recorded.attributes['unsure']}")
     if "omitted" in recorded.attributes:
-        lines.append(f"  not read: {recorded.attributes['omitted']}; choose with --part NAME")
+        lines.append(f"  not read: {recorded.attributes['omitted']}; choose with --set part=NAME")
     try:
         spectrum = spectrum_of(recorded, spectrum=wanted)
     except InputError as error:
@@ -67,14 +67,14 @@ def list_columns(
 def _clock(recorded: Recorded) -> str:
     if recorded.time:
         unit = next(each.unit for each in recorded.channels if each.name == recorded.time)
-        unsure = f', for which the file states no unit: s are assumed; add --time "{recorded.time} [ms]" if it is ms'
+        unsure = f', for which the file states no unit: s are assumed; add --set time="{recorded.time} [ms]" if it is ms'
         return f"time: column '{recorded.time}'" + ("" if unit else unsure)
     if recorded.step is not None:
         return (
             f"time: a step of {format_quantity(recorded.step, 's')}, first sample at"
             f" {format_quantity(recorded.start, 's')}, as the file states"
         )
-    return 'time: not stated; add --time "COLUMN [s]" or --step "10 us"'
+    return 'time: not stated; add --set time="COLUMN [s]" or --set step="10 us"'
 
 
 def _example(recorded: Recorded) -> list[str]:
@@ -86,14 +86,14 @@ def _example(recorded: Recorded) -> list[str]:
         ProposedColumn(column=columns[0].name, signal="drive_voltage", unit="" if columns[0].unit else "V"),
     )
     options = [f'--column {each.signal}="{each.stated}"' for each in proposed]
-    options += [f'--scale {each.signal}="{each.scale}"' for each in proposed if each.scale]
+    options += [f'--set scale.{each.signal}="{each.scale}"' for each in proposed if each.scale]
     lines = [f"to import it: {' '.join(options)} -o trace.nc"]
     if unsure := ", ".join(f"'{each.column}'" for each in proposed if each.unit):
         lines.append(f"the file states no unit for {unsure}: write the right one into the brackets")
     if scaled := ", ".join(each.scale for each in proposed if "/" in each.scale):
         lines.append(f"{scaled} stands for the sensitivity of the sensor: write that of yours")
     if unnamed := [each.column for each in proposed if each.signal == "drive_voltage" and not each.is_named]:
-        sensor = "is the output of a sensor, take the signal that it measures, with --scale"
+        sensor = "is the output of a sensor, take the signal that it measures, with --set scale.SIGNAL=..."
         lines.append(f"if '{unnamed[0]}' {sensor} SIGNAL=\"1.5 N/V\"")
     if turned := next((each.column for each in proposed if each.scale == "-1"), ""):
         lines.append(f"'{turned}' is negative; as normal_force a load is positive")

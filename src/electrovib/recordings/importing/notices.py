@@ -43,7 +43,7 @@ def about_file(recorded: Recorded) -> list[Diagnostic]:
     if "unsure" in about:
         found.append(Diagnostic("reader", "unknown", f"not sure is {about['unsure']}"))
     if "omitted" in about and "table" in about:
-        text = f"read: {about['table']}; not read: {about['omitted']}; choose with part (--part)"
+        text = f"read: {about['table']}; not read: {about['omitted']}; choose with part (--set part=NAME)"
         found.append(Diagnostic("part of the file", "unknown", text))
     return found
 

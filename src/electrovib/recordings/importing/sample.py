@@ -82,9 +82,7 @@ def read_sample(
         )
         history += words
         if fixture_capacitance:
-            source = (
-                "measured in parallel with the reference resistor (--parallel-capacitance states another one)"
-            )
+            source = "measured in parallel with the reference resistor (--set parallel_capacitance=... states another one)"
             history.append(f"the capacitance of the fixture was {source}")
     else:
         assert spectrum.permittivity is not None

@@ -206,7 +206,7 @@ class FingerOnSurface(FingerOverPlate):
             f" drive of {float(electrics.drive.voltage(np.array(time))):.4g} V: load and attraction press with"
             f" {self._pressing(time, self._pull(time, state, mode)):.4g} Pa, and contact.surface = {topography} supports at"
             f" most {held:.4g} Pa (pull-in). A closed gap is not modelled: choose a lower drive voltage, a stiffer surface"
-            " topography or a shorter time.duration; 'electrovib equilibrium' shows the gap at a voltage"
+            " topography or a shorter time.duration; 'electrovib run --states' shows the gap at a voltage"
         )
 
     def _pull(self, time: Any, state: Real, mode: Mode) -> Any:

@@ -18,7 +18,7 @@ from electrovib.study.catalogue.families import families, first_sentence, plain_
 from electrovib.study.reproduction import Table
 
 NAMES = (
-    "A skin, a material or a stack of a paper is used by its name, which 'electrovib models PAPER' lists:"
+    "A skin, a material or a stack of a paper is used by its name, which 'electrovib list PAPER' lists:"
     " --set stack.stratum_corneum.material=gabriel_1996/wet"
 )
 """How the name of something that a paper offers is used."""

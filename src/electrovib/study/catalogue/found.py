@@ -39,7 +39,7 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     -------
     Listing
         One record for each entry, best first in a search, with the reason why it was found. Printed, it is what
-        ``electrovib models`` prints: an overview, one entry in full, or what was found; in a notebook a table.
+        ``electrovib list`` prints: an overview, one entry in full, or what was found; in a notebook a table.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def models(query: str = "", *, complete: bool = False) -> Listing:
     if not found or matches[0].stage == SPELLING:
         what = "no model, material, skin, paper or scenario has this name or these words"
         question = as_question(suggestions(query, [item.entry for item in items]))
-        raise InputError(f"'{query}': {what}.{question} 'electrovib models' lists them.")
+        raise InputError(f"'{query}': {what}.{question} 'electrovib list' lists them.")
     full = _in_full(matches, found)
     records = [item.record for item in _with_reasons(found, matches)]
     return Listing(
@@ -81,7 +81,7 @@ def scenarios(query: str = "") -> Listing:
     -------
     Listing
         One record for each scenario: its title as `meaning`, the figure or the statement of the paper as `reproduces`, and
-        in a search the reason why it was found. Printed, it is what ``electrovib scenarios`` prints; in a notebook a table.
+        in a search the reason why it was found. Printed, it is what ``electrovib list scenarios`` prints; in a notebook a table.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def scenarios(query: str = "") -> Listing:
         if not found or matches[0].stage == SPELLING:
             question = as_question(suggestions(query, [item.entry for item in items]))
             raise InputError(
-                f"'{query}': no scenario has this name or these words.{question} 'electrovib scenarios' lists all."
+                f"'{query}': no scenario has this name or these words.{question} 'electrovib list scenarios' lists all."
             )
         title, full = f"Scenarios found for '{query}'", _in_full(matches, found)
         items = _with_reasons(found, matches)
@@ -148,5 +148,5 @@ def _as_text(query: str, full: list[Item], records: list[Listed], *, complete: b
         title = f"Also found for '{query}'" if full else f"Found for '{query}'"
         pages.append(laid_out(found_table(shown, title)))
     if hidden := len(others) - len(shown):
-        pages.append(f"and {hidden} more: 'electrovib models --all \"{query}\"' lists them\n")
+        pages.append(f"and {hidden} more: 'electrovib list --all \"{query}\"' lists them\n")
     return "\n".join(pages)

@@ -12,7 +12,7 @@ from electrovib.study.catalogue.families import families, kind_of, places
 from electrovib.study.catalogue.items import LIBRARY, PAPERS, SCENARIOS, Item
 
 _MORE = (
-    "'electrovib models NAME' shows one in full, 'electrovib models WORD' searches names, meanings, parameters, materials,"
+    "'electrovib list NAME' shows one in full, 'electrovib list WORD' searches names, meanings, parameters, materials,"
     " papers and scenarios, --all lists every entry with its source status, --bibtex the citations."
 )
 
@@ -38,7 +38,7 @@ def overview(items: Iterable[Item]) -> str:
     lines += [line for label, names in outside.items() for line in _row(label, names, width)]
     lines += ["", "Ready-made, used by name:", ""]
     lines += [line for label, names in offered.items() if names for line in _row(label, names, width)]
-    lines += _row(SCENARIOS, [f"{count}, listed by 'electrovib scenarios'"], width)
+    lines += _row(SCENARIOS, [f"{count}, listed by 'electrovib list scenarios'"], width)
     lines += [
         "",
         *textwrap.wrap(f"{status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}.", terminal_width()),

@@ -16,7 +16,7 @@ from electrovib.study.catalogue.listed import Listed, Listing
 from electrovib.study.reproduction import Table
 
 USE: Final = (
-    "'electrovib spaces NAME' shows its distributions with their sources; a study, a sensitivity analysis and"
+    "'electrovib list NAME' shows its distributions with their sources; a study, a sensitivity analysis and"
     " ev.read_space(SCENARIO, NAME) take it by its name."
 )
 HEADINGS: Final = ("parameter", "group", "distribution", "status", "confidence", "source")
@@ -65,7 +65,7 @@ def spaces(name: str = "") -> Listing:
     -------
     Listing
         One record for each population, or for each distribution of the one that is named. Printed, it is what
-        ``electrovib spaces`` prints; in a notebook a table.
+        ``electrovib list spaces`` prints; in a notebook a table.
 
     Raises
     ------

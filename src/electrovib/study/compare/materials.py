@@ -237,7 +237,7 @@ def _tables(
     caption = (
         f"Margin: breakdown strength over largest field; '{UNVERIFIED}' values are cited from memory. Relaxation: charge"
         " relaxation time, permittivity over conductivity; a voltage held for much longer reaches the finger through the"
-        " layer. 'electrovib models NAME' lists the sources."
+        " layer. 'electrovib list NAME' lists the sources."
     )
     found = [Table(title, HEADINGS, rows, caption=caption)]
     cautions = tuple((entry.name, entry.caution) for entry in entries if entry.caution)

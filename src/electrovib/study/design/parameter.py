@@ -116,7 +116,9 @@ def _explored(
     wanted = evaluation.wanted
     values = first_values(wanted.low, wanted.high, wanted.begin, sparse=sparse)
     count, of = len(values), f"{len(values)} evaluations for {wanted.free}"
-    meter = Meter.of_cases("this design", of, count, numbers=0, remedy="narrow the range by --between")
+    meter = Meter.of_cases(
+        "this design", of, count, numbers=0, remedy="narrow the range, --free PATH=LOW:HIGH"
+    )
     report = meter.reporting(progress)
 
     def compute(at: float) -> float:

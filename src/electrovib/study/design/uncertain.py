@@ -180,7 +180,8 @@ def propagated(
     if linear and not math.isfinite(center):
         raise InputError(
             f"space: with the medians of its parameters no value of {wanted.free} from {wanted.parameter(wanted.low)} to"
-            f" {wanted.parameter(wanted.high)} gives {wanted.quantity(wanted.value)}; omit linear, or widen --between"
+            f" {wanted.parameter(wanted.high)} gives {wanted.quantity(wanted.value)}; omit linear, or widen the range"
+            " (--free PATH=LOW:HIGH)"
         )
     logs = np.zeros(over.n)
     if math.isfinite(center):

@@ -247,7 +247,7 @@ def refuse_full_disk(path: Path, evaluator: Evaluator) -> None:
     free = shutil.disk_usage(folder).free
     if needed > free:
         raise InputError(
-            f"the signals of all fingers take {megabytes(needed)}, and {megabytes(free)} are free; omit --draws, or draw"
+            f"the signals of all fingers take {megabytes(needed)}, and {megabytes(free)} are free; omit --records, or draw"
             " fewer fingers",
             path=path,
         )

@@ -468,8 +468,8 @@ def test_the_command_writes_a_drive_that_check_passes(tmp_path):
     words = [
         "design",
         GAP,
-        "--target",
-        "sine 100 Hz 30 mN for 20 ms",
+        "--want",
+        "electrostatic_force = sine 100 Hz 30 mN for 20 ms",
         "--method",
         "carrier",
         "--carrier",

@@ -500,7 +500,7 @@ def test_the_command_prints_the_answer_and_writes(suffix, tmp_path):
     (tmp_path / "limits.toml").write_text('voltage = "200 V"\n', encoding="utf-8")
     out = tmp_path / f"plate.{suffix}"
     arguments = [
-        "design-plate",
+        "design",
         "bau_2010/sine",
         "--over",
         "stack.insulator.thickness=1um:4um:2log",

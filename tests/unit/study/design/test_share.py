@@ -400,9 +400,7 @@ def test_the_command_prints_the_answer_and_writes(tmp_path):
         "design",
         "bau_2010/sine",
         "--want",
-        MEAN,
-        "--band",
-        "20mN:400mN",
+        f"{MEAN} = 20mN:400mN",
         "--free",
         "drive.amplitude",
     ]
@@ -424,7 +422,7 @@ def test_the_command_prints_the_answer_and_writes(tmp_path):
     table = json.loads(out.read_text(encoding="utf-8"))
     assert table["share"] == 0.8
     assert table["found"]["share"] >= 0.8
-    failed = CliRunner().invoke(app, [*arguments[:-2], "--between", "1V:2V"])
+    failed = CliRunner().invoke(app, [*arguments[:-2], "--free", "drive.amplitude=1V:2V"])
     assert failed.exit_code == 1
 
 

@@ -225,7 +225,7 @@ def test_a_folder_that_cannot_be_made_is_an_error_before_anything_is_computed(qu
 
 def test_a_study_that_is_refused_at_once_leaves_no_folder(quick, tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.disk_usage", lambda _: type("Usage", (), {"free": 1000})())
-    with pytest.raises(InputError, match="omit --draws"):
+    with pytest.raises(InputError, match="omit --records"):
         quick(n=5000, draws=True, output=tmp_path / "a.zarr")
     assert not list(tmp_path.iterdir())
 

@@ -1,4 +1,4 @@
-"""``electrovib models``."""
+"""``electrovib list``."""
 
 from __future__ import annotations
 
@@ -11,36 +11,38 @@ from electrovib.apps.cli.completion import model_names
 from electrovib.apps.cli.terminal import show
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command."""
-    app.command("models")(command)
-
-
 def command(
     query: Annotated[
-        str,
+        list[str] | None,
         typer.Argument(
-            help="A name, or a word to search for; without one, an overview.",
+            metavar="[KIND] [WORD]...",
+            help="A name or words to search for, after 'scenarios' or 'spaces' among these alone; without one, an overview.",
             show_default=False,
             autocompletion=model_names,
         ),
-    ] = "",
+    ] = None,
     complete: Annotated[bool, typer.Option("--all", help="List every entry on a line of its own.")] = False,
     bibtex: Annotated[bool, typer.Option("--bibtex", help="Print BibTeX: of one paper, or of all.")] = False,
 ) -> None:
-    """Show or search models, materials and papers.
+    """List or search models, materials, papers, scenarios, spaces.
 
-    Without a name an overview; with the name of one entry everything about it; else what the words find.
+    Without a word an overview; with the name of one entry everything about it; else what the words find.
     """
     from electrovib.study import catalogue
 
+    kind, *rest = query or [""]
+    words, after = " ".join(query or []), " ".join(rest)
     if bibtex:
-        _print_bibtex(query)
+        show(_bibtex(words))
+    elif kind == "scenarios":
+        show(str(catalogue.scenarios(after)))
+    elif kind == "spaces" or words in {each.name for each in catalogue.spaces()}:
+        show(str(catalogue.spaces(words if kind != "spaces" else after)))
     else:
-        show(str(catalogue.models(query, complete=complete)))
+        show(str(catalogue.models(after if kind == "models" else words, complete=complete)))
 
 
-def _print_bibtex(name: str) -> None:
+def _bibtex(name: str) -> str:
     from electrovib.core.discovery import paper_of, papers
     from electrovib.core.errors import InputError
     from electrovib.study import catalogue
@@ -51,4 +53,4 @@ def _print_bibtex(name: str) -> None:
         wanted = [name if isinstance(found, ModuleType) else paper_of(found)]
         if wanted == [""]:
             raise InputError(f"'{name}' belongs to no paper; its reference: {found.reference or 'none'}")
-    show("\n\n".join(catalogue.bibtex(papers()[key], key) for key in wanted))
+    return "\n\n".join(catalogue.bibtex(papers()[key], key) for key in wanted)
