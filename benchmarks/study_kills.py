@@ -30,8 +30,17 @@ def command(path, seed):
         "--set",
         f"time.samples={SAMPLES}",
     ]
-    asked += ["--draws"] if seed % 2 else ["--budget-memory", "20 MB"]
-    return [sys.executable, "-m", "electrovib", "study", "vezzoli_2014/fig6_gap", "fingers", *asked]
+    asked += ["--records"] if seed % 2 else ["--budget-memory", "20 MB"]
+    return [
+        sys.executable,
+        "-m",
+        "electrovib",
+        "study",
+        "vezzoli_2014/fig6_gap",
+        "--space",
+        "fingers",
+        *asked,
+    ]
 
 
 def same(one, other):
