@@ -43,7 +43,9 @@ def test_each_spectrum_of_a_table_is_a_part(tmp_path, turned):
         ev.import_file(path, part="spectrum 4")
     with pytest.raises(InputError, match="not a spectrum"):
         ev.import_file(path, {"current": "Re(Z) [A]"}, step="1 ms", part="spectrum 2")
-    assert "read: spectrum 1; not read: spectrum 2, spectrum 3; choose with --part" in list_columns(path)
+    assert "read: spectrum 1; not read: spectrum 2, spectrum 3; choose with --set part=..." in list_columns(
+        path
+    )
 
 
 def test_one_spectrum_in_any_order_is_whole(tmp_path):

@@ -421,7 +421,7 @@ def test_a_column_for_the_time_is_answered_with_its_option(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("t,f\n0,1\n1,2\n", encoding="utf-8")
     with pytest.raises(
-        InputError, match=r"columns.time: 'time' is not a signal over time. .* chosen with --time"
+        InputError, match=r"columns.time: 'time' is not a signal over time. .* chosen with --set time="
     ):
         ev.import_file(path, columns={"time": "t", "lateral_force_measured": "f"})
 
