@@ -62,12 +62,12 @@ def test_field_solution_is_drawn(tmp_path):
 def test_measured_swipe(tmp_path):
     module = example("measured_swipe")
     swipe = module.main()
-    low, high = swipe.friction.interval
+    low, high = swipe.friction.ends
     assert low <= 0.4 <= high
     # the zero drifts linearly in time, so the straight line is right: noise of 3 mV over 18 000 samples
     # and the 50 ms in which friction sets in leave less than 1 %
     assert swipe.friction.value == pytest.approx(0.4, rel=1e-2)
-    assert max(swipe.friction.by_baseline.values()) > 0.43
+    assert max(swipe.friction.choices.values()) > 0.43
     module.draw(swipe).savefig(tmp_path / "swipe.png")
     assert (tmp_path / "swipe.png").stat().st_size > 5000
 
@@ -82,7 +82,7 @@ def test_clutch_release(tmp_path):
     # 0.4 ms until the fall begins and 0.1 ms of fall; the end of the drive is known to half of 78 us
     assert release.delay == pytest.approx(0.5e-3, abs=0.04e-3)
     for name, true in (("frequency", 350), ("quality", 3), ("delay", 0.5e-3)):
-        assert abs(getattr(release, name) - true) < 3 * release.uncertainty[name].total
+        assert abs(getattr(release, name) - true) < 3 * release.uncertainty[name].standard_error
     assert release.misfit_without > 0.3
     module.draw(release).savefig(tmp_path / "release.png")
     assert (tmp_path / "release.png").stat().st_size > 5000

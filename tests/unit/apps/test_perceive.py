@@ -8,6 +8,7 @@ import pytest
 
 import electrovib as ev
 from electrovib.apps.cli import main
+from electrovib.core.budget import BudgetError, allowed
 
 
 @pytest.fixture
@@ -57,6 +58,20 @@ def test_where_it_is_not_known_whether_a_run_is_felt_the_reason_is_stated(cli):
     assert (code, err) == (0, "")
     (line,) = [line for line in out.splitlines() if line.startswith("felt or not: ")]
     assert line.startswith("felt or not: not known: motion.speed: the finger rests, where its friction is")
+
+
+def test_what_is_felt_takes_no_longer_than_its_own_time_unless_all_is_asked_for(cli, monkeypatch):
+    asked = []
+
+    def slow(_):
+        asked.append(allowed().time)
+        raise BudgetError("too long")
+
+    monkeypatch.setattr("electrovib.study.perceive.perceive", slow)
+    line = "felt or not: takes more than 30 s to compute (--all takes that time)"
+    assert line in cli("run", "vardar_2017/sine")[1].splitlines()
+    assert "felt or not: not known: too long" in cli("run", "vardar_2017/sine", "--all")[1].splitlines()
+    assert asked == [30.0, 600.0]
 
 
 def test_a_sweep_has_what_is_felt_as_a_quantity_alone(cli):

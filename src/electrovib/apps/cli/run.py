@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 _ROUNDING: Final = 1e-12
 """Share of the largest force below which the smallest one is printed as 0."""
+_FELT: Final = 30.0
+"""Computing time that a run may take to say whether it is felt [s]."""
 FORCES = ("electrostatic_force", "lateral_force")
 
 
@@ -95,19 +97,26 @@ def _print_felt(record: str, changes: Texts, *, everything: bool) -> None:
 
 
 def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
-    """State whether a finger feels a run, by which channel and by how much; the reason where that is not known."""
+    """State whether a finger feels a run, by which channel and by how much; the reason where that is not known.
+
+    Unless `everything` is asked for, it may take `_FELT` seconds of computing time: it solves the periodic state anew.
+    """
     from dataclasses import replace
 
     from electrovib.apps.progress import tracked
+    from electrovib.core.budget import BudgetError, allowed, budget
     from electrovib.core.errors import ElectrovibError
     from electrovib.scenario import scenario_of
     from electrovib.study.perceive import perceive
     from electrovib.view.percept import percept_lines
 
+    most = allowed().time if everything else min(allowed().time, _FELT)
     try:
-        with tracked("perceiving"):
+        with tracked("perceiving"), budget(time=most):
             found = perceive(scenario_of(trace))
     except ElectrovibError as error:
+        if isinstance(error, BudgetError) and not everything:
+            return [f"felt or not: takes more than {most:g} s to compute (--all takes that time)"]
         return [f"felt or not: not known: {'; '.join(map(str, error.problems))}"]
     if not everything:
         return [f"{found.answer} (--all lists assumptions)"]
