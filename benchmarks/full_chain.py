@@ -13,9 +13,10 @@ import numpy as np
 from benchmarks.one_finger import DIRECT, GAINS, POLES, SAMPLES, STEP, roots, trapezoidal_pulse
 from benchmarks.table import surroundings, write
 from numpy.typing import NDArray
+from tests.reference.plain_recursion import march_loop
 
 from electrovib.solve.mechanics.filters import filtered, second_order
-from electrovib.solve.recursion import hold_weights, march, march_loop
+from electrovib.solve.recursion import hold_weights, march
 
 Array = NDArray[np.float64]
 

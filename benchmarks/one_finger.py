@@ -11,8 +11,9 @@ import mpmath
 import numpy as np
 from benchmarks.table import surroundings, timed, write
 from numpy.typing import NDArray
+from tests.reference.plain_recursion import march_loop
 
-from electrovib.solve.recursion import hold_weights, march, march_loop
+from electrovib.solve.recursion import hold_weights, march
 
 Array = NDArray[np.float64]
 

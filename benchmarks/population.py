@@ -19,7 +19,7 @@ from electrovib.solve.population.kernels import (
     kernel_name,
     quantiles,
 )
-from electrovib.solve.stack.secular import secular_offsets
+from electrovib.solve.stack.secular import secular_roots
 from electrovib.study.population.fingers import Statistics
 
 FINGERS, SAMPLES, MODES, STEP = 10_000, 2_000, 12, 5e-6
@@ -147,9 +147,9 @@ def poles() -> list[object]:
     random = np.random.default_rng(2)
     nodes = 10 ** (np.linspace(0, 5, MODES) + random.normal(0, 0.1, (FINGERS, MODES)))
     given = np.sort(nodes, axis=1), nodes * random.lognormal(size=nodes.shape), random.lognormal(size=FINGERS)
-    turned = [np.ascontiguousarray(each.T) for each in given]
+    constant = given[2][:, None]
     found = [
-        measure("electrovib", lambda: secular_offsets(*turned), 15),
+        measure("electrovib", lambda: secular_roots(*given[:2], constant=constant), 15),
         measure("numpy.linalg.eigvalsh, batched", batched_eigenvalues(*given), 3),
     ]
     notes = [

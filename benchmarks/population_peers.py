@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from electrovib.solve.electrics.attraction import attraction, total_pull
-from electrovib.solve.population.columns import stored_columns, with_columns
+from electrovib.solve.population.columns import with_columns
 from electrovib.solve.recursion import hold_weights
 
 
@@ -82,7 +82,7 @@ def batched_eigenvalues(nodes, weights, constant) -> Callable[[], np.ndarray]:
 def squares_in_numpy(many, draws) -> np.ndarray:
     """Return the attraction of fingers under a quadratic law, (times, fingers), by a loop over the times."""
     arrays = many._together  # noqa: SLF001 - the modes of the fingers are no signals
-    columns = stored_columns(many.scenario, many.columns(draws))
+    columns = {path: np.asarray(each, dtype=float)[:, None] for path, each in many.columns(draws).items()}
     member = with_columns(many.scenario, columns)
     ((name, transfer),) = arrays._asked(member).items()  # noqa: SLF001
     ((_, drive),) = arrays.drive.terms(columns)
