@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from electrovib.core.paths import quantity_at
 from electrovib.recordings.fit import MeasuredTrace, fit_scenario
 
 _place = Path(__file__).parents[1] / "unit" / "recordings" / "twins.py"
@@ -81,7 +82,8 @@ def test_the_mean_over_sessions_is_covered(count):
         ]
         found = fit_scenario(PLATE, data, free=[twins.GAP, twins.FILM], varying=[twins.GAP])
         spread = found.sessions[twins.GAP]
-        intervals = [spread.interval(), found.interval(twins.FILM)]
+        mean = spread.estimated(twins.GAP, quantity_at(PLATE, twins.GAP), "")
+        intervals = [(mean.lower, mean.upper), found.interval(twins.FILM)]
         inside = [low <= value <= high for (low, high), value in zip(intervals, true, strict=True)]
         return [spread.mean, found.estimate.values[twins.FILM]], inside
 
