@@ -1,0 +1,50 @@
+"""A document as a page: its sentences, warnings, tables and figures, each in its place."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.study.reproduction import Curve, Page, Panel, Table
+from electrovib.view.documents import Document, Drawing, drawn, html, on_page
+
+LINE = Curve(label="force", x=np.array([0.0, 1.0]), y=np.array([1.0, 2.0]))
+PANEL = Panel(
+    id="p", title="Force <over> time", caption="Made up.", x=("time", "s"), y=("force", "N"), curves=(LINE,)
+)
+DRAWING = Drawing(
+    id="d", title="A drawing", draw=lambda axes: axes.plot([0, 1]) and axes.set_title("own"), size=(2.0, 1.0)
+)
+
+
+def test_a_page_has_all_that_a_document_says():
+    page = html(
+        Document(
+            title="A title",
+            answer="The answer.",
+            diagnostics=[Diagnostic("current", "warning", "the current is large")],
+            note="Of one scenario.",
+            figures=[PANEL, DRAWING],
+            tables=[Table("Numbers", ("a", "b"), (("1", "2"),))],
+            pages=[Page("Limits", ("What is not known.",))],
+            references=["A paper"],
+        )
+    )
+    for words in ("The answer.", "the current is large", "Of one scenario.", "Numbers", "A paper"):
+        assert page.count(words) == 1, words
+    assert "What is not known." in page
+    assert (
+        page.index("The answer.") < page.index("Made up.") < page.index("Numbers") < page.index("A drawing")
+    )
+    assert "Force &lt;over&gt; time" in page
+
+
+def test_on_a_page_the_title_of_a_figure_is_its_heading_alone():
+    for shown in (PANEL, DRAWING):
+        figure = drawn(shown)
+        assert figure.axes[0].get_title(loc="left") or figure.axes[0].get_title()
+        placed = on_page(shown, figure=figure, more="Curves: p.csv")
+        assert placed.title == shown.title
+        assert figure.axes[0].get_title(loc="left") == ""
+        assert placed.caption.endswith("Curves: p.csv")
+    assert tuple(drawn(DRAWING).get_size_inches()) == (2.0, 1.0)
