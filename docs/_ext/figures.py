@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from sphinx.application import Sphinx
 
+from electrovib.view.pages import to_svg
 from electrovib.view.style import COLOURS, LAYER_COLOURS, NEUTRAL, new_figure, style
-from electrovib.view.svg import to_svg
 
 FOLDER: Final = "images/computed"
 LAW_COLOURS: Final = dict(zip(computed.FORMS, COLOURS, strict=False))

@@ -181,9 +181,9 @@ def shown_results(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str
 
 def as_html(value: Any) -> str:
     """Return what a notebook shows for a Scenario, a Trace, a sweep or a table."""
-    from electrovib.view.notebook import scenario, trace
+    from electrovib.view.notebook.shown import scenario_html, trace_html
 
     if isinstance(value, Scenario):
-        return scenario.scenario_html(value)
-    shown = trace.trace_html(value) if isinstance(value, xr.Dataset) else value._repr_html_()
+        return scenario_html(value)
+    shown = trace_html(value) if isinstance(value, xr.Dataset) else value._repr_html_()
     return str(shown)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from electrovib.study.reproduction import Table
+from electrovib.core.answer import Table
 
 
 def plain(text: str) -> str:

@@ -51,22 +51,22 @@ if TYPE_CHECKING:
     from electrovib.study.catalogue import spaces as spaces
     from electrovib.study.check import check as check
     from electrovib.study.check.series import series_resistor as series_resistor
+    from electrovib.study.compare import compare as compare
     from electrovib.study.compare import compare_materials as compare_materials
     from electrovib.study.design import design as design
+    from electrovib.study.design.plate import design_plate as design_plate
     from electrovib.study.perceive import perceive as perceive
     from electrovib.study.percept import compare_percepts as compare_percepts
     from electrovib.study.population import open_study as open_study
     from electrovib.study.population import study as study
+    from electrovib.study.sensitivity import sensitivity as sensitivity
     from electrovib.study.surfaces import compare_surfaces as compare_surfaces
     from electrovib.study.sweep import sweep as sweep
     from electrovib.study.texture import texture_drive as texture_drive
     from electrovib.study.texture import texture_stream as texture_stream
     from electrovib.view import plots as plot
-    from electrovib.view.compare import compare as compare
-    from electrovib.view.plate import design_plate as design_plate
     from electrovib.view.report import report as report
     from electrovib.view.reproduce import reproduce as reproduce
-    from electrovib.view.sensitivity import sensitivity as sensitivity
 
 _PLACES = {
     "Sampling": "electrovib.recordings.fit.posterior",
@@ -75,8 +75,8 @@ _PLACES = {
     "budget": "electrovib.core.budget",
     "calibrate": "electrovib.recordings.importing",
     "check": "electrovib.study.check",
-    "compare": "electrovib.view.compare",
-    "design_plate": "electrovib.view.plate",
+    "compare": "electrovib.study.compare",
+    "design_plate": "electrovib.study.design.plate",
     "design": "electrovib.study.design",
     "equilibrium": "electrovib.solve.equilibrium",
     "explore": "electrovib.apps.explorer.server",
@@ -117,7 +117,7 @@ _PLACES = {
     "scenario_of": "electrovib.scenario",
     "scenarios": "electrovib.study.catalogue",
     "spaces": "electrovib.study.catalogue",
-    "sensitivity": "electrovib.view.sensitivity",
+    "sensitivity": "electrovib.study.sensitivity",
     "simulate": "electrovib.solve.simulate",
     "series_resistor": "electrovib.study.check.series",
     "sweep": "electrovib.study.sweep",

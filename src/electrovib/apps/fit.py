@@ -10,54 +10,18 @@ from typing import TYPE_CHECKING, Any
 from electrovib.apps.recorded import described, listed, measured_of, with_own_names
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.data.atomic import check_folder
 from electrovib.recordings.fit import ScenarioFit, fit_scenario
 from electrovib.recordings.fit.least_squares import require_lmfit
-from electrovib.recordings.fit.posterior import Posterior, Sampling, require_emcee, sample_posterior
+from electrovib.recordings.fit.posterior import Sampling, require_emcee, sample_posterior
 from electrovib.recordings.fit.result import parameter_table
-from electrovib.recordings.fit.separate import FitComparison, compare_fits
-from electrovib.recordings.interval import EstimatedParameter
+from electrovib.recordings.fit.separate import compare_fits
 from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.view.documents import check_answer, save_answer
+from electrovib.view.fitted import CHAINS, FitResult
 
 if TYPE_CHECKING:
     from electrovib.apps.recorded import Recorded
-    from electrovib.core.diagnostics import Diagnostic
     from electrovib.recordings.fit import CalibrationError, MeasuredTrace
-
-
-@dataclass(frozen=True, kw_only=True)
-class FitResult:
-    """Parameters of a scenario estimated from recordings, with the models compared.
-
-    Parameters
-    ----------
-    best : ScenarioFit
-        Fit of the scenario that was asked for.
-    rows : tuple of EstimatedParameter
-        Its table: estimates in SI with 95 % intervals, or the reason why there is none.
-    others : mapping of str to ScenarioFit
-        Fits of the other models.
-    comparison : FitComparison or None
-        Of all models; None without others.
-    posterior : Posterior or None
-        Posterior distribution of the parameters of `best`; None unless it was asked for.
-    """
-
-    best: ScenarioFit
-    rows: tuple[EstimatedParameter, ...]
-    others: Mapping[str, ScenarioFit]
-    comparison: FitComparison | None
-    posterior: Posterior | None = None
-
-    @property
-    def scenario(self) -> Scenario:
-        """The scenario with the estimated parameters."""
-        return self.best.scenario
-
-    @property
-    def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """Diagnostics of that scenario."""
-        return self.best.diagnostics
 
 
 def fit(
@@ -155,7 +119,9 @@ def fit(
             varying=bool(varying), calibration=calibration, stated=stated,
         )  # fmt: skip
     with gathered(problems):
-        _check(output, posterior, inputs=inputs, force=force)
+        if output is not None:
+            more = CHAINS if posterior is not None else {}
+            check_answer(FitResult, output, more=more, inputs=inputs, force=force)
     if problems or base is None:
         raise InputError(problems)
     given = _FitRequest(
@@ -169,28 +135,8 @@ def fit(
     )
     result = given.result(_named(scenario, 1), base, others, posterior)
     if output is not None:
-        _write(result, Path(output), force=force)
+        save_answer(result, output, force=force)
     return result
-
-
-def _check(
-    output: str | Path | None, posterior: Sampling | None, inputs: Sequence[Path], *, force: bool
-) -> None:
-    """Refuse a folder in which the files of a fit cannot be written."""
-    if output is not None:
-        from electrovib.view.fitted import CHAINS, FILES
-
-        check_folder(
-            Path(output), FILES | (CHAINS if posterior is not None else {}), inputs=inputs, force=force
-        )
-
-
-def _write(result: FitResult, folder: Path, *, force: bool) -> None:
-    """Write a fit into a folder."""
-    from electrovib.view.fitted import write_fit
-
-    compared, posterior = result.comparison, result.posterior
-    write_fit(folder, result.best, result.rows, comparison=compared, posterior=posterior, force=force)
 
 
 @dataclass(frozen=True, kw_only=True)

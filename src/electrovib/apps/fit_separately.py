@@ -10,7 +10,6 @@ from electrovib.apps.recorded import described, listed, measured_of, with_own_na
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.paths import quantity_at
-from electrovib.data.atomic import check_folder
 from electrovib.recordings.fit import CancelledError, fit_scenario
 from electrovib.recordings.fit.least_squares import require_lmfit
 from electrovib.recordings.fit.result import parameter_table
@@ -83,7 +82,8 @@ def fit_separately(
     CancelledError
         If `progress` ends the fits; nothing has been written then.
     """
-    from electrovib.view.fitted_separately import FILES, write_separate_fits
+    from electrovib.view.documents import check_answer, save_answer
+    from electrovib.view.fitted_separately import SeparateAnswer
 
     require_lmfit()
     problems: list[str] = []
@@ -103,7 +103,7 @@ def fit_separately(
         problems.append("a fit needs at least one recording" if free else "free: name at least one parameter")
     if output is not None:
         with gathered(problems):
-            check_folder(Path(output), FILES, inputs=inputs, force=force)
+            check_answer(SeparateAnswer, output, inputs=inputs, force=force)
     measured = [each for each in opened if not isinstance(each, tuple)]
     with gathered(problems):
         own = with_own_names(measured)
@@ -122,7 +122,7 @@ def fit_separately(
     if len(found.failures) == len(found.fits):
         raise InputError([f"{record}: {why}" for record, why in found.failures.items()])
     if output is not None:
-        write_separate_fits(Path(output), found, force=force)
+        save_answer(SeparateAnswer(found=found), output, force=force)
     return found
 
 

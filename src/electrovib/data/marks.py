@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 from enum import StrEnum
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
 
@@ -40,6 +42,12 @@ _BLOCK: Final = 1 << 20
 def unsigned(form: Form) -> str:
     """Return the mark that a writer puts once near the beginning of its content and that `sign` completes."""
     return f"electrovib {form}, checksum {_EMPTY}"
+
+
+def json_text(form: Form, content: Mapping[str, object]) -> str:
+    """Write nested tables as JSON with the mark of their form."""
+    marked = {WRITTEN_BY: unsigned(form)} | dict(content)
+    return json.dumps(marked, indent=1, ensure_ascii=False) + "\n"
 
 
 def sign(path: Path, form: Form) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from electrovib.core.errors import InputError
 from electrovib.data.atomic import check_writable, write_text
-from electrovib.data.marks import WRITTEN_BY, Form, unsigned
+from electrovib.data.marks import Form, unsigned
 from electrovib.export.waveform import FORMATS, check_waveform_file, export_waveform
 from electrovib.scenario.toml import to_toml
 from electrovib.study.design.drive import DesignedDrive
@@ -55,8 +54,7 @@ def write_design(
     check_design_file(place, edge=edge, force=force)
     suffix = place.suffix.lower()
     if suffix == ".json":
-        content = {WRITTEN_BY: unsigned(Form.DESIGN)} | found.to_dict()
-        write_text(place, json.dumps(content, indent=1, ensure_ascii=False) + "\n", Form.DESIGN, force=force)
+        write_text(place, found.content("design.json"), Form.DESIGN, force=force)
         return [f"written: {place}"]
     scenario = _scenario_of(found, place)
     if suffix == ".toml":

@@ -1,10 +1,11 @@
-"""Write a Trace in the format of the suffix of the file name, or the bands of a study as CSV."""
+"""Write a Trace in the format of the suffix of the file name, the bands of a study as CSV, or any answer as page and files."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.answer import Answer
 from electrovib.core.errors import InputError, suggestion
 from electrovib.core.trace import is_study_result, is_trace
 from electrovib.data.atomic import check_writable
@@ -27,15 +28,17 @@ _PICTURES: Final = (".png", ".svg", ".pdf", ".html", ".jpg")
 _FORMS: Final = {".nc": Form.NETCDF, ".mat": Form.MATLAB}
 
 
-def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> list[Path]:
-    """Write a Trace.
+def save(trace: xarray.Dataset | Answer, path: str | Path, *, force: bool = False) -> list[Path]:
+    """Write a Trace, or the result of a comparison, a check, a fit, a sensitivity analysis or a design.
 
     Parameters
     ----------
-    trace : xarray.Dataset
-        Any Trace; the units of its signals are written anew. Or the result of a study, whose bands are written as CSV.
+    trace : xarray.Dataset or Answer
+        Any Trace; the units of its signals are written anew. Or the result of a study, whose bands are written as CSV. Or
+        any other result.
     path : str or Path
-        The output: ``.nc`` (everything, netCDF), ``.csv`` (one dimension a file) or ``.mat`` (MATLAB).
+        The output: of a Trace ``.nc`` (everything, netCDF), ``.csv`` (one dimension a file) or ``.mat`` (MATLAB); of
+        another result ``.html``, the suffix of one of its files such as ``.csv``, or a folder for the page and all files.
     force : bool
         Whether a file that was not written by electrovib may be replaced.
 
@@ -51,6 +54,10 @@ def save(trace: xarray.Dataset, path: str | Path, *, force: bool = False) -> lis
         form, or the format cannot hold this Trace.
     """
     path = Path(path)
+    if isinstance(trace, Answer):
+        from electrovib.view.documents import save_answer
+
+        return save_answer(trace, path, force=force)
     if is_study_result(trace):
         from electrovib.study.population.words import save_bands
 

@@ -27,7 +27,7 @@ from electrovib.physics.perception import (
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.quantities.answer import validity
 from electrovib.study.felt_spectrum import FEWEST, MOST, Lines, force_lines, measured_lines
-from electrovib.study.percept import Felt, Percept, verdict
+from electrovib.study.percept import SETTLED, Felt, Percept, verdict
 from electrovib.study.sensation import sensation_of, stands_on
 
 if TYPE_CHECKING:
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
 Compliance = Callable[[Any], Any]
 
-SETTLED: Final = 0.01
-"""Largest change of a level with twice the samples [dB]."""
 SILENT: Final = 1e-9
 """Relative change of a force below which it counts as constant: rounding."""
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
+from electrovib.core.answer import Answer, Document
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.physics.perception import RYU
@@ -14,6 +15,8 @@ from electrovib.study.felt_spectrum import Lines
 from electrovib.study.sensation import COMPLIANCE, THRESHOLD
 
 VERDICTS: Final = ("detectable", "not detectable", "within the uncertainty", "relative only")
+SETTLED: Final = 0.01
+"""Change of a level with twice the samples up to which it is not stated [dB]."""
 _ANSWERS: Final = {
     "detectable": "felt",
     "not detectable": "not felt",
@@ -38,8 +41,8 @@ class Felt:
     source: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class Percept:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Percept(Answer):
     """Levels at which a person feels a drive.
 
     - `channels`: in the order of `Perception.channels`; `loudest`: with the highest level, empty if nothing
@@ -110,6 +113,46 @@ class Percept:
         rest = ", ".join(f"{name} of your own leaves +-{value:.1f} dB" for name, value in self.left.items())
         return f"assumed from publications: {named}; {rest}"
 
+    @property
+    def sentences(self) -> list[str]:
+        """Whether the drive is felt, by which channel and by how much, and what limits this answer."""
+        told = [self.title, self.answer, self.to_measure]
+        if abs(self.numerical_error) > SETTLED:
+            told.append(f"numerical error: {abs(self.numerical_error):.1g} dB")
+        return [each for each in told if each]
+
+    @property
+    def details(self) -> list[str]:
+        """What was evaluated, the level of every channel, other assumptions, and their sources."""
+        lines = []
+        if self.loudest:
+            low, high = self.interval
+            lines.append(
+                f"strongest channel {self.loudest}: {_decibels(self.relative)} relative to a sine of equal force at"
+                f" {self.best_frequency:g} Hz; {low:+.1f} to {high:+.1f} dB under other assumptions"
+            )
+        if abs(self.numerical_error) <= SETTLED:
+            lines.append(f"numerical error: {abs(self.numerical_error):.1g} dB")
+        status = " and ".join(dict.fromkeys(felt.status for felt in self.channels))
+        signal, how = self.spectrum.signal.replace("_", " "), self.spectrum.how
+        lines.append(f"evaluated: {signal}, {how}; channel weights: {status}, not measured")
+        for felt in self.channels:
+            level = f"{_decibels(felt.level)} re 1 {self.unit}" if math.isfinite(felt.level) else "nothing"
+            relative = f", {_decibels(felt.relative)} relative" if math.isfinite(felt.relative) else ""
+            lines.append(f"  {felt.channel}: {level}{relative} ({felt.status})")
+        lines += [f"  {_decibels(value)} with {name}" for name, value in self.alternatives.items()]
+        return [*lines, "assumptions:", *(f"  {text}" for text in self.calibrated_on)]
+
+    @property
+    def document(self) -> Document:
+        """The sentences, and where the assumptions are."""
+        return Document(
+            title=f"What is felt: {self.title or 'a scenario'}",
+            sentences=self.sentences,
+            diagnostics=self.diagnostics,
+            remarks=["calibrated_on lists the assumptions"],
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """Return numbers, texts and lists; a level of minus infinity becomes None."""
         plain = asdict(self)
@@ -119,6 +162,10 @@ class Percept:
         plain["left"] = dict(self.left)
         found: dict[str, Any] = _finite(plain)
         return found
+
+
+def _decibels(value: float) -> str:
+    return f"{value:+.1f} dB"
 
 
 @dataclass(frozen=True, kw_only=True)

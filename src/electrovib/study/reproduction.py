@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any, Final
 
-from electrovib.core.arrays import Real
+from electrovib.core.answer import Page, Panel, Table
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import KINDS
 
@@ -15,8 +15,6 @@ VERDICTS: Final = ("disagrees", "reproduced", "consistent", "open", "ours", "che
 """In the order in which rows are shown. The first four compare a row with the paper; ``ours`` is a quantity of which the paper
 states nothing, and a check an identity or a control."""
 COMPARED: Final = VERDICTS[:4]
-REFERENCE: Final = -1
-"""Look of a curve that is a reference or a range."""
 SHOWN_UNITS: Final = {"pF": 1e-12, "nF": 1e-9, "mN": 1e-3, "ms": 1e-3}
 """Units of a row besides SI, and their size."""
 
@@ -93,68 +91,6 @@ def overlap(one: float | tuple[float, float], other: float | tuple[float, float]
 def verdict_over(paper: float | tuple[float, float], ours: tuple[float, float]) -> str:
     """Return the verdict on a range of ours: a number of the paper outside it disagrees, one inside it is open."""
     return "open" if overlap(paper, ours) else "disagrees"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Curve:
-    """A line, or a band from `y` to `upper`, in SI; a NaN leaves a gap.
-
-    `kind` is ``"line"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``. `look` is the place in the
-    palette, `REFERENCE` for a reference in grey, by default the place in the panel. The table of the curves
-    has it even if it is not `drawn`.
-    """
-
-    label: str
-    x: Real
-    y: Real
-    upper: Real | None = None
-    kind: str = "line"
-    look: int | None = None
-    drawn: bool = True
-
-
-@dataclass(frozen=True, kw_only=True)
-class Panel:
-    """One figure as data.
-
-    `id` is the file name without suffix, `x` and `y` are label and SI unit of the axes, and the curves are in
-    drawing order. Nothing is drawn below `floor`; the curves themselves go on.
-    """
-
-    id: str
-    title: str
-    caption: str
-    x: tuple[str, str]
-    y: tuple[str, str]
-    curves: tuple[Curve, ...]
-    log_x: bool = False
-    log_y: bool = False
-    floor: float | None = None
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table in words; the file `id`, if there is one, holds all of it, and the page the columns `shown`, or all."""
-
-    title: str
-    headings: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    _: KW_ONLY
-    caption: str = ""
-    id: str = ""
-    shown: tuple[int, ...] = ()
-    on_page: bool = True
-
-
-@dataclass(frozen=True)
-class Page:
-    """Explanations, which the file `id`, if there is one, holds in full, and the page in the paragraphs of `brief`."""
-
-    title: str
-    paragraphs: tuple[str, ...]
-    _: KW_ONLY
-    id: str = ""
-    brief: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

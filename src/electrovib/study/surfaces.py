@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Final
 
+from electrovib.core.answer import Table
 from electrovib.core.checks import STATUSES
 from electrovib.core.units import format_quantity
 from electrovib.physics.safety import FIELD_EMISSION
 from electrovib.scenario import Scenario
 from electrovib.study.compare.static import air_breaks_down, static_force
-from electrovib.study.reproduction import Table
 
 AREA: Final = 1e-4
 """Contact area of every cell [m2]."""

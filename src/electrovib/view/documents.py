@@ -1,60 +1,99 @@
-"""An answer as a document: sentences, figures, tables and explanations, written as one page.
-
-A kind of result states what it says as a `Document`; how that looks is decided here.
-"""
+"""Answers as pages, figures and files: one HTML page, one file of the numbers, or a folder with all of them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
-from electrovib.study.reproduction import Panel
+import numpy as np
+
+from electrovib.core.answer import Drawing, Panel
+from electrovib.core.errors import InputError
+from electrovib.data.atomic import check_folder, check_writable, write_folder, writing
+from electrovib.data.marks import Form
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Iterable, Mapping, Sequence
 
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from electrovib.core.diagnostics import Diagnostic
-    from electrovib.study.reproduction import Page, Table
+    from electrovib.core.answer import Answer, Curve, Document, Shown
     from electrovib.view.report_figures import PageFigure
 
+PAGE: Final = "report.html"
+"""Name of the page in a folder."""
 PANEL_SIZE: Final = (8.2, 4.3)
 """Width and height of a figure of a page [inch]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Drawing:
-    """A figure that a function draws into Axes; `id` is the name of its elements on the page."""
+def check_answer(
+    kind: type[Answer],
+    path: str | Path,
+    *,
+    more: Mapping[str, str | None] | None = None,
+    inputs: Iterable[Path] = (),
+    force: bool = False,
+) -> None:
+    """Check, before a long computation, that an answer of this kind can be written; `more` are files of what was asked for."""
+    place = Path(path)
+    if _is_file(place):
+        check_writable({place: _single(kind.FILES, place, drawn=kind.DRAWN)[1]}, inputs=inputs, force=force)
+    else:
+        check_folder(place, _forms({**kind.FILES, **(more or {})}), inputs=inputs, force=force)
 
-    id: str
-    title: str
-    draw: Callable[[Axes], Any]
-    caption: str = ""
-    size: tuple[float, float] = PANEL_SIZE
 
+def save_answer(found: Answer, path: str | Path, *, force: bool = False) -> list[Path]:
+    """Write an answer: ``.html``, the suffix of one of its files or of a figure; without a suffix a folder with all.
 
-Shown: TypeAlias = Panel | Drawing
-"""A figure as data, or with its own function."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Document:
-    """What an answer shows: its sentences first, the diagnostics of what it was computed from beside them.
-
-    `note` says what the diagnostics do not cover.
+    All files are written, or none. A figure carries no mark, so only `force` replaces one.
     """
+    place = Path(path)
+    if not _is_file(place):
+        contents = {PAGE: html(found.document)} | {name: found.content(name) for name in found.files}
+        return write_folder(place, contents, _forms(found.files), force=force)
+    name, form = _single(found.files, place, drawn=found.DRAWN)
+    if name == PAGE:
+        content: str | bytes = html(found.document)
+    else:
+        content = found.content(name) if name else _picture(found.document, place.suffix.lower())
+    with writing({place: form}, force=force) as temporary:
+        temporary[place].write_bytes(content.encode() if isinstance(content, str) else content)
+    return [place]
 
-    title: str
-    answer: str
-    diagnostics: Sequence[Diagnostic] = ()
-    note: str = ""
-    figures: Sequence[Shown] = ()
-    tables: Sequence[Table] = ()
-    pages: Sequence[Page] = ()
-    references: Sequence[str] = ()
+
+def _is_file(place: Path) -> bool:
+    """Return whether a path names a file: it has the suffix of one, and is not there as a folder."""
+    return place.suffix[1:].isalpha() and not place.is_dir()
+
+
+def _forms(files: Mapping[str, str | None]) -> dict[str, Form | None]:
+    """Return the names of the files of a folder, and their forms."""
+    return {PAGE: Form.PAGE} | {name: None if form is None else Form(form) for name, form in files.items()}
+
+
+def _single(files: Mapping[str, str | None], place: Path, *, drawn: bool) -> tuple[str, Form | None]:
+    """Return the name in the folder, empty for a figure, and the form of a file with this suffix."""
+    forms = _forms(files)
+    suffixes = [Path(name).suffix for name in forms]
+    known = {
+        suffix: each
+        for suffix, each in zip(suffixes, forms.items(), strict=True)
+        if suffixes.count(suffix) == 1
+    }
+    known |= dict.fromkeys((".png", ".svg") if drawn else (), ("", None))
+    suffix = {".htm": ".html"}.get(place.suffix.lower(), place.suffix.lower())
+    if suffix not in known:
+        why = f"this result is written as {', '.join(known)}, or without a suffix as a folder, not as '{place.suffix}'"
+        raise InputError(why, path=place)
+    return known[suffix]
+
+
+def _picture(document: Document, suffix: str) -> bytes:
+    from electrovib.view.pages import to_png, to_svg
+
+    figure = drawn(document.figures[0])
+    return to_png(figure) if suffix == ".png" else to_svg(figure).encode()
 
 
 def html(document: Document) -> str:
@@ -62,14 +101,16 @@ def html(document: Document) -> str:
     from electrovib.view import summary
     from electrovib.view.pages import page
 
+    parts = [few_curves(each) if isinstance(each, Panel) else (each,) for each in document.figures]
     return page(
-        "comparison.html.jinja",
+        "document.html.jinja",
         judged={"": document.diagnostics},
         judged_note=document.note,
         title=document.title,
-        answer=document.answer,
-        figures=[on_page(each) for each in document.figures],
+        sentences=document.sentences,
+        figures=[on_page(each) for some in parts for each in some],
         tables=document.tables,
+        remarks=document.remarks,
         pages=document.pages,
         references=document.references,
         versions=summary.versions(),
@@ -78,9 +119,8 @@ def html(document: Document) -> str:
 
 def on_page(shown: Shown, *, figure: Figure | None = None, more: str = "") -> PageFigure:
     """Put a figure, drawn already or not, into a page, where its title is a heading; `more` follows its caption."""
-    from electrovib.view.pages import markup
+    from electrovib.view.pages import inline, markup, to_svg
     from electrovib.view.report_figures import PageFigure
-    from electrovib.view.svg import inline, to_svg
 
     figure = figure or drawn(shown)
     figure.axes[0].set_title("", loc="left")
@@ -93,10 +133,70 @@ def drawn(shown: Shown) -> Figure:
     from electrovib.view import plots
     from electrovib.view.style import new_figure, style
 
-    figure = new_figure(shown.size if isinstance(shown, Drawing) else PANEL_SIZE)
+    if isinstance(shown, Drawing):
+        size = shown.size or plots.SIZES[shown.plot](shown.of)
+        figure = new_figure(size)
+        with style():
+            getattr(plots, shown.plot)(shown.of, **shown.options, ax=figure.add_subplot())
+        return figure
+    figure = new_figure(PANEL_SIZE)
     with style():
-        if isinstance(shown, Drawing):
-            shown.draw(figure.add_subplot())
-        else:
-            plots.panel(shown, ax=figure.add_subplot())
+        plots.panel(shown, ax=figure.add_subplot())
     return figure
+
+
+MOST: Final = 5
+"""Curves of one figure."""
+_SAME, _SAME_OVER_DECADES = 0.02, 0.1
+"""Largest relative difference of curves that share a line: on a linear axis, and on a logarithmic one."""
+
+
+def few_curves(panel: Panel) -> tuple[Panel, ...]:
+    """Split a panel into panels of at most five curves, each beginning with the first curve; equal ones share a line.
+
+    Curves are equal that differ nowhere by more than 2 %, or 10 % on a logarithmic axis.
+    """
+    same = _SAME_OVER_DECADES if panel.log_y else _SAME
+    groups = _groups([curve for curve in panel.curves if curve.kind != "points"], same)
+    points = [curve for curve in panel.curves if curve.kind == "points"]
+    merged = [replace(group[0], label=_names(group)) for group in groups]
+    looks = [{curve.look for curve in group} for group in groups]
+    further = range(MOST, len(merged), MOST - 1)
+    parts = [
+        list(range(min(MOST, len(merged)))),
+        *([0, *range(start, min(start + MOST - 1, len(merged)))] for start in further),
+    ]
+    if len(parts) == 1:
+        return (replace(panel, curves=(*merged, *points)),)
+    found = []
+    for number, part in enumerate(parts, start=1):
+        own = set().union(*(looks[index] for index in part))
+        curves = (*(merged[index] for index in part), *(curve for curve in points if curve.look in own))
+        title = f"{panel.title}, {number} of {len(parts)}"
+        found.append(replace(panel, id=f"{panel.id}_{number}", title=title, curves=curves))
+    return tuple(found)
+
+
+def _groups(curves: Sequence[Curve], same: float) -> list[list[Curve]]:
+    """Put curves that lie on each other everywhere into one group, in the order of the first of each."""
+    groups: list[list[Curve]] = []
+    for curve in curves:
+        group = next((each for each in groups if _equal(each[0], curve, same)), None)
+        if group is None:
+            groups.append([curve])
+        else:
+            group.append(curve)
+    return groups
+
+
+def _equal(one: Curve, other: Curve, same: float) -> bool:
+    return bool(
+        np.array_equal(one.x, other.x)
+        and one.upper is None
+        and other.upper is None
+        and np.allclose(one.y, other.y, rtol=same, atol=0.0)
+    )
+
+
+def _names(group: Sequence[Curve]) -> str:
+    return ",\n".join(curve.label for curve in group)

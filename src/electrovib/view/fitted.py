@@ -1,27 +1,24 @@
-"""A fit as a folder: a page with data, model, residuals and table, and its parameters as CSV and TOML."""
+"""The result of a fit: data, model, residuals and table, and its parameters as CSV and TOML."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.core.signals import SIGNALS
-from electrovib.data.atomic import write_folder
 from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned
 from electrovib.recordings.fit.misfit import LEVEL
 from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
 from electrovib.recordings.interval import MISFIT
-from electrovib.study.reproduction import REFERENCE, Curve, Panel, Table
-from electrovib.view.documents import Document, html
-from electrovib.view.few_curves import few_curves
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -33,14 +30,7 @@ if TYPE_CHECKING:
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.scenario import Scenario
 
-FILES: Final[dict[str, Form]] = {
-    "report.html": Form.PAGE,
-    "parameters.csv": Form.TABLE,
-    "parameters.toml": Form.SCENARIO,
-    "space.toml": Form.SPACE,
-}
-"""Files of a fit and their forms."""
-CHAINS: Final[dict[str, Form]] = {"posterior.nc": Form.NETCDF}
+CHAINS: Final[dict[str, str | None]] = {"posterior.nc": Form.NETCDF}
 """Further file of a fit with a posterior distribution."""
 DETERMINED: Final = {
     "well": "well",
@@ -55,50 +45,77 @@ REFERENCES: Final = (
 )
 
 
-def write_fit(
-    folder: Path,
-    found: ScenarioFit,
-    rows: Sequence[EstimatedParameter],
-    *,
-    comparison: FitComparison | None = None,
-    posterior: Posterior | None = None,
-    force: bool = False,
-) -> list[Path]:
-    """Write a fit into a folder, all files or none."""
-    contents: dict[str, str | bytes] = {
-        "report.html": fit_page(found, rows, comparison=comparison, posterior=posterior),
-        "parameters.csv": parameters_csv(rows, found.diagnostics, found.misfit.sentence, *found.prescribed),
-        "parameters.toml": scenario_toml(found),
-        "space.toml": space_toml(found, rows),
+@dataclass(frozen=True, kw_only=True, repr=False)
+class FitResult(Answer):
+    """Parameters of a scenario estimated from recordings, with the models compared.
+
+    Parameters
+    ----------
+    best : ScenarioFit
+        Fit of the scenario that was asked for.
+    rows : tuple of EstimatedParameter
+        Its table: estimates in SI with 95 % intervals, or the reason why there is none.
+    others : mapping of str to ScenarioFit
+        Fits of the other models.
+    comparison : FitComparison or None
+        Of all models; None without others.
+    posterior : Posterior or None
+        Posterior distribution of the parameters of `best`; None unless it was asked for.
+    """
+
+    FILES: ClassVar = {
+        "parameters.csv": Form.TABLE,
+        "parameters.toml": Form.SCENARIO,
+        "space.toml": Form.SPACE,
     }
-    if posterior is not None:
-        contents |= dict.fromkeys(CHAINS, chains_bytes(posterior, rows))
-    return write_folder(folder, contents, FILES | CHAINS, force=force)
+    best: ScenarioFit
+    rows: tuple[EstimatedParameter, ...]
+    others: Mapping[str, ScenarioFit]
+    comparison: FitComparison | None
+    posterior: Posterior | None = None
 
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with the estimated parameters."""
+        return self.best.scenario
 
-def fit_page(
-    found: ScenarioFit,
-    rows: Sequence[EstimatedParameter],
-    *,
-    comparison: FitComparison | None = None,
-    posterior: Posterior | None = None,
-) -> str:
-    """Write the page of a fit."""
-    document = Document(
-        title=f"Fit: {found.scenario.title or 'a scenario'}",
-        answer=fit_answer(found, rows, comparison=comparison),
-        diagnostics=found.diagnostics,
-        figures=[part for panel in fit_panels(found.residuals) for part in few_curves(panel)],
-        tables=[
-            _estimates(rows),
-            *([posterior_table(posterior, rows)] if posterior is not None else []),
-            *([_compared(comparison)] if comparison is not None else []),
-            _correlations(found),
-            _residuals(found.residuals),
-        ],
-        references=[*cited_of(found.scenario), *REFERENCES, *([EMCEE] if posterior is not None else [])],
-    )
-    return html(document)
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of that scenario."""
+        return self.best.diagnostics
+
+    @property
+    def files(self) -> Mapping[str, str | None]:
+        """Files of the numbers, with the chains of a posterior distribution."""
+        return self.FILES | (CHAINS if self.posterior is not None else {})
+
+    @property
+    def document(self) -> Document:
+        """What the data determine, data with model, residuals, and every table."""
+        found, rows, posterior, comparison = self.best, self.rows, self.posterior, self.comparison
+        sampled = [] if posterior is None else [posterior_table(posterior, rows)]
+        compared = [] if comparison is None else [_compared(comparison)]
+        others = [_correlations(found), _residuals(found.residuals)]
+        cited = [*cited_of(found.scenario), *REFERENCES, *([EMCEE] if posterior is not None else [])]
+        return Document(
+            title=f"Fit: {found.scenario.title or 'a scenario'}",
+            sentences=[fit_answer(found, rows, comparison=comparison)],
+            diagnostics=found.diagnostics,
+            figures=fit_panels(found.residuals),
+            tables=[_estimates(rows), *sampled, *compared, *others],
+            references=cited,
+        )
+
+    def content(self, name: str) -> str | bytes:
+        """Write the estimates as CSV, the scenario with them, the space of them, or the chains."""
+        found, rows = self.best, self.rows
+        if name == "parameters.csv":
+            return parameters_csv(rows, found.diagnostics, found.misfit.sentence, *found.prescribed)
+        if name == "parameters.toml":
+            return scenario_toml(found)
+        if self.posterior is not None and name in CHAINS:
+            return chains_bytes(self.posterior, rows)
+        return space_toml(found, rows)
 
 
 def fit_answer(

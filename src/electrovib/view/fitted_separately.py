@@ -3,42 +3,48 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
-from electrovib.data.atomic import write_folder
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import Form, unsigned
 from electrovib.recordings.fit.separate import FAILED
-from electrovib.study.reproduction import REFERENCE, Curve, Panel, Table
-from electrovib.view.documents import Document, html
 from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, cited_of
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from electrovib.recordings.fit.separate import SeparateFits
     from electrovib.recordings.interval import EstimatedParameter
 
-FILES: Final[dict[str, Form]] = {
-    "report.html": Form.PAGE,
-    "parameters.csv": Form.TABLE,
-    "space.toml": Form.SPACE,
-}
-"""Files of separate fits and their forms."""
 _COLUMNS: Final = {"value": "value", "deviation": "standard_error", "lower": "lower", "upper": "upper"}
 
 
-def write_separate_fits(folder: Path, found: SeparateFits, *, force: bool = False) -> list[Path]:
-    """Write separate fits into a folder, all files or none."""
-    texts = {
-        "report.html": separate_page(found),
-        "parameters.csv": separate_csv(found),
-        "space.toml": _space_toml(found),
-    }
-    return write_folder(folder, texts, FILES, force=force)
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SeparateAnswer(Answer):
+    """Fits of many recordings one by one."""
+
+    FILES: ClassVar = {"parameters.csv": Form.TABLE, "space.toml": Form.SPACE}
+    found: SeparateFits
+
+    @property
+    def document(self) -> Document:
+        """One figure for each parameter and one table over all recordings."""
+        found = self.found
+        return Document(
+            title=f"Separate fits: {found.scenario.title or 'a scenario'}",
+            sentences=[separate_answer(found)],
+            diagnostics=found.diagnostics,
+            figures=parameter_panels(found),
+            tables=[_estimates(found), *([_means(found)] if found.spreads else [])],
+            references=[*cited_of(found.scenario), *REFERENCES[:1]],
+        )
+
+    def content(self, name: str) -> str:
+        """Write the table as CSV, or the space of the estimates."""
+        return separate_csv(self.found) if name.endswith(".csv") else _space_toml(self.found)
 
 
 def separate_csv(found: SeparateFits) -> str:
@@ -58,19 +64,6 @@ def _cells(record: str, row: EstimatedParameter, chi_square: float) -> list[obje
     name = row.name.removeprefix(f"{record}: ")
     numbers = (float(getattr(row, column)) for column in _COLUMNS.values())
     return [record, name, row.unit, *numbers, row.method, row.state, row.systematic, chi_square, row.note]
-
-
-def separate_page(found: SeparateFits) -> str:
-    """Write the page of separate fits: one figure and one table over all recordings."""
-    document = Document(
-        title=f"Separate fits: {found.scenario.title or 'a scenario'}",
-        answer=separate_answer(found),
-        diagnostics=found.diagnostics,
-        figures=parameter_panels(found),
-        tables=[_estimates(found), *([_means(found)] if found.spreads else [])],
-        references=[*cited_of(found.scenario), *REFERENCES[:1]],
-    )
-    return html(document)
 
 
 def separate_answer(found: SeparateFits) -> str:

@@ -16,11 +16,10 @@ from electrovib.core.trace import is_study_result, is_trace
 from electrovib.data.atomic import write_text
 from electrovib.data.marks import Form
 from electrovib.recordings.importing.beside import is_measured, residuals
-from electrovib.view.envelope import envelope
-from electrovib.view.pages import check_page, markup
+from electrovib.view.lines import envelope
+from electrovib.view.pages import check_page, inline, markup, to_svg
 from electrovib.view.report_figures import figures
 from electrovib.view.style import COLOURS, NEUTRAL, new_figure, style
-from electrovib.view.svg import inline, to_svg
 from electrovib.view.units import label_axis, pretty_quantity
 
 if TYPE_CHECKING:
@@ -93,9 +92,10 @@ def reported(
     studied = next(iter(studies.values()), None)
     shown = _simulated(found) if found or studied is None else {}
     if studied is not None and not shown:
-        from electrovib.view.studied import study_page
+        from electrovib.view.documents import html
+        from electrovib.view.studied import study_document
 
-        text = study_page(studied, title=title)
+        text = html(study_document(studied, title=title))
     else:
         text = page_of(shown, title=title, studied=studied)
     write_text(output, text, Form.PAGE, force=force)
@@ -185,7 +185,7 @@ def page_of(
     from electrovib.view.lines import scenario_or_none
     from electrovib.view.pages import page
     from electrovib.view.report import residual_rows
-    from electrovib.view.swept import swept_texts
+    from electrovib.view.summary import swept_texts
 
     drawn = []
     if studied is not None:

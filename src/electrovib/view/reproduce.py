@@ -24,8 +24,9 @@ from electrovib.view.units import pretty_unit
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from electrovib.core.answer import Panel
     from electrovib.scenario import Scenario
-    from electrovib.study.reproduction import Panel, Reproduction, Row
+    from electrovib.study.reproduction import Reproduction, Row
     from electrovib.view.report_figures import PageFigure
 
 _PAGE: Final = "report.html"
@@ -154,7 +155,7 @@ def _checksum(content: bytes) -> str:
 
 def contents_of(found: Reproduction) -> dict[str, bytes]:
     """Make the files of a reproduction, figures, curves, whole tables and explanations, with ``report.html`` last."""
-    from electrovib.view.svg import to_png, to_svg
+    from electrovib.view.pages import to_png, to_svg
 
     contents: dict[str, bytes] = {}
     figures = []
@@ -231,9 +232,8 @@ def shown(value: float | tuple[float, float] | None, unit: str) -> str:
 
 def equation(text: str, number: str) -> Any:
     """Draw a formula written in mathtext; one that cannot be drawn is shown as it is written."""
-    from electrovib.view.pages import markup
+    from electrovib.view.pages import inline, markup, to_svg
     from electrovib.view.style import new_figure, style
-    from electrovib.view.svg import inline, to_svg
 
     written = (text if "$" in text else f"${text}$").replace(
         r"\frac", r"\dfrac"

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import functools
 import tomllib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.status import UNVERIFIED, status_text
 from electrovib.study.population.words import method_words, nominal_words, signal_words
-from electrovib.study.reproduction import Page, Table
-from electrovib.view.documents import Document, Drawing, html, on_page
-from electrovib.view.plots.over_fingers import bands, exceedance
+from electrovib.view.documents import on_page
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     import xarray
-    from matplotlib.axes import Axes
 
     from electrovib.view.report_figures import PageFigure
 
@@ -28,13 +25,13 @@ _ABOUT: Final = ("title", "source", "status", "confidence", "choice", "optional"
 """Keys of the table of a distribution that are not its numbers."""
 
 
-def study_page(found: xarray.Dataset, *, title: str | None = None) -> str:
-    """Write the page of a study."""
+def study_document(found: xarray.Dataset, *, title: str | None = None) -> Document:
+    """Say what a study has found."""
     names = [str(each) for each in found.attrs["signals"]]
     words = [line for name in names for line in signal_words(found, name)] + nominal_words(found)
-    document = Document(
+    return Document(
         title=title or f"Study of {found.attrs['fingers']} fingers: {found.attrs['title'] or 'a scenario'}",
-        answer=" ".join(f"{line[0].upper()}{line[1:]}." for line in words),
+        sentences=[" ".join(f"{line[0].upper()}{line[1:]}." for line in words)],
         diagnostics=diagnostics_of(found),
         note="Of the scenario with its own values; the drawn fingers are not judged one by one.",
         figures=[each for name in names for each in _figures(found, name)],
@@ -42,7 +39,6 @@ def study_page(found: xarray.Dataset, *, title: str | None = None) -> str:
         pages=[Page("Scenario", (str(found.attrs["scenario_toml"]),))],
         references=_sources(found),
     )
-    return html(document)
 
 
 def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) -> list[PageFigure]:
@@ -50,20 +46,20 @@ def band_figures(found: xarray.Dataset, beside: Mapping[str, xarray.Dataset]) ->
     lines = [*nominal_words(found), *warning_lines(diagnostics_of(found))]
     caption = " ".join([_caption(found), *(f"{line[0].upper()}{line[1:].rstrip('.')}." for line in lines)])
     return [
-        on_page(_drawing(found, str(name), functools.partial(bands, beside=beside), caption=caption))
+        on_page(_drawing(found, str(name), "bands", caption=caption, beside=beside))
         for name in found.attrs["signals"]
     ]
 
 
 def _figures(found: xarray.Dataset, name: str) -> list[Drawing]:
-    drawn = [_drawing(found, name, bands, caption=_caption(found))]
+    drawn = [_drawing(found, name, "bands", caption=_caption(found))]
     if f"{name}_exceedance" in found:
-        drawn.append(_drawing(found, name, exceedance, more=": exceedance probability"))
+        drawn.append(_drawing(found, name, "exceedance", more=": exceedance probability"))
     return drawn
 
 
 def _drawing(
-    found: xarray.Dataset, name: str, plot: Callable[..., Axes], *, more: str = "", caption: str = ""
+    found: xarray.Dataset, name: str, plot: str, *, more: str = "", caption: str = "", **options: Any
 ) -> Drawing:
     words = name.replace("_", " ")
     title = f"{words[0].upper()}{words[1:]} over the fingers{more}"
@@ -71,7 +67,9 @@ def _drawing(
         id="-".join(title.lower().split()),
         title=title,
         caption=caption,
-        draw=lambda axes: plot(found, name, ax=axes),
+        plot=plot,
+        of=found,
+        options={"signal": name} | options,
         size=_SIZE,
     )
 

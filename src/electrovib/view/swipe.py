@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Page, Panel, Table
 from electrovib.data.marks import Form
 from electrovib.recordings.swipe.reduce import swipe_rows
-from electrovib.study.reproduction import REFERENCE, Curve, Page, Panel, Table
-from electrovib.view.documents import Document, html
-from electrovib.view.envelope import envelope
-from electrovib.view.measured import numbers_csv, numbers_table
+from electrovib.view.lines import envelope
+from electrovib.view.times import numbers_csv, numbers_table
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
@@ -19,24 +19,34 @@ if TYPE_CHECKING:
 
     from electrovib.recordings.swipe import SwipeResult
 
-FILES: Final[dict[str, Form]] = {"report.html": Form.PAGE, "swipes.csv": Form.TABLE}
-"""Files of reduced swipes and their forms."""
 
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SwipesAnswer(Answer):
+    """Reduced swipes; `source` names the recording."""
 
-def swipe_files(swipes: Sequence[SwipeResult], *, source: str = "") -> dict[str, str]:
-    """Write the texts of the files of `FILES`."""
-    rows = swipe_rows(swipes)
-    document = Document(
-        title=f"{'Swipe' if len(swipes) == 1 else 'Swipes'}{f' in {source}' if source else ''}",
-        answer=" ".join(text for each in swipes for text in _answer(each)),
-        figures=swipe_panels(swipes),
-        tables=[numbers_table("Friction and forces", rows), _zeros(swipes)],
-        pages=[
-            Page("Limits" if len(swipes) == 1 else f"Limits of swipe {number}", each.words)
-            for number, each in enumerate(swipes, start=1)
-        ],
-    )
-    return {"report.html": html(document), "swipes.csv": numbers_csv(rows)}
+    FILES: ClassVar = {"swipes.csv": Form.TABLE}
+    swipes: Sequence[SwipeResult]
+    source: str = ""
+
+    @property
+    def document(self) -> Document:
+        """Friction and forces of each swipe, the windows, and the choices of the zero."""
+        swipes, many = self.swipes, len(self.swipes) > 1
+        return Document(
+            title=f"{'Swipes' if many else 'Swipe'}{f' in {self.source}' if self.source else ''}",
+            sentences=[" ".join(text for each in swipes for text in _answer(each))],
+            figures=swipe_panels(swipes),
+            tables=[numbers_table("Friction and forces", swipe_rows(swipes)), _zeros(swipes)],
+            pages=[
+                Page(f"Limits of swipe {number}" if many else "Limits", each.words)
+                for number, each in enumerate(swipes, start=1)
+            ],
+        )
+
+    def content(self, name: str) -> str:
+        """Write the numbers as CSV."""
+        del name
+        return numbers_csv(swipe_rows(self.swipes))
 
 
 def swipe_panels(swipes: Sequence[SwipeResult]) -> list[Panel]:

@@ -3,50 +3,66 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import numpy as np
 
+from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Page, Panel, Table
+from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import Form
 from electrovib.recordings.transitions.table import time_rows
-from electrovib.study.reproduction import REFERENCE, Curve, Page, Panel, Table
-from electrovib.view.documents import Document, html
-from electrovib.view.measured import numbers_csv, numbers_table
 from electrovib.view.units import pretty_quantity
 
 if TYPE_CHECKING:
-    from electrovib.recordings.interval import Interval
+    from collections.abc import Sequence
+
+    from electrovib.recordings.interval import Interval, NumberRow
     from electrovib.recordings.transitions import MeasuredRing, MeasuredRings, MeasuredTimes
     from electrovib.recordings.transitions.times import DirectionTimes
 
-FILES: Final[dict[str, Form]] = {"report.html": Form.PAGE, "times.csv": Form.TABLE}
-"""Files of measured times and their forms."""
+
 REFERENCES: Final = (
     "IEEE Std 181-2011, Transitions, Pulses, and Related Waveforms",
     "K. P. Burnham, D. R. Anderson, Model Selection and Multimodel Inference, 2nd ed., Springer, 2002",
 )
 
 
-def times_files(
-    found: MeasuredTimes | None, rings: MeasuredRings | None = None, *, source: str = ""
-) -> dict[str, str]:
-    """Write the texts of the files of `FILES`."""
-    rows = time_rows(found, rings)
-    directions = () if found is None else found.directions
-    signal = next(each.signal for each in (found, *(rings.rings if rings else ())) if each is not None)
-    words = tuple(text for each in (found, rings) if each is not None for text in each.words)
-    document = Document(
-        title=f"{'Oscillations' if found is None else 'Times'} of {signal.replace('_', ' ')}{f' in {source}' if source else ''}",
-        answer=_answer(found, rings),
-        figures=times_panels(found, rings),
-        tables=[
-            numbers_table("Times and parameters", rows, first="Edges"),
-            *(_criteria(each) for each in directions),
-        ],
-        pages=[Page("Limits", words)] if words else [],
-        references=REFERENCES,
-    )
-    return {"report.html": html(document), "times.csv": numbers_csv(rows)}
+@dataclass(frozen=True, kw_only=True, repr=False)
+class TimesAnswer(Answer):
+    """Times and oscillations of one signal; `source` names the recording."""
+
+    FILES: ClassVar = {"times.csv": Form.TABLE}
+    found: MeasuredTimes | None
+    rings: MeasuredRings | None = None
+    source: str = ""
+
+    @property
+    def document(self) -> Document:
+        """Times of each direction, oscillations, edges with their fits, and limits."""
+        found, rings = self.found, self.rings
+        directions = () if found is None else found.directions
+        known = [each for each in (found, rings) if each is not None]
+        signal = next(each.signal for each in (found, *(rings.rings if rings else ())) if each is not None)
+        named = f"{signal.replace('_', ' ')}{f' in {self.source}' if self.source else ''}"
+        words = tuple(text for each in known for text in each.words)
+        rows = time_rows(found, rings)
+        return Document(
+            title=f"{'Oscillations' if found is None else 'Times'} of {named}",
+            sentences=[_answer(found, rings)],
+            figures=times_panels(found, rings),
+            tables=[
+                numbers_table("Times and parameters", rows, first="Edges"),
+                *(_criteria(each) for each in directions),
+            ],
+            pages=[Page("Limits", words)] if words else [],
+            references=REFERENCES,
+        )
+
+    def content(self, name: str) -> str:
+        """Write the numbers as CSV."""
+        del name
+        return numbers_csv(time_rows(self.found, self.rings))
 
 
 def _answer(found: MeasuredTimes | None, rings: MeasuredRings | None) -> str:
@@ -180,3 +196,28 @@ def _panel(found: DirectionTimes, words: str, unit: str, *, sensor: bool) -> Pan
         y=(words, unit),
         curves=tuple(curves),
     )
+
+
+def numbers_csv(rows: Sequence[NumberRow]) -> str:
+    """Write the table as CSV, in SI units, with full precision."""
+    names = ("value", "lower", "upper", "standard_error", "scatter", "count", "method")
+    cells = [
+        (row.group, row.name, row.unit, *(getattr(row.number, name) for name in names), row.note)
+        for row in rows
+    ]
+    return csv_text(("group", "name", "unit", *names, "note"), cells)
+
+
+def numbers_table(title: str, rows: Sequence[NumberRow], *, first: str = "") -> Table:
+    """Write the table for a page, `first` being the heading of the groups."""
+    shown = []
+    for row in rows:
+        unit, number = row.unit if row.unit != "1" else "", row.number
+        value, ends = number.texts(unit, digits=4, write=pretty_quantity)
+        if not math.isfinite(number.value):
+            value = "none"
+        known = math.isfinite(number.scatter)
+        scatter = pretty_quantity(number.scatter, unit, digits=4) if known else "none"
+        shown.append((row.group, row.name, value, ends or "none", scatter, number.method, row.note))
+    headings = (first, "Quantity", "Value", "95 % interval", "Scatter", "Interval from", "Note")
+    return Table(title, headings, tuple(shown))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
 from electrovib.apps.cli import options
-from electrovib.apps.cli.terminal import say, show
+from electrovib.apps.cli.answers import answered
+from electrovib.apps.cli.terminal import say, show, warned
 
 if TYPE_CHECKING:
     from electrovib.study.check import CheckResult
@@ -49,39 +50,37 @@ def command(
     """
     from electrovib.apps.changes import read_changes
     from electrovib.apps.exit_codes import FAILED
-    from electrovib.apps.progress import tracked
-    from electrovib.core.files import inputs_noted
-    from electrovib.study.check import check
+    from electrovib.study.check import CheckResult, check
     from electrovib.study.check.series import series_resistor as resistor_of
-    from electrovib.view.checked import check_outcome_file, write_check
 
     drive, scenario = (first, second) if second else (None, first)
-    wanted, declared = read_changes(changes or []), list(limits or [])
-    with inputs_noted() as inputs:
-        if output:
-            check_outcome_file(output, inputs=[], force=force)
-        with tracked("checking"):
-            result = check(drive, scenario, limits=declared, set=wanted)
-        if output:
-            check_outcome_file(output, inputs=inputs, force=force)
-    resistor = resistor_of(scenario, limits=declared, set=wanted) if series_resistor else None
-    _show_verdict(result, resistor, everything=everything)
-    if output:
-        say(f"written: {write_check(result, output, force=force)}")
+    asked: dict[str, Any] = {"limits": list(limits or []), "set": read_changes(changes or [])}
+    resistor = resistor_of(scenario, **asked) if series_resistor else None
+    result = answered(
+        CheckResult,
+        check,
+        words="checking",
+        output=output,
+        force=force,
+        show=lambda found: _show(found, resistor, everything=everything),
+        drive=drive,
+        scenario=scenario,
+        **asked,
+    )
     if result.failed:
         raise typer.Exit(FAILED)
 
 
-def _show_verdict(result: CheckResult, resistor: SeriesResistor | None, *, everything: bool) -> None:
+def _show(result: CheckResult, resistor: SeriesResistor | None, *, everything: bool) -> None:
     """Print the verdict in a few lines, after the tables that were asked for."""
-    from electrovib.study.catalogue.columns import laid_out
-    from electrovib.view.checked import check_lines, resistor_table, tables_of
+    from electrovib.core.answer import laid_out
+    from electrovib.study.check.result import HARDWARE
 
+    for table in result.tables if everything else ():
+        show(laid_out(table))
     if everything:
-        for table in tables_of(result):
-            show(laid_out(table))
         say(*result.notes, "")
     if resistor is not None:
-        show(laid_out(resistor_table(resistor)))
-    more = "" if everything else "(--all lists every limit, its source, and published currents)"
-    say(*check_lines(result, more=more))
+        show(laid_out(resistor.document.tables[0]))
+    more = "" if everything else " (--all lists every limit, its source, and published currents)"
+    say(*result.sentences, *warned(result), f"{HARDWARE}{more}")

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from electrovib.apps.cli import options
+from electrovib.apps.cli.answers import answered
 from electrovib.apps.cli.completion import scenario_names
 from electrovib.apps.cli.options import Text, Texts, many, names_of, only, output
-from electrovib.apps.cli.terminal import say, show, show_tables, warned
+from electrovib.apps.cli.terminal import say, show, show_answer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -75,7 +77,7 @@ def _refuse_several(first: str, others: list[str]) -> None:
 
 
 def _print_static(options: dict[str, object]) -> None:
-    from electrovib.study.catalogue.columns import laid_out
+    from electrovib.core.answer import laid_out
     from electrovib.study.surfaces import ANSWER, compare_surfaces
 
     _refuse_without_scenario(options)
@@ -93,35 +95,38 @@ def _print_laws(
     everything: bool,
     force: bool,
 ) -> None:
-    from electrovib.apps.progress import tracked
-    from electrovib.view.compare import compare
+    from electrovib.study.compare import Comparison, compare
 
-    names = _laws(models)
-    with tracked("comparing force laws"):
-        found = compare(scenario, set=changes, models=names, over=over, output=output, force=force)
-    show_tables(found)
-    say(*warned(found))
-    if everything:
-        for page in found.pages:
-            show(f"{page.title}\n")
-            show("\n\n".join(page.paragraphs) + "\n")
-    elif not output:
+    answered(
+        Comparison,
+        compare,
+        words="comparing force laws",
+        output=output,
+        force=force,
+        show=functools.partial(show_answer, everything=everything),
+        scenario=scenario,
+        set=changes,
+        models=_laws(models),
+        over=over,
+    )
+    if not everything and not output:
         say("--all explains why the laws differ, and lists where their papers contradict each other.")
-    if output:
-        say(f"written: {output}")
 
 
 def _print_materials(scenario: str, changes: Mapping[str, Any], names: list[str], layer: str) -> None:
-    from electrovib.apps.progress import tracked
     from electrovib.scenario import load
-    from electrovib.study.compare import compare_materials
+    from electrovib.study.compare import MaterialComparison, compare_materials
 
-    with tracked("comparing materials"):
-        found = compare_materials(
-            load(scenario, changes=changes), layer=layer, materials=None if names == ["all"] else names
-        )
-    show_tables(found)
-    say(*warned(found))
+    given = load(scenario, changes=changes)
+    materials = None if names == ["all"] else names
+    answered(
+        MaterialComparison,
+        compare_materials,
+        words="comparing materials",
+        scenario=given,
+        layer=layer,
+        materials=materials,
+    )
 
 
 def _laws(texts: list[str]) -> list[str] | None:

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Final, TypeAlias
+from typing import Annotated, Any, Final, TypeAlias
 
 import typer
 
 from electrovib.apps.cli import options
+from electrovib.apps.cli.answers import answered
 from electrovib.apps.cli.completion import parameter_paths, quantity_names
 from electrovib.apps.cli.export import edge_of, waveform_lines
 from electrovib.apps.cli.options import Text, Texts, given, many, names_of, only, option, output, pair_of
-from electrovib.apps.cli.terminal import say, show_tables, warned
+from electrovib.apps.cli.terminal import say, show_answer
 from electrovib.core.errors import InputError
-
-if TYPE_CHECKING:
-    from electrovib.study.texture import TextureDrive
 
 EXAMPLE: Final = (
     "electrovib design vezzoli_2014/fig6 --want 'peak electrostatic_force = 1 mN' --free drive.high"
@@ -235,15 +233,18 @@ def _design(
 
 def _design_plate(scenario: str, asked: dict[str, Any], file: str | None, *, force: bool) -> None:
     """Print the best plate and the Pareto set, and write all candidates."""
-    from electrovib.apps.progress import tracked
-    from electrovib.view.plate import design_plate
+    from electrovib.study.design.plate import PlateDesign, design_plate
 
-    with tracked("evaluating candidates") as progress:
-        found = design_plate(scenario, **asked, output=file, force=force, progress=progress)
-    show_tables(found)
-    say(*warned(found), *found.notes)
-    if file:
-        say(f"written: {file}")
+    answered(
+        PlateDesign,
+        design_plate,
+        words="evaluating candidates",
+        output=file,
+        force=force,
+        scenario=scenario,
+        progress=None,
+        **asked,
+    )
 
 
 def _render_texture(
@@ -269,7 +270,7 @@ def _render_texture(
         check_waveform_file(file, instrument=instrument, edge=edge, force=force)
     with inputs_noted() as inputs, tracked("rendering and simulating"):
         found = texture_drive(scenario, **asked)
-    say(*texture_summary(found), *warned(found))
+    show_answer(found)
     if not file:
         return
     check_waveform_file(file, instrument=instrument, edge=edge, inputs=inputs, force=force)
@@ -285,25 +286,3 @@ def _render_texture(
         **of_waveform,
     )
     say(*waveform_lines(written))
-
-
-def texture_summary(found: TextureDrive) -> list[str]:
-    """Return what a drive of a texture reaches, as lines."""
-    import numpy as np
-
-    from electrovib.core.units import format_quantity
-
-    known = found.predicted_friction[np.isfinite(found.predicted_friction)]
-    span = (
-        f"friction {format_quantity(float(known.min()), 'N', digits=5)} to {format_quantity(float(known.max()), 'N', digits=5)}"
-        if len(known)
-        else "the friction is not determined: the finger rests"
-    )
-    return [
-        *found.notes,
-        f"wanted attraction up to {format_quantity(float(np.max(found.wanted_force)), 'N', digits=4)}, predicted up to"
-        f" {format_quantity(float(np.max(found.predicted_force)), 'N', digits=4)}; {span}",
-        found.misfit_in_words,
-        f"{len(found.times)} samples in {format_quantity(float(found.times[-1]), 's', digits=4)}, up to"
-        f" {format_quantity(float(np.max(np.abs(found.voltages))), 'V', digits=4)}, from 0 V to 0 V",
-    ]

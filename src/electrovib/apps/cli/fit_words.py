@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from electrovib.apps.fit import FitResult
     from electrovib.recordings.fit.power_law import PowerLawFit
     from electrovib.recordings.fit.separate import SeparateFits
     from electrovib.recordings.interval import EstimatedParameter
     from electrovib.recordings.spectra.fitted import FittedMaterial
+    from electrovib.view.fitted import FitResult
 
 _MOST: Final = 5  # lines of a verdict
 

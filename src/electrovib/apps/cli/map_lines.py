@@ -55,6 +55,6 @@ def _share(found: Mapping[str, Any], count: int) -> str:
 
 def _place(at: Mapping[str, Any], units: Mapping[str, str]) -> str:
     """Write the values of a case, in the order of the first line."""
-    from electrovib.view.swept import swept_value
+    from electrovib.view.summary import swept_value
 
     return ", ".join(swept_value(value, units.get(path, ""), plain=True) for path, value in at.items())

@@ -10,7 +10,7 @@ import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.options import Text, Texts, many, only, option, output
-from electrovib.apps.cli.terminal import chosen, say
+from electrovib.apps.cli.terminal import chosen, say, warned
 
 if TYPE_CHECKING:
     import xarray
@@ -90,10 +90,11 @@ def _is_measured(source: str) -> bool:
 def _print_felt(record: str, changes: Texts, *, everything: bool) -> None:
     from electrovib.apps.changes import read_changes
     from electrovib.study.perceive import perceive
-    from electrovib.view.percept import percept_lines
 
     found = perceive(record, set=read_changes(changes or []))
-    say(*percept_lines(found, everything=everything, more="--all lists assumptions"))
+    more = "" if everything else " (--all lists assumptions)"
+    say(*found.sentences[:-1], f"{found.sentences[-1]}{more}")
+    say(*warned(found), *(found.details if everything else []))
 
 
 def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
@@ -101,14 +102,11 @@ def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
 
     Unless `everything` is asked for, it may take `_FELT` seconds of computing time: it solves the periodic state anew.
     """
-    from dataclasses import replace
-
     from electrovib.apps.progress import tracked
     from electrovib.core.budget import BudgetError, allowed, budget
     from electrovib.core.errors import ElectrovibError
     from electrovib.scenario import scenario_of
     from electrovib.study.perceive import perceive
-    from electrovib.view.percept import percept_lines
 
     most = allowed().time if everything else min(allowed().time, _FELT)
     try:
@@ -121,7 +119,7 @@ def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
     if not everything:
         return [f"{found.answer} (--all lists assumptions)"]
     # title and warnings are those of the run
-    return percept_lines(replace(found, title="", diagnostics=()), everything=True)
+    return [*found.sentences[1 if found.title else 0 :], *found.details]
 
 
 def _print_states(source: str, changes: Texts, voltage: str | None) -> None:
@@ -202,7 +200,7 @@ def _range(trace: Any, name: str) -> str:
 def _numbers(trace: Any) -> list[str]:
     """Return the range of each quantity of a sweep, and where its ends are."""
     from electrovib.apps.cli.map_lines import is_map
-    from electrovib.view.swept import quantity_ranges
+    from electrovib.view.summary import quantity_ranges
 
     over = ", ".join(
         f"{path} ({trace.sizes[path]} values)" for path in trace.sizes if path in trace.attrs["over"]

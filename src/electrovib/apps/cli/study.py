@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeAlias
 import typer
 
 from electrovib.apps.cli import options
+from electrovib.apps.cli.answers import answered
 from electrovib.apps.cli.options import Text, Texts, many, names_of, only, option
-from electrovib.apps.cli.terminal import complain, say, show_tables, warned
+from electrovib.apps.cli.terminal import complain, say
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -134,24 +135,26 @@ def _processes(workers: str | None) -> dict[str, int | str | None]:
 def _print_sensitivity(
     base: Any, space: str, quantities: list[str], *, n: int, seed: int, outputs: list[str], force: bool
 ) -> None:
-    from electrovib.apps.progress import tracked
     from electrovib.core.errors import InputError
-    from electrovib.view.sensitivity import sensitivity
+    from electrovib.study.sensitivity import Sensitivity, sensitivity
 
     if len(quantities) != 1 or len(outputs) > 1:
         name = "--output" if len(outputs) > 1 else "--quantity"
-        raise InputError(
-            "--sensitivity takes exactly one: 'mean electrostatic_force', and one folder", path=name
-        )
-    folder = next(iter(outputs), None)
-    with tracked("evaluating draws") as progress:
-        found = sensitivity(
-            base, space, quantity=quantities[0], n=n, seed=seed, output=folder, force=force, progress=progress
-        )
-    show_tables(found)
-    say(*warned(found), *found.space.remarks)
-    if folder:
-        say(f"written: {folder}")
+        why = "--sensitivity takes exactly one: 'mean electrostatic_force', and one folder"
+        raise InputError(why, path=name)
+    answered(
+        Sensitivity,
+        sensitivity,
+        words="evaluating draws",
+        output=next(iter(outputs), None),
+        force=force,
+        scenario=base,
+        space=space,
+        quantity=quantities[0],
+        n=n,
+        seed=seed,
+        progress=None,
+    )
 
 
 def _print_bands(

@@ -7,7 +7,7 @@ import os
 import sys
 import unicodedata
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
 from electrovib.core.errors import printable
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from typing import TextIO
 
+    from electrovib.core.answer import Answer
     from electrovib.scenario import Scenario
 
 _PLAIN: Final = {
@@ -73,14 +74,13 @@ def show(text: str) -> None:
     say(*text.split("\n"))
 
 
-def show_tables(result: Any) -> None:
-    """Print the answer of a result, then its tables."""
-    from electrovib.study.catalogue.columns import laid_out
-
-    if hasattr(result, "answer"):
-        say(result.answer, "")
-    for table in result.tables:
-        show(laid_out(table))
+def show_answer(found: Answer, *, everything: bool = False) -> None:
+    """Print the sentences of an answer, its tables, warnings and remarks; with `everything` its explanations too."""
+    document = found.document
+    show(document.text)
+    for page in document.pages if everything else ():
+        say("", page.title, "")
+        show("\n\n".join(page.paragraphs))
 
 
 def chosen(scenario: Scenario, source: str, *, without: Iterable[object] = ()) -> list[str]:

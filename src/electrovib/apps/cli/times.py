@@ -137,22 +137,22 @@ def _measure(
 ) -> None:
     """Measure the times of the edges, and the oscillations where they are asked for."""
     from electrovib.core.files import inputs_noted
-    from electrovib.data.atomic import check_folder, write_folder
     from electrovib.data.traces import open_trace
     from electrovib.recordings.transitions.table import time_rows
-    from electrovib.view.times import FILES, times_files
+    from electrovib.view.documents import check_answer, save_answer
+    from electrovib.view.times import TimesAnswer
 
     with inputs_noted() as inputs:
         trace = open_trace(record)
     if folder is not None:
-        check_folder(folder, FILES, inputs=inputs, force=force)
+        check_answer(TimesAnswer, folder, inputs=inputs, force=force)
     rings = _rings(trace, chosen, options["window"]) if ring else None
     found, why = _times(trace, rings, **chosen, **options)
     say(*(f"{row.group}, {row.sentence}" for row in time_rows(found, rings)))
     say(*(text for each in (found, rings) if each is not None for text in each.words), *why)
     if folder is not None:
-        texts = times_files(found, rings, source=Path(record).name)
-        say(*(f"written: {path}" for path in write_folder(folder, texts, FILES, force=force)))
+        answer = TimesAnswer(found=found, rings=rings, source=Path(record).name)
+        say(*(f"written: {path}" for path in save_answer(answer, folder, force=force)))
 
 
 def _reduce_swipes(
@@ -160,22 +160,22 @@ def _reduce_swipes(
 ) -> None:
     """Find contacts and slides, and report their friction and forces."""
     from electrovib.core.files import inputs_noted
-    from electrovib.data.atomic import check_folder, write_folder
     from electrovib.recordings.swipe import reduce_swipes
     from electrovib.recordings.swipe.reduce import swipe_rows
-    from electrovib.view.swipe import FILES, swipe_files
+    from electrovib.view.documents import check_answer, save_answer
+    from electrovib.view.swipe import SwipesAnswer
 
     with inputs_noted() as inputs:
         found = reduce_swipes(record, channels=recipe, speed=speed, trim=trim / 100)
     if folder is not None:
-        check_folder(folder, FILES, inputs=inputs, force=force)
+        check_answer(SwipesAnswer, folder, inputs=inputs, force=force)
     say(*(f"{row.group}, {row.sentence}" for row in swipe_rows(found)))
     for number, each in enumerate(found, start=1):
         name = f"swipe {number}: " if len(found) > 1 else ""
         say(*(f"{name}{text}" for text in each.words))
     if folder is not None:
-        texts = swipe_files(found, source=Path(record).name)
-        say(*(f"written: {path}" for path in write_folder(folder, texts, FILES, force=force)))
+        answer = SwipesAnswer(swipes=found, source=Path(record).name)
+        say(*(f"written: {path}" for path in save_answer(answer, folder, force=force)))
 
 
 def _rings(trace: Any, chosen: dict[str, Any], window: float | None) -> MeasuredRings:

@@ -16,8 +16,8 @@ from electrovib.core.errors import ElectrovibError, InputError
 if TYPE_CHECKING:
     import xarray
 
-    from electrovib.apps.fit import FitResult
     from electrovib.scenario import Scenario
+    from electrovib.view.fitted import FitResult
 
 MOST_FREE: Final = 6
 """Parameters that a page fits at once."""

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.core.arrays import Real
 from electrovib.papers import plutchik_1963
 from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, VOLTAGE, first_order_skin, scenarios
@@ -20,7 +21,6 @@ from electrovib.papers.vardar_2017.thresholds import (
 from electrovib.physics.material import Material
 from electrovib.scenario import skins
 from electrovib.study.felt_threshold import ThresholdCurves, threshold_over_frequency
-from electrovib.study.reproduction import REFERENCE, Curve, Panel
 
 TIME_CONSTANTS: Final = (1e-3, 3e-3, 7.7e-3, 15e-3, 30e-3)
 """Of skins without dispersion, C_i + C_s times R_s [s]."""

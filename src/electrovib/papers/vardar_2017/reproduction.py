@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from electrovib.core.answer import Page, Table
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.core.items import computed
@@ -16,7 +17,7 @@ from electrovib.papers.vardar_2017.scenarios import first_order_skin
 from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, sine_over_square
 from electrovib.papers.vardar_2017.values import CITATION, NOT_READ
 from electrovib.physics.perception import MOTION, RYU, NonPacinian, Pacinian
-from electrovib.study.reproduction import Page, Reproduction, Row, Table
+from electrovib.study.reproduction import Reproduction, Row
 
 EQUATIONS: Final = {
     "felt": r"$L_c = 20 \lg \sqrt{\sum_k (w_c(f_k) |C(f_k) F_k|)^2}, \quad L = \max_c L_c$",

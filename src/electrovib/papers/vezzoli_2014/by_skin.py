@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from electrovib.core.answer import Table
 from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.physics.skin import time_constant
-from electrovib.study.reproduction import Table
 
 if TYPE_CHECKING:
     from electrovib.physics.material import Material

@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass
 
+from electrovib.core.answer import Table
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.physics.skin import time_constant
-from electrovib.study.reproduction import Row, Table, verdict_over
+from electrovib.study.reproduction import Row, verdict_over
 
 
 @dataclass(frozen=True)

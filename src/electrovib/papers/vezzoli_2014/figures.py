@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from electrovib.core.answer import REFERENCE, Curve, Panel
 from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import compute, decay, values
 from electrovib.papers.vezzoli_2014.looks import look
@@ -12,7 +13,6 @@ from electrovib.physics.skin import time_constant
 from electrovib.physics.tabulated import Tabulated
 from electrovib.scenario import Scenario
 from electrovib.solve.simulate import simulate
-from electrovib.study.reproduction import REFERENCE, Curve, Panel
 
 SHOWN = ("paper point", "palmar men 2 uS", "1963 impedance", "Gabriel wet", "Gabriel dry")
 """Skins drawn one by one; all are in the ranges, in the tables and in the files of the curves."""

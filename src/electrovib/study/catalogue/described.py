@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
+from electrovib.core.answer import Table
 from electrovib.core.citation import bibtex_of
 from electrovib.core.discovery import paper_of
 from electrovib.core.model import Model
@@ -15,7 +16,6 @@ from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.study.catalogue.families import families, first_sentence, plain_text
-from electrovib.study.reproduction import Table
 
 NAMES = (
     "A skin, a material or a stack of a paper is used by its name, which 'electrovib list PAPER' lists:"

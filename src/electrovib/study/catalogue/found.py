@@ -6,10 +6,10 @@ from dataclasses import replace
 from types import ModuleType
 from typing import Final
 
+from electrovib.core.answer import laid_out
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
-from electrovib.study.catalogue.columns import laid_out
 from electrovib.study.catalogue.items import REMARKS, Item, everything, scenario_items
 from electrovib.study.catalogue.listed import Listed, Listing
 from electrovib.study.catalogue.listing import all_table, found_table, scenario_table

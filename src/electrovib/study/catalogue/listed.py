@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
 if TYPE_CHECKING:
-    from electrovib.study.reproduction import Table
+    from electrovib.core.answer import Table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +60,6 @@ class Listing(Sequence[Listed]):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        from electrovib.study.catalogue.columns import as_html
+        from electrovib.core.answer import as_html
 
         return as_html(self._table())

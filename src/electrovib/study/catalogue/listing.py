@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from electrovib.core.answer import Table
 from electrovib.study.catalogue.items import Item
 from electrovib.study.catalogue.listed import Listed
-from electrovib.study.reproduction import Table
 
 
 def found_table(records: Iterable[Listed], title: str = "") -> Table:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable
 
+from electrovib.core.answer import terminal_width
 from electrovib.core.discovery import find_members
 from electrovib.core.status import UNVERIFIED, status_text
-from electrovib.study.catalogue.columns import terminal_width
 from electrovib.study.catalogue.families import families, kind_of, places
 from electrovib.study.catalogue.items import LIBRARY, PAPERS, SCENARIOS, Item
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.answer import laid_out, terminal_width
 from electrovib.core.discovery import paper_of, papers
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.formulas import formula_lines
@@ -16,7 +17,6 @@ from electrovib.core.status import status_text
 from electrovib.core.units import format_quantity
 from electrovib.physics.material.library import SourcedValue, Substance
 from electrovib.scenario import Scenario
-from electrovib.study.catalogue.columns import laid_out, terminal_width
 from electrovib.study.catalogue.described import claims, parameters, ready_made, values
 from electrovib.study.catalogue.families import places
 from electrovib.study.catalogue.items import Item, stack_text

@@ -7,13 +7,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from electrovib.core.answer import Table, laid_out, terminal_width
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.status import UNVERIFIED, status_text
 from electrovib.scenario.space.origin import KEYS
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
-from electrovib.study.catalogue.columns import laid_out, terminal_width
 from electrovib.study.catalogue.listed import Listed, Listing
-from electrovib.study.reproduction import Table
 
 USE: Final = (
     "'electrovib list NAME' shows its distributions with their sources; a study, a sensitivity analysis and"

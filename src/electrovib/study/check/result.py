@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
+from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
+from electrovib.data.csv_text import csv_text
+from electrovib.data.marks import Form, json_text
 from electrovib.physics.limits import TITLES
 from electrovib.solve.quantities.answer import validity
 
@@ -22,6 +25,8 @@ FAIL: Final = "fail"
 UNKNOWN: Final = "unknown"
 STATES: Final = (PASS, UNKNOWN, FAIL)
 """From best to worst."""
+HARDWARE: Final = "no claim of medical safety: only hardware that limits the current protects a person"
+"""What a check in a few lines says of its own meaning."""
 BREAKDOWN: Final = ("film strength", "Paschen", "field emission")
 """Beginnings of the names of the diagnostics of breakdown."""
 
@@ -67,8 +72,8 @@ class CheckNumber:
     unit: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class CheckResult:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class CheckResult(Answer):
     """Largest values of a drive in a scenario compared with limits.
 
     - `title`: of the scenario, and the drive where it is another one.
@@ -80,6 +85,7 @@ class CheckResult:
     - `scenario`: experiment with the drive that was checked.
     """
 
+    FILES: ClassVar = {"check.csv": Form.TABLE, "check.json": Form.CHECK}
     title: str
     duration: float
     rows: tuple[CheckRow, ...]
@@ -102,6 +108,87 @@ class CheckResult:
     def failed(self) -> tuple[CheckRow, ...]:
         """Rows whose limit is exceeded."""
         return tuple(row for row in self.rows if row.state == FAIL)
+
+    @property
+    def verdict(self) -> str:
+        """One sentence with the outcome."""
+        if self.failed:
+            names = ", ".join(row.quantity for row in self.failed)
+            return f"failed: {len(self.failed)} of {len(self.rows)} limits exceeded: {names}"
+        unknown = sum(row.state == UNKNOWN for row in self.rows)
+        return f"no limit exceeded{f', {unknown} not judged' if unknown else ''}"
+
+    @property
+    def sentences(self) -> list[str]:
+        """The verdict, the closest limit, and what was not compared."""
+        lines = [f"{self.verdict} ({self.title})"]
+        compared = [row for row in self.rows if row.margin is not None]
+        if compared:
+            row = min(compared, key=lambda row: row.margin or 0.0)
+            doubt = ", not judged" if row.state == UNKNOWN else ""
+            lines.append(
+                f"closest limit: {row.quantity}, {shown(row.value, row.unit)} of {shown(row.limit, row.unit)}, limit/value"
+                f" {row.margin or 0.0:.3g}{doubt}"
+            )
+        undeclared = [row.quantity for row in self.rows if row.limit is None and row.state == UNKNOWN]
+        return [*lines, f"not compared: {', '.join(undeclared)}"] if undeclared else lines
+
+    @property
+    def tables(self) -> list[Table]:
+        """Limits, comparisons and numbers in words."""
+
+        def row(each: CheckRow, words: dict[str, str]) -> tuple[str, ...]:
+            margin = "" if each.margin is None else f"{each.margin:.3g}"
+            state = words.get(each.state, each.state)
+            return (
+                state,
+                each.quantity,
+                shown(each.value, each.unit),
+                "" if each.limit is None else shown(each.limit, each.unit),
+                margin,
+                each.source,
+            )
+
+        headings = ("quantity", "largest", "limit", "limit/value", "source of the limit")
+        compared = {"pass": "below", "fail": "above"}
+        numbers = tuple((each.quantity, shown(each.value, each.unit)) for each in self.numbers)
+        return [
+            Table(self.title, ("state", *headings), tuple(row(each, {}) for each in self.rows)),
+            Table(
+                "Comparison with published currents, which decides nothing",
+                ("state", *headings),
+                tuple(row(each, compared) for each in self.comparisons),
+            ),
+            Table("Values without a limit", ("quantity", "value"), numbers),
+        ]
+
+    @property
+    def document(self) -> Document:
+        """The sentences, the tables and the notes."""
+        return Document(
+            title=f"Check of {self.title}",
+            sentences=self.sentences,
+            diagnostics=self.diagnostics,
+            tables=self.tables,
+            remarks=self.notes,
+        )
+
+    def content(self, name: str) -> str:
+        """Write a row for each limit, comparison and number as CSV, or everything as JSON."""
+        if name.endswith(".json"):
+            return json_text(Form.CHECK, self.to_dict())
+        rows: list[list[object]] = [
+            [kind, row.quantity, row.value, row.limit, row.unit, row.margin, row.state, row.source]
+            for kind, some in (("limit", self.rows), ("comparison", self.comparisons))
+            for row in some
+        ]
+        rows += [["number", each.quantity, each.value, "", each.unit, "", "", ""] for each in self.numbers]
+        return csv_text(
+            ["kind", "quantity", "value", "limit", "unit", "margin", "state", "source"],
+            rows,
+            remarks=[f"{self.title}: {self.state}"],
+            diagnostics=self.diagnostics,
+        )
 
     def refuse(self, consequence: str = "Nothing was written") -> None:
         """Raise an error if a limit is exceeded, or a declared one could not be compared."""

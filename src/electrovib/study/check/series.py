@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.series_resistor import (
@@ -23,6 +24,7 @@ from electrovib.scenario import Source, read_scenario
 from electrovib.solve.quantities.answer import validity
 from electrovib.study.check.declared import LimitsSource
 from electrovib.study.check.function import declared_limits
+from electrovib.study.check.result import shown
 from electrovib.study.check.values import checked_values
 
 if TYPE_CHECKING:
@@ -35,8 +37,8 @@ _PERMITTIVITY_AT: Final = 1e3
 """Frequency of the permittivities from which the capacitance of the plate follows [Hz]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class SeriesResistor:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SeriesResistor(Answer):
     """Smallest series resistor, what it does to the drive, and what it does not limit.
 
     - `voltage`, `current`: largest of the supply [V] and through the finger [A], each with who declared it.
@@ -65,6 +67,28 @@ class SeriesResistor:
     present: float
     supply_voltage: float | None
     diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def document(self) -> Document:
+        """The numbers in words."""
+        rows = [(name, shown(value, unit), "") for name, value, unit in self.items()]
+        rows[0] = (*rows[0][:2], self.voltage_source)
+        rows[1] = (*rows[1][:2], self.current_source)
+        if not self.present:
+            place = [row[0] for row in rows].index("present series resistance")
+            rows[place] = (rows[place][0], "none", "circuit.source_resistance of the scenario is 0")
+        caption = (
+            "The insulator counts as a short circuit and the body as no resistance. The charge behind the resistor flows through"
+            " the finger without passing it; the resistor has to withstand the largest voltage and the power permanently."
+        )
+        table = Table(
+            "Series resistor between amplifier and plate",
+            ("quantity", "value", "source"),
+            tuple(rows),
+            caption=caption,
+        )
+        title = "Series resistor between amplifier and plate"
+        return Document(title=title, sentences=[], diagnostics=self.diagnostics, tables=[table])
 
     def items(self) -> list[tuple[str, float, str]]:
         """Return name, value and SI unit of every number that is known."""

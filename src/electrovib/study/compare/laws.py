@@ -15,15 +15,15 @@ from electrovib.core.mistakes import near_members
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
 from electrovib.physics.time_profile import Steady
-from electrovib.scenario import Scenario
+from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.study.compare.entry import Comparison, Entry
 from electrovib.study.compare.panels import over_frequency, over_parameter, over_time
+from electrovib.study.compare.result import Comparison, Entry, answer, pages, tables
 from electrovib.study.compare.static import air_breaks_down, air_warnings, static_force
-from electrovib.study.compare.words import answer, pages, tables
 from electrovib.study.explain import explain, in_time, knows_polarity
+from electrovib.study.sweep import parse_over
 
 if TYPE_CHECKING:
     import xarray
@@ -35,17 +35,48 @@ EARLY = 50e-6
 
 
 def compare(
-    scenario: Scenario,
+    scenario: Source,
     *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
     models: Sequence[str] | None = None,
-    over: Mapping[str, Sequence[float] | Real] | None = None,
+    over: Sequence[str] | Mapping[str, Sequence[float] | Real] = (),
 ) -> Comparison:
-    """Run every force law on the same finger and plate, by default all whose own parameters have defaults.
+    """Run every force law on the same finger and plate, and explain why they differ.
 
-    The finger is pressed with the full load all the time, whatever `load.time_profile` is. Of an amplifier
-    with limits, bandwidth and largest current are left out, because the laws are compared at voltages that
-    are held.
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario: ``{"stack.gap": {"thickness": "5 um"}}``.
+    models : sequence of str, optional
+        Names of laws; all that need no parameter of their own if absent.
+    over : sequence of str, or mapping of str to sequence of float
+        ``"path=from:to:n"`` or ``"path=from:to:nlog"``: a figure of the static force over this parameter.
+
+    Returns
+    -------
+    Comparison
+        Numbers, figures as data, and explanations; `electrovib.save` writes them as an HTML page.
+
+    Raises
+    ------
+    InputError
+        For a scenario, a law or a range that is not valid.
+
+    Notes
+    -----
+    The finger is pressed with the full load all the time, whatever `load.time_profile` is. Of an amplifier with limits,
+    bandwidth and largest current are left out, because the laws are compared at voltages that are held.
     """
+    given = read_scenario(scenario, changes=set)
+    axes = over if isinstance(over, Mapping) else parse_over(given, over)
+    return _compared(given, models, axes)
+
+
+def _compared(
+    scenario: Scenario, models: Sequence[str] | None, over: Mapping[str, Sequence[float] | Real]
+) -> Comparison:
     if scenario.drive.quantity == "current":
         raise InputError(
             f"drive = {type(scenario.drive).__name__}: laws are compared at one voltage, and this drive prescribes the"
@@ -79,7 +110,7 @@ def compare(
     ordered = {entry.name: cases[entry.name] for entry in entries}
     panels += [
         over_parameter(scenario, ordered, path, values=np.asarray(values), highest=highest)
-        for path, values in (over or {}).items()
+        for path, values in over.items()
     ]
     return Comparison(
         scenario=scenario,

@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.errors import ElectrovibError, InputError, Problem, nearest
@@ -20,7 +21,6 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import SETTLED_CHARGE
 from electrovib.solve.quantities.answer import validity
 from electrovib.solve.simulate import simulate
-from electrovib.study.reproduction import Table
 
 AS_IT_IS: Final = "as it is"
 """Name of the entry with the scenario's own material."""
@@ -68,8 +68,8 @@ class MaterialEntry:
     caution: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class MaterialComparison:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class MaterialComparison(Answer):
     """Materials of one layer, compared.
 
     - `scenario`, `layer`: as it was given, and the layer whose material is exchanged.
@@ -88,6 +88,12 @@ class MaterialComparison:
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Diagnostics of the scenario as it was given."""
         return validity(self.scenario)
+
+    @property
+    def document(self) -> Document:
+        """The tables."""
+        title = f"Materials compared: {self.scenario.title or 'a stack'}"
+        return Document(title=title, sentences=[], diagnostics=self.diagnostics, tables=self.tables)
 
 
 def compare_materials(

@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from electrovib.core.answer import Curve, Panel
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
 from electrovib.scenario import Scenario
-from electrovib.study.compare.entry import Entry
+from electrovib.study.compare.result import Entry
 from electrovib.study.compare.static import air_breaks_down, static_force
-from electrovib.study.reproduction import Curve, Panel
 
 SAME = 0.02
 """Relative difference up to which two curves coincide."""

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.answer import Table
 from electrovib.core.units import format_quantity
 from electrovib.study.check.result import UNKNOWN
 from electrovib.study.check.rows import not_compared
 from electrovib.study.design.result import Designed
-from electrovib.study.reproduction import Table
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic

@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Document
 from electrovib.core.diagnostics import warning_lines
+from electrovib.data.marks import Form, json_text
 
 if TYPE_CHECKING:
+    from electrovib.core.answer import Table
     from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.study.check import LimitsSource
-    from electrovib.study.reproduction import Table
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Designed(ABC):
+class Designed(Answer):
     """Result of a design; `limits` are the further ones that were given, which hold for all that is written of it too."""
 
+    FILES: ClassVar[Mapping[str, str | None]] = {"design.json": Form.DESIGN}
     limits: tuple[LimitsSource, ...] = ()
     form: ClassVar[str]
     """What was sought, as a file of all numbers names it."""
@@ -75,6 +78,23 @@ class Designed(ABC):
     def lines(self) -> tuple[str, ...]:
         """Sentences and numbers for people, the answer first."""
         return (*self.verdict, *self.details)
+
+    @property
+    def document(self) -> Document:
+        """The sentences, the tables, and the details."""
+        scenario = self.scenario
+        return Document(
+            title=f"Design: {scenario.title if scenario is not None and scenario.title else self.form}",
+            sentences=self.sentences,
+            diagnostics=self.diagnostics,
+            tables=self.tables,
+            remarks=self.details,
+        )
+
+    def content(self, name: str) -> str:
+        """Write all numbers as JSON."""
+        del name
+        return json_text(Form.DESIGN, self.to_dict())
 
     def __repr__(self) -> str:
         return "\n".join(self.lines)

@@ -28,7 +28,7 @@ _HELD: Final = 8
 
 
 @measured()
-def analyse(
+def sensitivity(
     scenario: Source,
     space: SpaceSource,
     *,
@@ -37,7 +37,34 @@ def analyse(
     seed: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sensitivity:
-    """Compute Sobol indices and local elasticities of a quantity, as `electrovib.sensitivity` describes."""
+    """Compute which parameters of a space a quantity depends on: Sobol indices with intervals, and local elasticities.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Scenario with the values that stay fixed, as for `electrovib.load`.
+    space : str, Path, mapping or Space
+        Distributions of the others, as for `electrovib.read_space`: ``"fingers"``.
+    quantity : str
+        Name as for `electrovib.sweep`: ``"mean electrostatic_force"``.
+    n : int
+        Number of base draws, a power of 2; the scenario is evaluated n (inputs + 2) times.
+    seed : int
+        Seed of the draws, from 0 to 2**64 - 1.
+    progress : callable, optional
+        Function of the number of evaluations done and of all evaluations.
+
+    Returns
+    -------
+    sensitivity : Sensitivity
+        Indices, elasticities, the sample of the quantity, and ``answer``, which names what to measure first. `electrovib.save`
+        writes it into a folder, as ``report.html``, ``indices.csv``, ``elasticities.csv`` and ``space.toml``.
+
+    Raises
+    ------
+    InputError
+        For every mistake in scenario, space and quantity.
+    """
     base = read_scenario(scenario)
     found = read_space(base, space)
     named = read_name(" ".join(quantity.split()), tuple(base.stack.layers))

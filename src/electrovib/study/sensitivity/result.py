@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import html
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
-from electrovib.core.diagnostics import Diagnostic, warning_lines
+from electrovib.core.answer import Answer, Document, Drawing, Table
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.units import format_quantity
+from electrovib.data.csv_text import csv_text
+from electrovib.data.marks import Form, unsigned
 from electrovib.solve.quantities.answer import validity
-from electrovib.study.catalogue.columns import as_html, laid_out
-from electrovib.study.reproduction import Table
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
@@ -26,6 +26,11 @@ INDICES: Final = (
     "95 % interval",
     "Total index",
     "95 % interval",
+)
+REFERENCES: Final = (
+    "I. M. Sobol, Global sensitivity indices for nonlinear mathematical models and their Monte Carlo estimates, Math."
+    " Comput. Simul. 55, 271 (2001)",
+    "A. Saltelli et al., Variance based sensitivity analysis of model output, Comput. Phys. Commun. 181, 259 (2010)",
 )
 _NEGLIGIBLE: Final = 0.01
 """Total index below which an input is called without influence."""
@@ -50,7 +55,7 @@ class InputIndices:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Sensitivity:
+class Sensitivity(Answer):
     """Sensitivity of a quantity to the parameters of a space.
 
     - `scenario`, `space`: values that stay fixed, and distributions of the others.
@@ -62,6 +67,7 @@ class Sensitivity:
     - `sample`, shape (2 n,): values of the quantity at independent draws.
     """
 
+    FILES: ClassVar = {"indices.csv": Form.TABLE, "elasticities.csv": Form.TABLE, "space.toml": Form.SPACE}
     scenario: Scenario
     space: Space
     quantity: str
@@ -73,17 +79,55 @@ class Sensitivity:
     elasticities: tuple[Elasticity, ...]
     sample: Real
 
-    def __repr__(self) -> str:
-        """Write what the command line prints: the answer, the tables, then the warnings."""
-        shown = [self.answer, "", *(laid_out(table) for table in self.tables)]
-        return "\n".join([*shown, *warning_lines(self.diagnostics, brief=True)]).rstrip("\n")
-
-    def _repr_html_(self) -> str:
-        answer, *others = (
-            f"<p>{html.escape(line)}</p>"
-            for line in (self.answer, *warning_lines(self.diagnostics, brief=True))
+    @property
+    def document(self) -> Document:
+        """The answer, the indices as bars and in tables, and what the space leaves unverified."""
+        figure = Drawing(
+            id="indices",
+            title="Share of each input in the variance",
+            caption="The largest total index on top.",
+            plot="indices",
+            of=self,
         )
-        return "".join([answer, *(as_html(table) for table in self.tables), *others])
+        return Document(
+            title=f"Sensitivity of {self.quantity}: {self.scenario.title or 'a scenario'}",
+            sentences=[self.answer],
+            diagnostics=self.diagnostics,
+            figures=[figure],
+            tables=self.tables,
+            remarks=self.space.remarks,
+            references=REFERENCES,
+        )
+
+    def content(self, name: str) -> str:
+        """Write the indices or the elasticities as CSV, or the space."""
+        if name == "space.toml":
+            return f"# {unsigned(Form.SPACE)}\n{self.space.to_toml()}"
+        rows: list[tuple[object, ...]] = [
+            (
+                each.name,
+                " ".join(each.paths),
+                each.first,
+                *each.first_interval,
+                each.total,
+                *each.total_interval,
+            )
+            for each in self.indices
+        ]
+        headings: tuple[str, ...] = (
+            "input",
+            "parameters",
+            "first",
+            "first_low",
+            "first_high",
+            "total",
+            "total_low",
+            "total_high",
+        )
+        if name == "elasticities.csv":
+            rows = [(each.path, each.unit, each.at, each.value) for each in self.elasticities]
+            headings = ("parameter", "unit", "at", "elasticity")
+        return csv_text(headings, rows, diagnostics=self.diagnostics)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Document
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
@@ -40,8 +41,8 @@ LARGE: Final = 0.1
 _ROUNDED: Final = 1e-9
 
 
-@dataclass(frozen=True, kw_only=True)
-class TextureDrive:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class TextureDrive(Answer):
     """Drive of a texture, simulated and within its limits.
 
     - `scenario`: experiment with this drive, to be simulated or exported.
@@ -81,6 +82,32 @@ class TextureDrive:
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """Diagnostics of the prediction."""
         return tuple(diagnostics_of(self.trace))
+
+    @property
+    def sentences(self) -> list[str]:
+        """What the drive reaches."""
+
+        def shown(number: float, unit: str, digits: int = 4) -> str:
+            return format_quantity(float(number), unit, digits=digits)
+
+        known = self.predicted_friction[np.isfinite(self.predicted_friction)]
+        span = "the friction is not determined: the finger rests"
+        if len(known):
+            span = f"friction {shown(known.min(), 'N', 5)} to {shown(known.max(), 'N', 5)}"
+        return [
+            *self.notes,
+            f"wanted attraction up to {shown(np.max(self.wanted_force), 'N')}, predicted up to"
+            f" {shown(np.max(self.predicted_force), 'N')}; {span}",
+            self.misfit_in_words,
+            f"{len(self.times)} samples in {shown(self.times[-1], 's')}, up to {shown(np.max(np.abs(self.voltages)), 'V')},"
+            " from 0 V to 0 V",
+        ]
+
+    @property
+    def document(self) -> Document:
+        """What the drive reaches, and the diagnostics of the prediction."""
+        title = f"Drive of a texture in: {self.scenario.title or 'a scenario'}"
+        return Document(title=title, sentences=self.sentences, diagnostics=self.diagnostics)
 
     @property
     def misfit_in_words(self) -> str:

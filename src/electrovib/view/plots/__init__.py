@@ -1,8 +1,10 @@
 """Plots: functions of one Trace or several; each draws into Axes and returns them."""
 
-from electrovib.view.plots.held_force import held_force
-from electrovib.view.plots.indices import indices
+from collections.abc import Callable
+from typing import Any
+
 from electrovib.view.plots.layers import stack
+from electrovib.view.plots.of_answers import SIZE, held_force, indices, size_of, trade_off
 from electrovib.view.plots.over_fingers import bands, exceedance
 from electrovib.view.plots.over_frequency import (
     frequency_response,
@@ -23,7 +25,9 @@ from electrovib.view.plots.over_time import (
     over_time,
 )
 from electrovib.view.plots.reproduced import panel
-from electrovib.view.plots.trade_off import trade_off
+
+SIZES: dict[str, Callable[[Any], tuple[float, float]]] = {"indices": size_of, "trade_off": lambda _: SIZE}
+"""Plot to width and height of its figure [inch], a function of what it shows."""
 
 __all__ = [
     "bands",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from electrovib.view.envelope import envelope
+from electrovib.view.lines import envelope
 from electrovib.view.plots.legends import legend_beside_no_curve
 from electrovib.view.units import label_axis
 

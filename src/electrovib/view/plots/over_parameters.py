@@ -9,7 +9,7 @@ import numpy as np
 from electrovib.core.errors import InputError, nearest
 from electrovib.view.lines import swept_units
 from electrovib.view.style import AMOUNTS, COLOURS, drawing
-from electrovib.view.swept import is_sweep, quantities_of
+from electrovib.view.summary import is_sweep, quantities_of
 from electrovib.view.units import label_axis, pretty_quantity
 
 if TYPE_CHECKING:

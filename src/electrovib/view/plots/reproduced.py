@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from electrovib.study.reproduction import REFERENCE
+from electrovib.core.answer import REFERENCE
 from electrovib.view.plots.draw import finish
 from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, drawing
 from electrovib.view.units import typeset
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.typing import LineStyleType
 
-    from electrovib.study.reproduction import Curve, Panel
+    from electrovib.core.answer import Curve, Panel
 
     _Dashes: TypeAlias = tuple[LineStyleType, LineStyleType]
 

@@ -25,8 +25,8 @@ from electrovib.recordings.importing.proposal import ProposedColumn, proposed_co
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.session import Session
-    from electrovib.apps.fit import FitResult
     from electrovib.scenario import Scenario
+    from electrovib.view.fitted import FitResult
 
 DROPPED: Final = "dropped"
 """Name of a scenario that was dropped on the page; it belongs to one visitor, and no link reproduces it."""

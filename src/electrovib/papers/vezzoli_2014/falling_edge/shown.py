@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from electrovib.core.answer import Curve, Panel, Table
 from electrovib.papers.vezzoli_2014.falling_edge.candidates import HOLD, RAMP, candidates
 from electrovib.papers.vezzoli_2014.falling_edge.outcomes import (
     Outcome,
@@ -15,7 +16,7 @@ from electrovib.papers.vezzoli_2014.falling_edge.outcomes import (
     periodic_asymmetry,
 )
 from electrovib.papers.vezzoli_2014.looks import look
-from electrovib.study.reproduction import Curve, Panel, Row, Table
+from electrovib.study.reproduction import Row
 
 DRAWN: Final = {
     "the paper's model": "paper point",

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from electrovib.core.answer import Curve, Panel
 from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.figures import measured_range
@@ -15,7 +16,6 @@ from electrovib.papers.vezzoli_2014.population.closed_forms import FRICTION
 from electrovib.papers.vezzoli_2014.population.predicted import SEED, SUBJECTS, population
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.solve.simulate import simulate
-from electrovib.study.reproduction import Curve, Panel
 
 RATE: Final = 1e3
 """Readings per second, a choice [Hz]."""

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from electrovib.core.answer import REFERENCE, Curve, Panel, Table
 from electrovib.core.arrays import Real
 from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.papers.vezzoli_2014.looks import look
@@ -19,7 +20,7 @@ from electrovib.papers.vezzoli_2014.population.predicted import (
     population,
     predicted,
 )
-from electrovib.study.reproduction import REFERENCE, Curve, Panel, Row, Table, verdict_over
+from electrovib.study.reproduction import Row, verdict_over
 
 _FINGERS: Final = 2000
 """Draws of figure 7."""

@@ -1,7 +1,7 @@
 """Design of a plate: insulator and drive within breakdown, current and perception."""
 
 from electrovib.study.design.plate.candidates import Objective, PlateCandidate
-from electrovib.study.design.plate.function import MAXIMISED, MINIMISED, ROUNDS, find_plate
+from electrovib.study.design.plate.function import MAXIMISED, MINIMISED, ROUNDS, design_plate
 from electrovib.study.design.plate.result import PlateDesign, pareto_set
 
 __all__ = [
@@ -11,6 +11,6 @@ __all__ = [
     "Objective",
     "PlateCandidate",
     "PlateDesign",
-    "find_plate",
+    "design_plate",
     "pareto_set",
 ]

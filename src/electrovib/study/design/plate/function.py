@@ -43,7 +43,7 @@ MINIMISED: Final = ("peak voltage",)
 _EXAMPLE = "over = {'stack.insulator.thickness': [...]}, --over stack.insulator.thickness=1um:20um:10log"
 
 
-def find_plate(
+def design_plate(
     scenario: Source,
     over: Sequence[str] | Mapping[str, Sequence[float] | Real] = (),
     *,
@@ -56,7 +56,55 @@ def find_plate(
     refine: int = ROUNDS,
     progress: Callable[[int, int], None] | None = None,
 ) -> PlateDesign:
-    """Compare every combination of materials and parameters with all limits, as `electrovib.design_plate` describes."""
+    """Find the plate and the drive that give the most force within breakdown, current and perception, and the Pareto set.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    over : sequence of str, or mapping of str to sequence of float
+        Parameters that are varied: ``"stack.insulator.thickness=1um:20um:10log"``, or dotted path to values in SI or with
+        units; thickness, permittivity (``stack.insulator.material.permittivity``), amplitude, frequency. Every
+        combination is a candidate.
+    materials : sequence of str
+        Materials of the insulator, each combined with all values: ``["silica", "parylene C"]``; that of the scenario if
+        empty.
+    layer : str
+        Layer whose material is varied; the only one of the plate if empty.
+    maximise, minimise : sequence of str
+        Objectives: quantities as for `electrovib.sweep`, the largest values that `electrovib.check` compares with limits
+        (``"peak voltage"``, ``"peak current"``, ``"charge"``, ``"stored energy"``, ``"peak body current"``), or varied
+        paths. The first one decides which candidate is the best.
+    limits : str, Path, mapping, Limits, or a list of them, optional
+        Further limits beside those of the scenario, as for `electrovib.check`; the strictest counts.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
+    refine : int
+        Rounds in which candidates are added around the best one, and around the best one with the binding limit relaxed by
+        10 %; each halves the distance of the values there. 0 keeps to the given values.
+    progress : callable, optional
+        Function of the number of candidates that are solved and of all.
+
+    Returns
+    -------
+    PlateDesign
+        Candidates with every margin, the Pareto set, and ``answer``: the best plate, what binds there, and what a less
+        strict limit would gain. `electrovib.save` writes it: ``.csv`` with every candidate and every limit, ``.json``,
+        ``.html`` with figure and tables, ``.png`` or ``.svg``, the figure.
+
+    Raises
+    ------
+    InputError
+        Every mistake at once.
+    BudgetError
+        If all candidates would take more time or memory than `electrovib.budget` allows.
+
+    Notes
+    -----
+    A candidate is forbidden by a declared limit that it exceeds, by a field above the strength of its film (also an
+    unverified one, which the row states), by Paschen's law in the gap, and where the scenario calibrates a detection
+    threshold, by a change of friction below it. The best candidate is compared with all limits again by `electrovib.check`.
+    """
     given = read_scenario(scenario, changes=set)
     problems: list[str | Problem] = []
     axes: dict[str, Any] = {}

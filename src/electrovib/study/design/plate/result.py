@@ -7,18 +7,20 @@ import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 
+from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.arrays import Real
 from electrovib.core.units import KINDS, format_quantity
+from electrovib.data.csv_text import csv_text
+from electrovib.data.marks import Form
 from electrovib.solve.quantities.answer import validity
 from electrovib.study.check.result import UNKNOWN, not_in_rows
 from electrovib.study.check.rows import not_compared
 from electrovib.study.design.plate.candidates import Objective, PlateCandidate
 from electrovib.study.design.result import Designed
-from electrovib.study.reproduction import Table
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -61,6 +63,8 @@ class PlateDesign(Designed):
     - `notes`: what was assumed, and what was not compared.
     """
 
+    FILES: ClassVar = {"candidates.csv": Form.TABLE} | dict(Designed.FILES)
+    DRAWN = True
     form = "plate"
     base: Scenario
     layer: str
@@ -129,6 +133,58 @@ class PlateDesign(Designed):
         found += [_pareto_table(self)] if self.pareto else []
         return tuple(found + ([_forbidden_table(self)] if len(self.allowed) < len(self.candidates) else []))
 
+    @property
+    def document(self) -> Document:
+        """The answer, all candidates as a figure, the tables, and what was assumed."""
+        figure = Drawing(
+            id="pareto",
+            title="Candidates and Pareto set",
+            caption="Every sign is one candidate. No candidate on the line can be improved in one objective without loss in the"
+            " other; the star is the best one in the first objective.",
+            plot="trade_off",
+            of=self,
+        )
+        return Document(
+            title=f"Design of the plate: {self.base.title or 'a scenario'}",
+            sentences=[self.answer],
+            diagnostics=self.diagnostics,
+            figures=[figure],
+            tables=self.tables,
+            remarks=self.notes,
+            pages=[] if self.check is None else [Page("Check of the best plate", self.check.notes)],
+        )
+
+    def content(self, name: str) -> str:
+        """Write a row for each candidate, with every objective and every limit, or all numbers as JSON."""
+        if name.endswith(".json"):
+            return super().content(name)
+        rows = list(dict.fromkeys(row.quantity for each in self.candidates for row in each.rows))
+        units = {row.quantity: row.unit for each in self.candidates for row in each.rows}
+        headings = [
+            "material",
+            *(f"{path} [{self.units[path]}]" for path in self.axes),
+            *(f"{each.name} [{each.unit}]" for each in self.objectives),
+            *(head for name in rows for head in _limit_heads(name, units[name])),
+            *("within the limits", "forbidden by", "Pareto set", "best", "refined", "strength in doubt"),
+        ]
+        efficient = {id(each) for each in self.pareto}
+        cells = []
+        for each in self.candidates:
+            by_quantity = {row.quantity: row for row in each.rows}
+            cells.append(
+                [
+                    each.material,
+                    *(each.at[path] for path in self.axes),
+                    *(each.values[one.name] for one in self.objectives),
+                    *(cell for name in rows for cell in _limit_cells(by_quantity.get(name))),
+                    _yes(each.is_allowed),
+                    "; ".join(each.forbidden_by),
+                    *(_yes(value) for value in (id(each) in efficient, each is self.best, each.refined)),
+                    "; ".join(each.doubts),
+                ]
+            )
+        return csv_text(headings, cells, remarks=[self.answer, *self.notes], diagnostics=self.diagnostics)
+
     def numbers(self) -> dict[str, Any]:
         """Return all candidates as nested tables."""
         efficient = {id(each) for each in self.pareto}
@@ -146,6 +202,18 @@ class PlateDesign(Designed):
                 for each in self.candidates
             ],
         }
+
+
+def _limit_heads(name: str, unit: str) -> tuple[str, ...]:
+    return f"{name} [{unit}]", f"limit of {name} [{unit}]", f"{name}: limit/value", f"{name}: state"
+
+
+def _limit_cells(row: CheckRow | None) -> tuple[object, ...]:
+    return ("", "", "", "") if row is None else (row.value, row.limit, row.margin, row.state)
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
 
 
 def best_of(

@@ -1,24 +1,130 @@
-"""A Trace or a sweep in a notebook or in a terminal: how far to believe it, its key numbers, its dimensions."""
+"""Scenarios, Traces and sweeps in a notebook: models and parameters with sources; how far to believe a result, its numbers."""
 
 from __future__ import annotations
 
 import base64
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.diagnostics import STATES
 from electrovib.core.signals import SIGNALS
+from electrovib.core.status import UNVERIFIED
 from electrovib.core.trace import FORMAT
-from electrovib.view import summary
-from electrovib.view.pages import filled
-from electrovib.view.plots import over_time, quantity
-from electrovib.view.style import new_figure, style
-from electrovib.view.svg import to_png
-from electrovib.view.swept import is_sweep, quantities_of, swept_texts
-from electrovib.view.units import pretty_unit
+from electrovib.view import plots, summary, tables
+from electrovib.view.pages import filled, to_png
+from electrovib.view.plots.layers import values as values_of
+from electrovib.view.style import layer_colours, new_figure, style
+from electrovib.view.summary import is_sweep, quantities_of, swept_texts
+from electrovib.view.units import pretty_quantity, pretty_unit, typeset
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     import xarray
     from matplotlib.axes import Axes
+
+    from electrovib.physics.stack import Layer
+    from electrovib.scenario import Scenario
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownLayer:
+    """One layer of the stack as it is drawn; its role is ``"plate"``, ``"gap"`` or ``"finger"``."""
+
+    name: str
+    thickness: str
+    material: str
+    role: str
+    colour: str
+    evaluated: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownParameter:
+    """One parameter that has a value; `default` marks the model's own, `unverified` a source that is marked so."""
+
+    path: str
+    value: str
+    meaning: str
+    source: str
+    default: bool
+    unverified: bool
+
+
+def scenario_html(scenario: Scenario) -> str:
+    """Write a scenario as HTML for a notebook."""
+    parameters = parameters_of(scenario)
+    models = tables.model_rows(scenario)
+    back = scenario.circuit.return_path
+    paths = {
+        path: pretty_quantity(value, quantity.unit)
+        for path, value, quantity in back.parameters()
+        if value is not None
+    }
+    return filled(
+        "notebook_scenario.html.jinja",
+        title=f"Scenario: {scenario.title or 'without a title'}",
+        layers=layers_of(scenario),
+        return_path=", ".join([type(back).__name__, *(f"{path} {text}" for path, text in paths.items())]),
+        models=[(row, _is_unverified(row.facts)) for row in models],
+        given=[row for row in parameters if not row.default],
+        defaults=[row for row in parameters if row.default],
+        unverified=sum(row.unverified for row in parameters)
+        + sum(_is_unverified(row.facts) for row in models),
+    )
+
+
+def layers_of(scenario: Scenario) -> list[ShownLayer]:
+    """List the layers from the finger, which is drawn on top, down to the plate."""
+    stack = scenario.stack
+    colours, roles = layer_colours([*stack.layers]), stack.roles
+    found = [
+        ShownLayer(
+            name=name.replace("_", " "),
+            thickness=pretty_quantity(layer.thickness, "m"),
+            material=_material(layer, scenario),
+            role=roles[name],
+            colour=colours[name],
+            evaluated=scenario.force.evaluation_surface == name,
+        )
+        for name, layer in stack.layers.items()
+    ]
+    return found[::-1]
+
+
+def _material(layer: Layer, scenario: Scenario) -> str:
+    """Write model, substance and values of a layer."""
+    text = f"{type(layer.material).__name__}: {values_of(layer, scenario)}"
+    substance = layer.material.substance
+    return f"{substance}, {text}" if substance and substance not in text else text
+
+
+def parameters_of(scenario: Scenario) -> list[ShownParameter]:
+    """List the physical parameters that have a value, in the order of the file."""
+    found = []
+    for path, value, quantity in scenario.parameters():
+        if value is None:
+            continue
+        source = tables.source_of(scenario, path, value=value)
+        default = source == tables.DEFAULT
+        if default and quantity.source:
+            source = f"{source}: {quantity.source}"
+        found.append(
+            ShownParameter(
+                path=path,
+                value=pretty_quantity(value, quantity.unit),
+                meaning=quantity.doc,
+                source=typeset(source),
+                default=default,
+                unverified=_is_unverified([source]),
+            )
+        )
+    return found
+
+
+def _is_unverified(texts: Iterable[Any]) -> bool:
+    return any(UNVERIFIED in str(text) for text in texts)
+
 
 _DRAWN: Final = ("electrostatic_force", "lateral_force", "lateral_force_measured", "drive_voltage")
 """Of a Trace over time, the first of these that it has is drawn."""
@@ -126,11 +232,11 @@ def _drawn(trace: xarray.Dataset) -> Axes | None:
         for name in quantities_of(trace):
             many = [size for size in trace[name].sizes.values() if size > 1] if name in trace else []
             if 1 <= len(many) <= _MOST_DRAWN:
-                return quantity(trace, name, ax=_new_axes())
+                return plots.quantity(trace, name, ax=_new_axes())
         return None
     for name in _DRAWN:
         if name in trace and "time" in trace[name].dims and trace.sizes["time"] > 1:
-            return over_time(trace, name, ax=_new_axes())
+            return plots.over_time(trace, name, ax=_new_axes())
     return None
 
 

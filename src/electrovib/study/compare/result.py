@@ -1,19 +1,101 @@
-"""A comparison in words: its answer, its tables, and why the laws differ."""
+"""Results of a comparison of force laws in words: its answer, its tables, and why the laws differ."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from electrovib.core.answer import Answer, Document, Page, Panel, Table
+from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members, paper_of, papers
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
-from electrovib.scenario import Scenario
+from electrovib.scenario import PeriodicState, Scenario
 from electrovib.solve.quantities.answer import validity
-from electrovib.study.compare.entry import Entry
 from electrovib.study.explain import conducting, knows_polarity, listed
-from electrovib.study.reproduction import Page, Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One law on the stack.
+
+    - `evaluation_surface`: medium in which it evaluates the Maxwell stress; `status`: that of its source.
+    - `static`: attraction at a constant peak voltage in the steady state, with all conduction left out [N];
+      `ratio`: over that of the Maxwell stress in the gap.
+    - `early`, `late`: attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without
+      a response in time.
+    - `mean`: time average of the attraction under a sine of the peak voltage, over frequency [N].
+    - `step`: step response over time [N], empty for a law without one.
+    - `polarity`: mean attraction during the step over that of a step of the opposite sign; exactly 1 where
+      the response of no layer depends on the polarity, NaN for a law without a response in time.
+    - `why`: explanation of the ratio; `warnings`: limits that are exceeded.
+    - `breakdown`: how the air breaks down at the static force; empty where it does not.
+    """
+
+    name: str
+    evaluation_surface: str
+    status: str
+    static: float
+    ratio: float
+    early: float
+    late: float
+    mean: Real
+    step: Real
+    polarity: float
+    why: str
+    warnings: tuple[str, ...]
+    breakdown: str
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Comparison(Answer):
+    """All laws on one scenario.
+
+    - `voltage`: peak voltage at which the laws are compared [V].
+    - `entries`: from the largest to the smallest static force.
+    - `answer`: which law to believe on this stack, and why, in one sentence.
+    - `left_out`: law to the reason for which it is not in the comparison.
+    - `frequency`, `time`: frequencies [Hz] and times [s] of `mean` and `step` of the entries.
+    - `tables`, `panels`, `pages`: tables, figures and explanations of a report.
+    """
+
+    scenario: Scenario
+    voltage: float
+    entries: tuple[Entry, ...]
+    answer: str
+    left_out: Mapping[str, str]
+    frequency: Real
+    time: Real
+    tables: tuple[Table, ...]
+    panels: tuple[Panel, ...]
+    pages: tuple[Page, ...]
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with its own law and drive."""
+        return validity(self.scenario)
+
+    @property
+    def document(self) -> Document:
+        """The answer, figures over what was asked for first, then the one that belongs to the drive, and explanations."""
+        standard = ["force_over_frequency", "force_over_time"]
+        if not isinstance(self.scenario.time.initial_state, PeriodicState):
+            standard.reverse()
+        own = {paper_of(find_members(ForceLaw)[entry.name]) for entry in self.entries}
+        cited = [module for name, module in papers().items() if name in own or hasattr(module, "DEFECTS")]
+        return Document(
+            title=f"Force laws compared: {self.scenario.title or 'a stack'}",
+            sentences=[self.answer],
+            diagnostics=self.diagnostics,
+            figures=sorted(self.panels, key=lambda p: standard.index(p.id) if p.id in standard else -1),
+            tables=self.tables,
+            pages=self.pages,
+            references=[module.CITATION for module in cited],
+        )
+
 
 HEADINGS = (
     "law",

@@ -1,4 +1,4 @@
-"""Candidates of a plate: one objective over another, with the Pareto set."""
+"""Figures of single answers: candidates of a plate, Sobol indices, the largest constant force of a drive."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ import numpy as np
 
 from electrovib.view.plots.legends import legend_beside_no_curve
 from electrovib.view.style import COLOURS, NEUTRAL, drawing
-from electrovib.view.units import label_axis
+from electrovib.view.units import label_axis, pretty_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
 
+    from electrovib.study.design.drive import HeldForce
     from electrovib.study.design.plate import PlateCandidate, PlateDesign
+    from electrovib.study.sensitivity import Sensitivity
 
 SIZE: Final = (7.2, 4.4)
 """Width and height of the figure [inch]."""
@@ -127,3 +129,101 @@ def _front(axes: Axes, design: PlateDesign, across: str, handles: list[Any], lab
                 zorder=4,
             )
             axes.annotate("best", place, textcoords="offset points", xytext=(-9, 6), ha="right")
+
+
+_INSET: Final = 0.02
+"""Distance of words from the left edge, over the width of the axes; the curves fall to the right."""
+_ROOM: Final = 3.0
+"""Largest value of the axis over the largest force."""
+
+
+def held_force(found: HeldForce, *, ax: Axes | None = None) -> Axes:
+    """Draw the largest constant force within limits over the frequency of the carrier, and that of a slow voltage.
+
+    Parameters
+    ----------
+    found : HeldForce
+        Result of `electrovib.study.design.drive.held_force`.
+    ax : Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        Logarithmic, with a curve for each stray capacitance and a line for the slow voltage.
+    """
+    with drawing(ax) as axes:
+        for colour, (stray, force) in zip(COLOURS, found.forces.items(), strict=False):
+            words = f"{pretty_quantity(stray, 'F', digits=3)} stray" if stray else "no stray capacitance"
+            axes.loglog(found.carriers, force, color=colour, label=f"carrier, {words}")
+        axes.axhline(found.direct, color="#222222", linestyle="--")
+        long = pretty_quantity(found.duration, "s", digits=3)
+        level = pretty_quantity(found.direct, "N", digits=3)
+        axes.text(
+            _INSET,
+            1.15 * found.direct,
+            f"slow voltage, held for {long}: {level}",
+            transform=axes.get_yaxis_transform(),
+            ha="left",
+            va="bottom",
+        )
+        highest = max(float(np.max(force)) for force in found.forces.values())
+        axes.set_ylim(found.direct / _ROOM, _ROOM * highest)
+        axes.set_xlim(found.carriers[0], found.carriers[-1])
+        volts, amperes = (
+            pretty_quantity(found.limits[name], unit, digits=3)
+            for name, unit in (("voltage", "V"), ("current", "A"))
+        )
+        axes.set_title(f"Largest constant force within {volts} and {amperes}")
+        label_axis(axes.xaxis, "frequency of the carrier", "Hz")
+        label_axis(axes.yaxis, "mean electrostatic force", "N")
+        axes.legend(loc=(_INSET, 0.2))
+        return axes
+
+
+_WIDTH: Final = 7.2
+_HEIGHT_OF_INPUT: Final = 0.42
+"""Height of the two bars of an input [inch]."""
+_BAR: Final = 0.36
+"""Height of a bar over the distance of the inputs."""
+
+
+def indices(found: Sensitivity, *, ax: Axes | None = None) -> Axes:
+    """Draw the first-order and the total index of every input, with 95 % intervals.
+
+    Parameters
+    ----------
+    found : Sensitivity
+        Result of `electrovib.sensitivity`.
+    ax : Axes, optional
+        Where to draw; a new figure if None.
+
+    Returns
+    -------
+    Axes
+        The largest total index on top.
+    """
+    with drawing(ax, size_of(found)) as axes:
+        places = np.arange(len(found.indices), dtype=float)
+        kinds = (
+            ("total index", -_BAR / 2, COLOURS[0], [(e.total, e.total_interval) for e in found.indices]),
+            ("first-order index", _BAR / 2, COLOURS[4], [(e.first, e.first_interval) for e in found.indices]),
+        )
+        for label, shift, colour, values in kinds:
+            numbers = [value for value, _ in values]
+            axes.barh(places + shift, numbers, height=_BAR, color=colour, label=label)
+            for place, (_, ends) in zip(places + shift, values, strict=True):
+                axes.plot(ends, (place, place), color="#222222", linewidth=1.0)
+        axes.set_yticks(places, [each.name for each in found.indices])
+        axes.invert_yaxis()
+        axes.grid(visible=False, axis="y")
+        axes.set_xlabel("Sobol index (lines: 95 % intervals)")
+        axes.set_xlim(left=min(0.0, axes.get_xlim()[0]))
+        axes.legend(loc="lower right")
+        axes.set_title(f"Variance of {found.quantity.replace('_', ' ')}")
+        return axes
+
+
+def size_of(found: Sensitivity) -> tuple[float, float]:
+    """Return width and height of the figure of `indices` [inch]."""
+    return _WIDTH, 1.1 + _HEIGHT_OF_INPUT * len(found.indices)

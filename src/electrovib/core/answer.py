@@ -1,0 +1,201 @@
+"""What an answer of the package says, as data: sentences, warnings, tables, figures, explanations, files.
+
+Every kind of result states its `Document`; how terminal, notebook, page and files show it is written once for all.
+"""
+
+from __future__ import annotations
+
+import html
+import shutil
+import textwrap
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any, ClassVar, Final, TypeAlias
+
+from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic, warning_lines
+
+REFERENCE: Final = -1
+"""Look of a curve that is a reference or a range."""
+NARROWEST: Final = 36
+"""Least width of the last column of a table in a terminal, characters."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """A line, or a band from `y` to `upper`, in SI; a NaN leaves a gap.
+
+    `kind` is ``"line"``, ``"dashed"``, ``"dotted"``, ``"points"`` or ``"band"``. `look` is the place in the
+    palette, `REFERENCE` for a reference in grey, by default the place in the panel. The table of the curves
+    has it even if it is not `drawn`.
+    """
+
+    label: str
+    x: Real
+    y: Real
+    upper: Real | None = None
+    kind: str = "line"
+    look: int | None = None
+    drawn: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class Panel:
+    """One figure as data.
+
+    `id` is the file name without suffix, `x` and `y` are label and SI unit of the axes, and the curves are in
+    drawing order. Nothing is drawn below `floor`; the curves themselves go on.
+    """
+
+    id: str
+    title: str
+    caption: str
+    x: tuple[str, str]
+    y: tuple[str, str]
+    curves: tuple[Curve, ...]
+    log_x: bool = False
+    log_y: bool = False
+    floor: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """A figure that a plot of `electrovib.plot` draws of a result: `plot` is its name, `of` and `options` are what it takes."""
+
+    id: str
+    title: str
+    plot: str
+    of: Any
+    options: Mapping[str, Any] = field(default_factory=dict)
+    caption: str = ""
+    size: tuple[float, float] | None = None
+
+
+Shown: TypeAlias = Panel | Drawing
+"""A figure as data, or by the name of a plot."""
+
+
+@dataclass(frozen=True, repr=False)
+class Table:
+    """A table in words; the file `id`, if there is one, holds all of it, and the page the columns `shown`, or all."""
+
+    title: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    _: KW_ONLY
+    caption: str = ""
+    id: str = ""
+    shown: tuple[int, ...] = ()
+    on_page: bool = True
+
+    def __repr__(self) -> str:
+        return laid_out(self).rstrip()
+
+    def _repr_html_(self) -> str:
+        return as_html(self)
+
+
+@dataclass(frozen=True)
+class Page:
+    """Explanations, which the file `id`, if there is one, holds in full, and the page in the paragraphs of `brief`."""
+
+    title: str
+    paragraphs: tuple[str, ...]
+    _: KW_ONLY
+    id: str = ""
+    brief: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Document:
+    """What an answer shows, its sentences first, the diagnostics of what it was computed from beside them.
+
+    - `sentences`: the answer, each sentence or group of sentences a line of a terminal.
+    - `note`: what the diagnostics do not cover.
+    - `figures`, `tables`: the first figure stands before the tables of a page, the others after them.
+    - `remarks`: what was assumed and what is not stated, shown everywhere; `pages`: explanations at length.
+    """
+
+    title: str
+    sentences: Sequence[str]
+    diagnostics: Sequence[Diagnostic] = ()
+    note: str = ""
+    figures: Sequence[Shown] = ()
+    tables: Sequence[Table] = ()
+    remarks: Sequence[str] = ()
+    pages: Sequence[Page] = ()
+    references: Sequence[str] = ()
+
+    @property
+    def text(self) -> str:
+        """Write the answer, the tables, then warnings and remarks, as a terminal shows them."""
+        shown = [*self.sentences, "", *map(laid_out, self.tables)]
+        return "\n".join([*shown, *warning_lines(self.diagnostics, brief=True), *self.remarks]).strip("\n")
+
+
+class Answer(ABC):
+    """A result that says what it is as a `Document`; `electrovib.save` writes it as a page, and its `FILES`."""
+
+    FILES: ClassVar[Mapping[str, str | None]] = {}
+    """Names of the files that hold its numbers, and their forms as in `electrovib.data.marks`."""
+    DRAWN: ClassVar[bool] = False
+    """Whether the first figure of its document can be written alone, as .png or .svg."""
+
+    @property
+    def files(self) -> Mapping[str, str | None]:
+        """Its own files, where they depend on what it holds."""
+        return self.FILES
+
+    @property
+    @abstractmethod
+    def document(self) -> Document:
+        """What it says."""
+
+    def content(self, name: str) -> str | bytes:
+        """Return the content of one of `FILES`."""
+        raise KeyError(name)
+
+    def __repr__(self) -> str:
+        return self.document.text
+
+    def _repr_html_(self) -> str:
+        said = self.document
+        first, *others = (
+            f"<p>{html.escape(line)}</p>"
+            for line in (*said.sentences, *warning_lines(said.diagnostics, brief=True))
+        )
+        return "".join([first, *map(as_html, said.tables), *others])
+
+
+def laid_out(table: Table) -> str:
+    """Lay a table out in columns; the last column takes the rest of the line and is wrapped."""
+    lines = [table.headings, *table.rows]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(table.headings))]
+    room = terminal_width()
+    taken = sum(widths[:-1]) + 2 * (len(widths) - 1)
+    widths[-1] = max(min(widths[-1], room - taken), NARROWEST)
+    shown = [table.title, "-" * len(table.title)] if table.title else []
+    for line in lines:
+        last = textwrap.wrap(line[-1], widths[-1]) or [""]
+        first = "  ".join(cell.ljust(width) for cell, width in zip(line[:-1], widths[:-1], strict=True))
+        shown.append(f"{first}  {last[0]}".rstrip())
+        shown += [" " * taken + part for part in last[1:]]
+    if table.caption:
+        shown += ["", *textwrap.wrap(table.caption, room)]
+    return "\n".join(shown) + "\n"
+
+
+def as_html(table: Table) -> str:
+    """Write a table as HTML, without styles of its own."""
+    head = "".join(f"<th>{html.escape(cell)}</th>" for cell in table.headings)
+    rows = "".join(
+        f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in row)}</tr>" for row in table.rows
+    )
+    title = f"<caption>{html.escape(table.title)}</caption>" if table.title else ""
+    return f"<table>{title}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def terminal_width() -> int:
+    """Return the width of the terminal in characters, 120 where there is none and 80 at least."""
+    return max(shutil.get_terminal_size((120, 24)).columns, 80)
