@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 import electrovib as ev
-from electrovib.study.design.drive import HeldForce, held_force
+from electrovib.studies.design.drive import HeldForce, held_force
 
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}
 STRAY = (0.0, 100e-12, 300e-12)

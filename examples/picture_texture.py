@@ -12,7 +12,7 @@ from PIL import Image
 import electrovib as ev
 
 if TYPE_CHECKING:
-    from electrovib.study.texture import TextureDrive
+    from electrovib.studies.texture import TextureDrive
 
 PLATE = "vezzoli_2014/fig6"
 LIMITS = {"voltage": "1 kV", "current": "250 uA"}

@@ -13,7 +13,7 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.papers.vezzoli_2014.laws import literal_response
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.scenario import Scenario
-from electrovib.study.surfaces import FILM, FORMS, SCREEN, PlateStack
+from electrovib.studies.surfaces import FILM, FORMS, SCREEN, PlateStack
 
 STEP: Final = {"model": "Step", "level": "1 kV"}
 SINE: Final = {"model": "Sine", "amplitude": "1 kV", "frequency": "100 Hz"}

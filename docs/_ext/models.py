@@ -15,8 +15,8 @@ from electrovib.core.checks import Check
 from electrovib.core.discovery import paper_of
 from electrovib.core.model import Model
 from electrovib.core.status import STATUSES_EXPLAINED, status_text
-from electrovib.study import catalogue
-from electrovib.study.catalogue.items import Item, everything
+from electrovib.studies import catalogue
+from electrovib.studies.catalogue.items import Item, everything
 
 EVERYWHERE: Final = {
     "D": "Bound displacement [C/m2].",

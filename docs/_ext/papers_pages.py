@@ -9,8 +9,8 @@ from models import checks, is_model, place
 from rst import fields, grid, hidden_contents, items, joined, linked, literal, plain, shown, title
 
 from electrovib.core.status import STATUSES_EXPLAINED, status_text
-from electrovib.study import catalogue
-from electrovib.study.catalogue.items import Item, everything, paper_items, scenario_items
+from electrovib.studies import catalogue
+from electrovib.studies.catalogue.items import Item, everything, paper_items, scenario_items
 
 
 def pages() -> dict[str, str]:

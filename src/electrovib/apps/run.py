@@ -73,7 +73,7 @@ def run(
         if wanted is None:
             trace = simulate(experiment)
         else:
-            from electrovib.study.sweep import sweep
+            from electrovib.studies.sweep import sweep
 
             with listening(None):  # progress counts cases
                 trace = sweep(
@@ -85,7 +85,7 @@ def run(
                 )
     _warn_of_changed_models(trace, scenario, experiment)
     if output is not None:
-        from electrovib.export.save import save
+        from electrovib.exports.save import save
 
         save(trace, Path(output), force=force)
     if report is not None:
@@ -202,7 +202,7 @@ def _follows(experiment: Scenario, path: str, point: Mapping[str, Any]) -> bool:
 
 def _check_names(experiment: Scenario, names: Sequence[str]) -> None:
     if names:
-        from electrovib.study.sweep import read_quantities
+        from electrovib.studies.sweep import read_quantities
 
         read_quantities(experiment, names)
 
@@ -216,7 +216,7 @@ def _check_outputs(
     force: bool,
 ) -> None:
     """Check before the computation that its results can be written, and that they replace no file of the user."""
-    from electrovib.export.save import check_output
+    from electrovib.exports.save import check_output
 
     problems: list[str] = []
     if output is not None:
@@ -234,7 +234,7 @@ def _check_outputs(
 def _axes(experiment: Scenario, over: Sequence[str] | Mapping[str, Sequence[float]]) -> dict[str, Any]:
     if isinstance(over, Mapping):
         return dict(over)
-    from electrovib.study.sweep import parse_over
+    from electrovib.studies.sweep import parse_over
 
     return dict(parse_over(experiment, over))
 

@@ -17,7 +17,7 @@ from electrovib.bench.faults import BenchError
 from electrovib.bench.sequence import RunRecord
 from electrovib.core.errors import ElectrovibError, printable
 from electrovib.core.trace import make_trace
-from electrovib.export.save import save
+from electrovib.exports.save import save
 from electrovib.solve.simulate import provenance
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.limits import WORDS, Limits, unit_of_limit
 from electrovib.scenario.grids import AtRest
-from electrovib.study.check import LimitsFrom, cleared_as_played, declared_limits, without_its_limits
+from electrovib.studies.check import LimitsFrom, cleared_as_played, declared_limits, without_its_limits
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.limits import Limits
     from electrovib.scenario import Scenario
-    from electrovib.study.check import CheckResult
+    from electrovib.studies.check import CheckResult
 
 _ENDS = 1e-6
 """Voltage at the beginning and the end, over the peak, that counts as 0."""

@@ -23,7 +23,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.files import inputs_noted
 from electrovib.core.units import format_quantity
 from electrovib.data.lock import HeldError, held
-from electrovib.export.save import check_output
+from electrovib.exports.save import check_output
 from electrovib.scenario import Source, read_scenario
 from electrovib.scenario.space.counter import checked_seed
 

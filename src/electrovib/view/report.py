@@ -142,7 +142,7 @@ def _study(item: Any) -> xarray.Dataset | None:
         return result
     if not isinstance(item, (str, Path)) or not Path(item).is_dir():
         return None
-    from electrovib.study.population import open_study
+    from electrovib.studies.population import open_study
 
     return open_study(item)
 

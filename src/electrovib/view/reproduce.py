@@ -17,7 +17,7 @@ from electrovib.core.items import each_item
 from electrovib.data.atomic import check_writable, left_by_a_kill, writing
 from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import Form, is_ours
-from electrovib.study.reproduction import COMPARED
+from electrovib.studies.reproduction import COMPARED
 from electrovib.view.documents import drawn, on_page
 from electrovib.view.units import pretty_unit
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.answer import Panel
     from electrovib.scenario import Scenario
-    from electrovib.study.reproduction import Reproduction, Row
+    from electrovib.studies.reproduction import Reproduction, Row
     from electrovib.view.report_figures import PageFigure
 
 _PAGE: Final = "report.html"

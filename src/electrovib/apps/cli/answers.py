@@ -31,7 +31,7 @@ def answered(
     """
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
-    from electrovib.export.save import save
+    from electrovib.exports.save import save
     from electrovib.view.documents import check_answer
 
     if output:

@@ -11,8 +11,8 @@ from electrovib.apps.cli.answers import answered
 from electrovib.apps.cli.terminal import say, show, warned
 
 if TYPE_CHECKING:
-    from electrovib.study.check import CheckResult
-    from electrovib.study.check.series import SeriesResistor
+    from electrovib.studies.check import CheckResult
+    from electrovib.studies.check.series import SeriesResistor
 
 EXAMPLE: Final = "electrovib check vezzoli_2014/fig6 --set limits.voltage='1 kV'"
 
@@ -50,8 +50,8 @@ def command(
     """
     from electrovib.apps.changes import read_changes
     from electrovib.apps.exit_codes import FAILED
-    from electrovib.study.check import CheckResult, check
-    from electrovib.study.check.series import series_resistor as resistor_of
+    from electrovib.studies.check import CheckResult, check
+    from electrovib.studies.check.series import series_resistor as resistor_of
 
     drive, scenario = (first, second) if second else (None, first)
     asked: dict[str, Any] = {"limits": list(limits or []), "set": read_changes(changes or [])}
@@ -74,7 +74,7 @@ def command(
 def _show(result: CheckResult, resistor: SeriesResistor | None, *, everything: bool) -> None:
     """Print the verdict in a few lines, after the tables that were asked for."""
     from electrovib.core.answer import laid_out
-    from electrovib.study.check.result import HARDWARE
+    from electrovib.studies.check.result import HARDWARE
 
     for table in result.tables if everything else ():
         show(laid_out(table))

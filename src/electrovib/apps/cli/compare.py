@@ -78,7 +78,7 @@ def _refuse_several(first: str, others: list[str]) -> None:
 
 def _print_static(options: dict[str, object]) -> None:
     from electrovib.core.answer import laid_out
-    from electrovib.study.surfaces import ANSWER, compare_surfaces
+    from electrovib.studies.surfaces import ANSWER, compare_surfaces
 
     _refuse_without_scenario(options)
     say(ANSWER)
@@ -95,7 +95,7 @@ def _print_laws(
     everything: bool,
     force: bool,
 ) -> None:
-    from electrovib.study.compare import Comparison, compare
+    from electrovib.studies.compare import Comparison, compare
 
     answered(
         Comparison,
@@ -115,7 +115,7 @@ def _print_laws(
 
 def _print_materials(scenario: str, changes: Mapping[str, Any], names: list[str], layer: str) -> None:
     from electrovib.scenario import load
-    from electrovib.study.compare import MaterialComparison, compare_materials
+    from electrovib.studies.compare import MaterialComparison, compare_materials
 
     given = load(scenario, changes=changes)
     materials = None if names == ["all"] else names

@@ -29,7 +29,7 @@ def scenario_names(incomplete: str) -> Iterator[str]:
 
 def model_names(incomplete: str) -> Iterator[tuple[str, str]]:
     """Complete the name of a model, a paper, a material, a skin or a scenario, with what it is."""
-    from electrovib.study.catalogue.items import everything
+    from electrovib.studies.catalogue.items import everything
 
     for item in everything():
         if item.record.name.startswith(incomplete):

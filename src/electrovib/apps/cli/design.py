@@ -212,8 +212,8 @@ def _design(
     from electrovib.apps.exit_codes import FAILED
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
-    from electrovib.export.design import check_design_file, write_design
-    from electrovib.study.design import design
+    from electrovib.exports.design import check_design_file, write_design
+    from electrovib.studies.design import design
 
     with inputs_noted() as inputs:
         if file:
@@ -233,7 +233,7 @@ def _design(
 
 def _design_plate(scenario: str, asked: dict[str, Any], file: str | None, *, force: bool) -> None:
     """Print the best plate and the Pareto set, and write all candidates."""
-    from electrovib.study.design.plate import PlateDesign, design_plate
+    from electrovib.studies.design.plate import PlateDesign, design_plate
 
     answered(
         PlateDesign,
@@ -253,9 +253,9 @@ def _render_texture(
     """Print what the drive of a texture reaches, and write it within limits."""
     from electrovib.apps.progress import tracked
     from electrovib.core.files import inputs_noted
-    from electrovib.export.waveform import check_waveform_file, export_waveform
-    from electrovib.study.texture import texture_drive
-    from electrovib.study.texture.set_up import amount
+    from electrovib.exports.waveform import check_waveform_file, export_waveform
+    from electrovib.studies.texture import texture_drive
+    from electrovib.studies.texture.set_up import amount
 
     if "path" not in asked:
         raise InputError(

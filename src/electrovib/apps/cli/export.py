@@ -13,7 +13,7 @@ from electrovib.apps.cli.options import output
 from electrovib.apps.cli.terminal import say, warned
 
 if TYPE_CHECKING:
-    from electrovib.export.waveform import WrittenWaveform
+    from electrovib.exports.waveform import WrittenWaveform
 
 
 def command(
@@ -43,8 +43,8 @@ def command(
     from electrovib.apps.changes import read_changes
     from electrovib.apps.progress import tracked
     from electrovib.core.errors import InputError
-    from electrovib.export.scenario import WRITERS, export_netlist
-    from electrovib.export.waveform import FORMATS, export_waveform
+    from electrovib.exports.scenario import WRITERS, export_netlist
+    from electrovib.exports.waveform import FORMATS, export_waveform
 
     if bool(place) == bool(file):
         raise InputError("name one file to write: electrovib export SCENARIO -o drive.csv", path="--output")
@@ -74,7 +74,7 @@ def command(
 
 def waveform_lines(found: WrittenWaveform) -> list[str]:
     """Return the notes of a waveform, its check and its file as lines."""
-    from electrovib.study.check.result import shown
+    from electrovib.studies.check.result import shown
 
     held = [
         f"{row.quantity} {shown(row.value, row.unit)}, limit {shown(row.limit, row.unit)}: {row.source}"

@@ -97,7 +97,7 @@ def _as_trace(
 ) -> None:
     """Import a Trace, write it, and print its history and diagnostics."""
     from electrovib.data.traces.opened import open_trace
-    from electrovib.export.save import check_output, save
+    from electrovib.exports.save import check_output, save
     from electrovib.recordings.importing import import_file, merge_traces
 
     inputs = [Path(each) for each in (file, clocks.get("with")) if each]

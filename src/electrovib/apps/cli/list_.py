@@ -28,7 +28,7 @@ def command(
 
     Without a word an overview; with the name of one entry everything about it; else what the words find.
     """
-    from electrovib.study import catalogue
+    from electrovib.studies import catalogue
 
     kind, *rest = query or [""]
     words, after = " ".join(query or []), " ".join(rest)
@@ -45,7 +45,7 @@ def command(
 def _bibtex(name: str) -> str:
     from electrovib.core.discovery import paper_of, papers
     from electrovib.core.errors import InputError
-    from electrovib.study import catalogue
+    from electrovib.studies import catalogue
 
     wanted = list(papers())
     if name:

@@ -25,7 +25,7 @@ def command(
     Write report.html, numbers.json and figures with their curves; this takes about a minute.
     """
     from electrovib.apps.progress import items_shown
-    from electrovib.study.reproduction import COMPARED
+    from electrovib.studies.reproduction import COMPARED
     from electrovib.view.reproduce import reproduce
 
     with items_shown(f"reproducing {paper}"):

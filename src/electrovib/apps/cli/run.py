@@ -89,7 +89,7 @@ def _is_measured(source: str) -> bool:
 
 def _print_felt(record: str, changes: Texts, *, everything: bool) -> None:
     from electrovib.apps.changes import read_changes
-    from electrovib.study.perceive import perceive
+    from electrovib.studies.perceive import perceive
 
     found = perceive(record, set=read_changes(changes or []))
     more = "" if everything else " (--all lists assumptions)"
@@ -106,7 +106,7 @@ def felt_lines(trace: xarray.Dataset, *, everything: bool) -> list[str]:
     from electrovib.core.budget import BudgetError, allowed, budget
     from electrovib.core.errors import ElectrovibError
     from electrovib.scenario import scenario_of
-    from electrovib.study.perceive import perceive
+    from electrovib.studies.perceive import perceive
 
     most = allowed().time if everything else min(allowed().time, _FELT)
     try:

@@ -136,7 +136,7 @@ def _print_sensitivity(
     base: Any, space: str, quantities: list[str], *, n: int, seed: int, outputs: list[str], force: bool
 ) -> None:
     from electrovib.core.errors import InputError
-    from electrovib.study.sensitivity import Sensitivity, sensitivity
+    from electrovib.studies.sensitivity import Sensitivity, sensitivity
 
     if len(quantities) != 1 or len(outputs) > 1:
         name = "--output" if len(outputs) > 1 else "--quantity"
@@ -170,7 +170,7 @@ def _print_bands(
     force: bool,
 ) -> None:
     from electrovib.apps.progress import tracked
-    from electrovib.study.population import study
+    from electrovib.studies.population import study
 
     _check_outputs(csv, report, force=force)
     done = [0, n]
@@ -191,7 +191,7 @@ def _written(found: xarray.Dataset, csv: str | None, report: str | None, *, forc
 
     lines = []
     if csv is not None:
-        from electrovib.export.save import save
+        from electrovib.exports.save import save
 
         lines += [f"written: {path}" for path in save(found, csv, force=force)]
     if report is not None:
@@ -207,7 +207,7 @@ def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:
     from pathlib import Path
 
     from electrovib.core.errors import InputError, gathered
-    from electrovib.study.population.words import check_bands
+    from electrovib.studies.population.words import check_bands
     from electrovib.view.pages import check_page
 
     problems: list[str] = []
@@ -239,7 +239,7 @@ def _interrupted(done: int, total: int) -> NoReturn:
 def summary(found: xarray.Dataset) -> list[str]:
     """Report each signal where its median is largest, how it was computed, and what of the space is unverified."""
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
-    from electrovib.study.population.words import NOT_JUDGED, method_words, nominal_words, signal_words
+    from electrovib.studies.population.words import NOT_JUDGED, method_words, nominal_words, signal_words
 
     lines = [found.attrs["title"]] if found.attrs["title"] else []
     lines += [line for name in found.attrs["signals"] for line in signal_words(found, name)]

@@ -31,7 +31,7 @@ def _toml(shown: Computed) -> bytes:
 
 
 def _netcdf(shown: Computed) -> bytes:
-    from electrovib.export.save import save
+    from electrovib.exports.save import save
 
     with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
         return save(shown.trace, Path(folder) / "trace.nc")[0].read_bytes()
@@ -39,7 +39,7 @@ def _netcdf(shown: Computed) -> bytes:
 
 def _csv(shown: Computed) -> bytes:
     """Return the tables over time and over frequency as one archive."""
-    from electrovib.export.save import save
+    from electrovib.exports.save import save
 
     archive = BytesIO()
     with tempfile.TemporaryDirectory(prefix="electrovib-") as folder:
@@ -91,7 +91,7 @@ def _report(shown: Computed) -> bytes:
 def _bibliography(shown: Computed) -> bytes:
     """Write the papers whose models and values the scenario has, as BibTeX, and the other sources as comments."""
     from electrovib.core.discovery import paper_of, papers
-    from electrovib.study.catalogue import bibtex
+    from electrovib.studies.catalogue import bibtex
     from electrovib.view.tables import references, walk_models
 
     known = papers()

@@ -17,8 +17,8 @@ from electrovib.physics.force import ForceLaw
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from electrovib.study.check.result import CheckResult
-    from electrovib.study.percept import Percept
+    from electrovib.studies.check.result import CheckResult
+    from electrovib.studies.percept import Percept
 
 TIME, FREQUENCY, LAWS, FELT, SAFETY, RECORDING = TABS = (
     "Over time",
@@ -86,7 +86,7 @@ def _guarded(slice_: Slice, what: str) -> Slice:
 
 def _with_band(known: Further, found: Computed) -> Further:
     """Add the band of a population; parameters that the scenario lacks are not drawn."""
-    from electrovib.study.population import study
+    from electrovib.studies.population import study
 
     scenario = found.scenario
     if "stratum_corneum" not in scenario.stack.layers and scenario.load.normal_force == 0:
@@ -157,12 +157,12 @@ def _reason(error: ElectrovibError, name: str) -> str:
 
 
 def _percept(found: Computed) -> Percept:
-    from electrovib.study.perceive import perceive
+    from electrovib.studies.perceive import perceive
 
     return perceive(found.scenario)
 
 
 def _check(found: Computed) -> CheckResult:
-    from electrovib.study.check import check
+    from electrovib.studies.check import check
 
     return check(found.scenario)

@@ -163,9 +163,9 @@ def _import_all() -> None:
     import xarray  # noqa: F401 - imported for the threads
 
     import electrovib.apps.fit
-    import electrovib.study.check
-    import electrovib.study.perceive
-    import electrovib.study.population
+    import electrovib.studies.check
+    import electrovib.studies.perceive
+    import electrovib.studies.population
     import electrovib.view.report  # noqa: F401 - as above
 
 

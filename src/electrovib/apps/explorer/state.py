@@ -12,7 +12,7 @@ from electrovib.apps.changes import read_changes
 from electrovib.apps.explorer.limits import LONGEST_LINK, LONGEST_VALUE, MOST_CHANGES, MOST_SAMPLES
 from electrovib.core.errors import InputError, nearest
 from electrovib.scenario import Scenario, read_scenario
-from electrovib.study.catalogue import scenarios
+from electrovib.studies.catalogue import scenarios
 
 FILES: Final = frozenset({"file"})
 """Keys of tables that name a file; a page never reads one."""

@@ -39,7 +39,7 @@ import numpy as np
 
 from electrovib.bench.drivers.identity import identify
 from electrovib.bench.faults import BenchError
-from electrovib.export.waveform import hp_33120a as waveforms
+from electrovib.exports.waveform import hp_33120a as waveforms
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -14,7 +14,7 @@ from electrovib.bench.twin.commands import (
     TRIGGER_IGNORED,
     TwinInstrument,
 )
-from electrovib.export.waveform.hp_33120a import FEWEST_POINTS, LARGEST_CODE, MOST_POINTS
+from electrovib.exports.waveform.hp_33120a import FEWEST_POINTS, LARGEST_CODE, MOST_POINTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

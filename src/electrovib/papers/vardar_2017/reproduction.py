@@ -17,7 +17,7 @@ from electrovib.papers.vardar_2017.scenarios import first_order_skin
 from electrovib.papers.vardar_2017.thresholds import BOTH_CHANNELS, sine_over_square
 from electrovib.papers.vardar_2017.values import CITATION, NOT_READ
 from electrovib.physics.perception import MOTION, RYU, NonPacinian, Pacinian
-from electrovib.study.reproduction import Reproduction, Row
+from electrovib.studies.reproduction import Reproduction, Row
 
 EQUATIONS: Final = {
     "felt": r"$L_c = 20 \lg \sqrt{\sum_k (w_c(f_k) |C(f_k) F_k|)^2}, \quad L = \max_c L_c$",

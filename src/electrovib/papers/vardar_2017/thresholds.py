@@ -11,7 +11,7 @@ from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, scenarios
 from electrovib.physics.material import Material
 from electrovib.physics.perception import UNVERIFIED_CORNER, ElasticViscousSkin, Pacinian, Perception
 from electrovib.scenario import Scenario
-from electrovib.study import felt_threshold, perceive
+from electrovib.studies import felt_threshold, perceive
 
 ON_FORCE: Final = Perception(channels=(Pacinian(),))
 """The Pacinian weight on the force: what the numbers computed apart from this code take."""

@@ -9,7 +9,7 @@ from electrovib.core.answer import Table
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import compute, values
 from electrovib.physics.skin import time_constant
-from electrovib.study.reproduction import Row, verdict_over
+from electrovib.studies.reproduction import Row, verdict_over
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.physics.drive.edges import Step
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.expand import modes
-from electrovib.study.reproduction import Row, verdict_over
+from electrovib.studies.reproduction import Row, verdict_over
 
 
 @functools.cache

@@ -6,7 +6,7 @@ from typing import Final
 
 from electrovib.core.answer import Page
 from electrovib.papers.vezzoli_2014 import values
-from electrovib.study.reproduction import Row
+from electrovib.studies.reproduction import Row
 
 _PARAGRAPHS: Final = (
     "Circular numbers. The paper prints 7.7 ms and eps 1560, but neither the resistivity nor the frequency of either value. The"

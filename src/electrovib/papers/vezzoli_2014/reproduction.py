@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.items import computed
 from electrovib.papers.vezzoli_2014.values import CITATION
-from electrovib.study.reproduction import Reproduction
+from electrovib.studies.reproduction import Reproduction
 
 if TYPE_CHECKING:
     from electrovib.physics.tabulated import Tabulated

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from electrovib.study.design.drive import HeldForce
-    from electrovib.study.design.plate import PlateCandidate, PlateDesign
-    from electrovib.study.sensitivity import Sensitivity
+    from electrovib.studies.design.drive import HeldForce
+    from electrovib.studies.design.plate import PlateCandidate, PlateDesign
+    from electrovib.studies.sensitivity import Sensitivity
 
 SIZE: Final = (7.2, 4.4)
 """Width and height of the figure [inch]."""
@@ -143,7 +143,7 @@ def held_force(found: HeldForce, *, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     found : HeldForce
-        Result of `electrovib.study.design.drive.held_force`.
+        Result of `electrovib.studies.design.drive.held_force`.
     ax : Axes, optional
         Where to draw; a new figure if None.
 

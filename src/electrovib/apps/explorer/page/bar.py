@@ -12,7 +12,7 @@ from nicegui import ui
 from electrovib.apps.explorer.downloads import DOWNLOADS, Download
 from electrovib.apps.explorer.state import PageState, presets
 from electrovib.core.errors import ElectrovibError
-from electrovib.study.catalogue import scenarios
+from electrovib.studies.catalogue import scenarios
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.session import Session

@@ -14,7 +14,7 @@ from electrovib.apps.explorer.pictures.over_frequency import FREQUENCY
 from electrovib.apps.explorer.pictures.over_time import TIME
 from electrovib.core.signals import SIGNALS
 from electrovib.physics.perception import Perception
-from electrovib.study.sensation import just_felt
+from electrovib.studies.sensation import just_felt
 from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL
 from electrovib.view.units import prefix_for, pretty_unit
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from electrovib.apps.explorer.computed import Computed
     from electrovib.scenario import Scenario
-    from electrovib.study.percept import Percept
+    from electrovib.studies.percept import Percept
 
 LOWEST, HIGHEST = 1.0, 2000.0
 """Frequencies of the plot [Hz]."""

@@ -16,7 +16,7 @@ from electrovib.papers.vezzoli_2014.falling_edge.outcomes import (
     periodic_asymmetry,
 )
 from electrovib.papers.vezzoli_2014.looks import look
-from electrovib.study.reproduction import Row
+from electrovib.studies.reproduction import Row
 
 DRAWN: Final = {
     "the paper's model": "paper point",

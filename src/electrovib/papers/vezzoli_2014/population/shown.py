@@ -20,7 +20,7 @@ from electrovib.papers.vezzoli_2014.population.predicted import (
     population,
     predicted,
 )
-from electrovib.study.reproduction import Row, verdict_over
+from electrovib.studies.reproduction import Row, verdict_over
 
 _FINGERS: Final = 2000
 """Draws of figure 7."""

@@ -1,0 +1,1 @@
+"""Export for other programs: Traces, netlists, waveforms."""

@@ -1,0 +1,102 @@
+"""Write a scenario for another program in the format of the suffix of the file name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.diagnostics import Diagnostic, diagnostics_of, warning_lines
+from electrovib.core.errors import InputError
+from electrovib.core.files import inputs_noted
+from electrovib.data.atomic import check_writable, write_text
+from electrovib.data.marks import Form
+from electrovib.exports.spice.netlist import netlist
+from electrovib.exports.waveform import FORMATS, export_waveform
+from electrovib.physics.limits import broken
+from electrovib.scenario import Source, read_scenario
+from electrovib.solve.effort import refuse_large
+from electrovib.solve.simulate import simulate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+WRITERS: Final[dict[str, Callable[..., str]]] = {".cir": netlist}
+"""Suffix to writer, which takes the scenario and the `name` of the file."""
+
+
+def export(
+    scenario: Source,
+    path: str | Path,
+    *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    force: bool = False,
+    **options: Any,
+) -> Path:
+    """Write a scenario as a netlist for a circuit simulator, or its drive as a waveform.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    path : str or Path
+        The output: ``.cir``, a netlist that ``ngspice -b`` runs as it is, or a waveform: ``.csv``, ``.npy``, ``.mat``,
+        ``.wav`` or ``.pwl``.
+    set : mapping of str to value, optional
+        Dotted path to value: ``{"drive.high": "150 V"}``.
+    force : bool
+        Whether a file that was not written by electrovib may be replaced.
+    **options
+        Of a waveform, as for `electrovib.export_waveform`: ``limits``, ``rate``, ``largest_error`` and others.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown, the file cannot be written or would replace an input or a file not written by
+        electrovib, a part of the scenario has no exact form in a netlist, `simulate` refuses the scenario, or a result
+        exceeds one of its declared `limits`.
+    NotCausalError
+        If the force law has no time-domain form.
+    """
+    place = Path(path)
+    if options or place.suffix.lower() in FORMATS:
+        return export_waveform(scenario, place, set=set, force=force, **options).path
+    return export_netlist(scenario, place, changes=set, force=force).path
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenNetlist:
+    """A netlist that was written, with the diagnostics of its scenario, which the file states too."""
+
+    path: Path
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def export_netlist(
+    scenario: Source, place: Path, *, changes: Mapping[str, Any] | None = None, force: bool = False
+) -> WrittenNetlist:
+    """Write a scenario as a netlist, as `export` does."""
+    writer = WRITERS.get(place.suffix.lower())
+    if writer is None:
+        allowed = ", ".join(WRITERS)
+        waves = ", ".join(FORMATS)
+        why = f"a scenario is exported as {allowed}, and its drive as {waves}, not as '{place.suffix}'."
+        raise InputError(why, path=place)
+    with inputs_noted() as inputs:
+        found = read_scenario(scenario, changes=changes)
+    check_writable({place: Form.NETLIST}, inputs=inputs, force=force)
+    refuse_large(found)
+    text = writer(found, name=place.stem)
+    diagnostics = tuple(diagnostics_of(simulate(found)))
+    if problems := [f"{each.text}. Nothing was written" for each in broken(diagnostics)]:
+        raise InputError(problems)
+    stated = "".join(f"* {line}\n" for line in warning_lines(diagnostics))
+    head, newline, rest = text.partition("\n")
+    write_text(place, f"{head}{newline}{stated}{rest}", Form.NETLIST, force=force)
+    return WrittenNetlist(path=place, diagnostics=diagnostics)

@@ -1,0 +1,253 @@
+"""The circuit of a scenario: amplifier, layers, finger and body."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.core.units import format_quantity
+from electrovib.exports.spice.formula import Formula
+from electrovib.exports.spice.ladder import LayerElements
+from electrovib.exports.spice.start import Start
+from electrovib.exports.spice.text import Names, continued, number, remark
+from electrovib.physics.drive.parts import Smooth, Tones
+from electrovib.physics.drive.pieces import Linear
+from electrovib.solve.stack.expand import Surroundings, reductions
+from electrovib.solve.stack.modes import merged_terms
+from electrovib.solve.stack.prony import Reduction
+
+if TYPE_CHECKING:
+    from electrovib.exports.spice.timing import Timing
+    from electrovib.physics.drive.base import Drive
+    from electrovib.physics.drive.parts import Part
+    from electrovib.scenario import Scenario
+
+
+@dataclass(kw_only=True)
+class BuiltCircuit:
+    """The circuit from the amplifier through finger and body to ground, with the elements of the netlist in blocks."""
+
+    scenario: Scenario
+    start: Start
+    reductions: dict[str, Reduction]
+    slabs: dict[str, LayerElements] = field(default_factory=dict)
+    all_slabs: list[LayerElements] = field(default_factory=list)
+    nodes: list[str] = field(default_factory=lambda: ["drive"])
+    blocks: list[list[str]] = field(default_factory=list)
+    names: Names = field(default_factory=lambda: Names({"amplitude", "body"}))
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> BuiltCircuit:
+        """Build the circuit of a scenario."""
+        found = reductions(scenario)
+        debye = {name: reduction.debye for name, reduction in found.items()}
+        built = cls(scenario=scenario, start=Start.of(scenario, debye), reductions=found)
+        built._amplifier()
+        built._first_contact()
+        built._return_path()
+        return built
+
+    def sources(self, timing: Timing) -> list[str]:
+        """Return the sources of the drive."""
+        return drive_sources(self.scenario.drive, timing)
+
+    def _amplifier(self) -> None:
+        resistance = self.scenario.circuit.source_resistance
+        lines = [remark(f"amplifier: ammeter, resistance {format_quantity(resistance, 'ohm', digits=6)}")]
+        if resistance > 0:
+            lines += ["V_current drive output DC 0", f"R_source output plate {number(resistance)}"]
+            self.nodes.append("output")
+        else:
+            lines.append("V_current drive plate DC 0")
+        self.nodes.append("plate")
+        self.blocks.append(lines)
+
+    def _first_contact(self) -> None:
+        layers, back = [*self.scenario.stack.layers], self.scenario.circuit.return_path.element()
+        around = Surroundings.of(self.scenario)
+        ends_here = not (around.second or back.resistance or back.elastance)
+        for name in layers:
+            field = self.start.level(self.start.field(name)) + self.start.fields[name]
+            last = "0" if ends_here else "finger"
+            after = last if name == layers[-1] else self.names.new(f"after_{name}")
+            slab = self._slab(name, name, (self.nodes[-1], after), around.area, field, 1.0)
+            self.slabs[name] = slab
+            self.blocks.append(slab.elements())
+            self._reach(*(branch.node for branch in slab.branches), after)
+
+    def _return_path(self) -> None:
+        around, path = Surroundings.of(self.scenario), self.scenario.circuit.return_path
+        back = path.element()
+        self.blocks.append([remark(f"return path: {type(path).__name__}")])
+        if back.resistance > 0:
+            after = "back" if around.second or back.elastance else "0"
+            self.blocks[-1].append(f"R_return {self.nodes[-1]} {after} {number(back.resistance)}")
+            self._reach(after)
+        if around.second:
+            self._second_contact(around, last="body" if back.elastance else "0")
+        if back.elastance > 0:
+            start, node = self.start.body_voltage(), self.nodes[-1]
+            lines = [f"C_body {node} 0 {number(1 / back.elastance)}{f' IC={number(start)}' if start else ''}"]
+            if back.rate > 0:
+                lines.append(f"R_body_leak {node} 0 {number(back.elastance / back.rate)}")
+            self.blocks[-1] += lines
+
+    def _second_contact(self, around: Surroundings, *, last: str) -> None:
+        """Add a second contact with the same layers in reverse order, whose fields point away from the finger."""
+        layers = [*self.scenario.stack.layers]
+        for name in reversed(layers):
+            forced = around.second * self.start.level(self.start.field(name))
+            field = -(forced + self.start.second_fields[name])
+            after = last if name == layers[0] else self.names.new(f"second_before_{name}")
+            area = around.area / around.second
+            slab = self._slab(name, f"second_{name}", (after, self.nodes[-1]), area, field, -around.second)
+            self.blocks.append(slab.elements())
+            self._reach(*(branch.node for branch in slab.branches), after)
+
+    def _slab(
+        self, path: str, name: str, ends: tuple[str, str], area: float, field: float, share: float
+    ) -> LayerElements:
+        layer, reduction = self.scenario.stack.layers[path], self.reductions[path]
+        rates, _ = merged_terms(reduction.debye)
+        relaxed = tuple(share * value for value in self.start.lowpassed(self.start.field(path), rates))
+        slab = LayerElements(
+            path=path,
+            name=self.names.new(name),
+            plate_side=ends[0],
+            finger_side=ends[1],
+            layer=layer,
+            reduction=reduction,
+            area=area,
+            field=field,
+            relaxed=relaxed,
+        )
+        self.all_slabs.append(slab)
+        return slab
+
+    def _reach(self, *nodes: str) -> None:
+        """Add nodes; the next element begins at the last one."""
+        self.nodes += [node for node in nodes if node != "0"]
+
+
+MOST_TONES = 500
+"""Largest number of sines in one formula, each of which is evaluated at every step."""
+
+
+def drive_sources(drive: Drive, timing: Timing) -> list[str]:
+    """Return the sources between the nodes ``drive`` and ``0``, one of them the unit source of the response.
+
+    The only approximation is the edge that replaces a step.
+    """
+    lines, bottom = [], "0"
+    current, parts = drive.quantity == "current", drive.parts()
+    for count, part in enumerate(parts, start=1):
+        top, below = ("0", "drive") if current else (f"drive_{count}", bottom)
+        source = _source(part, timing, label=type(drive).__name__)
+        lines += _elements(source, f"drive_{count}", top, below, current=current)
+        bottom = f"drive_{count}"
+    kind, ends = ("I", "0 drive") if current else ("V", f"drive {bottom}")
+    begin = [remark("not part of the circuit: the corner of this source makes the first step short")]
+    begin += [f"V_begin begin 0 DC 0 {_pwl([(0.0, 0.0), (timing.edge, 1.0)])}", "R_begin begin 0 1.0"]
+    return [*lines, f"{kind}_response {ends} DC 0 AC 1", *begin]
+
+
+def _elements(source: tuple[str, str], name: str, top: str, below: str, *, current: bool) -> list[str]:
+    """Return one source, with the gate that switches it if it has one."""
+    text, gate = source
+    lines = [continued(f"V_{name}_gate {name}_gate 0 DC 0 {gate}")] if gate else []
+    if not text.startswith("="):
+        return [*lines, continued(f"{'I' if current else 'V'}_{name} {top} {below} DC 0 {text}")]
+    text = text.replace("GATE", f"V({name}_gate)")
+    return [*lines, continued(f"B_{name} {top} {below} {'I' if current else 'V'} {text}")]
+
+
+def _source(part: Part, timing: Timing, *, label: str) -> tuple[str, str]:
+    """Return the waveform of an independent source, or '= formula' of a behavioural one, and its gate."""
+    if isinstance(part, Linear):
+        return _points(part, timing), ""
+    gate = _gate(part, timing)
+    if isinstance(part, Tones) and len(part.frequencies) == 1 and len(gate) == 1:
+        return _sine(part), ""
+    text = _smooth(part, label) if isinstance(part, Smooth) else _tones(part, label)
+    return f"= GATE*({text})", _pwl(gate)
+
+
+def _points(part: Linear, timing: Timing) -> str:
+    """Return the corners up to the end; a step becomes a short edge around its time, except at time 0."""
+    pieces, half = part.until(timing.duration), timing.edge / 2
+    rising = np.append((pieces.before[1:] - pieces.after[:-1]) / np.diff(pieces.times), 0.0)
+    corners = [(0.0, float(pieces.after[0]))]
+    for count, time in enumerate(pieces.times.tolist()[1:], start=1):
+        early, late = float(pieces.before[count]), float(pieces.after[count])
+        if early == late:
+            corners.append((time, late))
+        else:
+            corners.append((time - half, early - float(rising[count - 1]) * half))
+            corners.append((time + half, late + float(rising[count]) * half))
+        if time > timing.duration:
+            break
+    return _pwl(corners)
+
+
+def _pwl(corners: list[tuple[float, float]]) -> str:
+    return f"PWL({'  '.join(f'{number(time)} {number(value)}' for time, value in corners)})"
+
+
+def _gate(part: Tones | Smooth, timing: Timing) -> list[tuple[float, float]]:
+    """Return the corners of the gate of a part, 1 while it is on; at the operating point the part is off."""
+    half, corners = timing.edge / 2, [(0.0, 1.0)]
+    if part.start > 0:
+        corners = [(0.0, 0.0), (part.start - half, 0.0), (part.start + half, 1.0)]
+    if part.stop < timing.duration:
+        corners += [(part.stop - half, 1.0), (part.stop + half, 0.0)]
+    return corners
+
+
+def _turned(amplitude: complex) -> tuple[float, float]:
+    """Return peak value and phase [rad] relative to a sine, the phase rounded near multiples of a quarter turn."""
+    phase = math.remainder(math.atan2(amplitude.imag, amplitude.real) + math.pi / 2, 2 * math.pi)
+    quarters = round(phase / (math.pi / 2))
+    near = quarters * math.pi / 2
+    return abs(amplitude), near if abs(phase - near) < 1e-14 else phase
+
+
+def _sine(part: Tones) -> str:
+    size, phase = _turned(complex(part.amplitudes[0]))
+    turn = f" 0 0 {number(math.degrees(phase))}" if phase else ""
+    return f"SIN(0 {number(size)} {number(part.frequencies[0])}{turn})"
+
+
+def _tones(part: Tones, label: str) -> str:
+    heard = [
+        (frequency, *_turned(complex(amplitude)))
+        for frequency, amplitude in zip(part.frequencies.tolist(), part.amplitudes, strict=True)
+        if amplitude
+    ]
+    if len(heard) > MOST_TONES:
+        raise InputError(
+            f"drive = {label}: it is a sum of {len(heard)} sines, more than the {MOST_TONES} allowed in a netlist; lower"
+            " drive.depth, or give the voltage as a record, drive.model = Sampled"
+        )
+    terms = [
+        f"{number(size)}*sin({number(2 * math.pi * frequency)}*time{f' + {number(phase)}' if phase else ''})"
+        for frequency, size, phase in heard
+    ]
+    return " + ".join(terms).replace("+ -", "- ") or "0"
+
+
+def _smooth(part: Smooth, label: str) -> str:
+    """Return the formula in the variable `time`."""
+    found: Any = None
+    with suppress(TypeError, ValueError, AttributeError):
+        found = part.formula(cast("Any", Formula("time")))
+    if not isinstance(found, Formula):
+        raise InputError(
+            f"drive = {label}: its formula has more than the arithmetic and elementary functions of a netlist; give the"
+            " voltage as a record, drive.model = Sampled"
+        )
+    return found.text

@@ -1,0 +1,354 @@
+"""Write the drive of a scenario as a waveform, within declared limits or not at all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.diagnostics import Diagnostic, warning_lines
+from electrovib.core.errors import InputError, Problem, nearest, suggestion
+from electrovib.core.files import inputs_noted
+from electrovib.core.units import format_quantity
+from electrovib.data.atomic import check_writable, writing
+from electrovib.exports.waveform.encoded import Encoded, Scaling
+from electrovib.exports.waveform.formats import FORMATS, INSTRUMENTS, WaveformFormat
+from electrovib.scenario import Scenario, Source, TimeGrid, read_scenario
+from electrovib.studies.check import (
+    CheckResult,
+    LimitsSource,
+    cleared_as_played,
+    cleared_for_output,
+    declared_limits,
+    refuse_unlimited,
+    sampled,
+    with_drive,
+    without_its_limits,
+)
+from electrovib.studies.waveform import (
+    LARGEST_ERROR,
+    MOST_POINTS,
+    Waveform,
+    refuse_unless_zero_at_both_ends,
+    waveform,
+)
+
+if TYPE_CHECKING:
+    from electrovib.exports.waveform.formats import WaveformFormat
+    from electrovib.scenario import Scenario
+    from electrovib.studies.check import CheckResult, LimitsSource
+    from electrovib.studies.waveform import Waveform
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenWaveform:
+    """A waveform that was written, with its error, its scale and its check.
+
+    - `path`: the file.
+    - `waveform`: its samples as the file holds them, with the largest error.
+    - `full_scale`: voltage of the drive at full scale [V]; None for a format without one.
+    - `notes`: what the file is, and how to play it.
+    - `check`: comparison of the samples of the file with the limits.
+    """
+
+    path: Path
+    waveform: Waveform
+    full_scale: float | None
+    notes: tuple[str, ...]
+    check: CheckResult
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario under these samples, beyond those that the check states; the file states them too."""
+        return self.check.diagnostics
+
+
+def export_waveform(
+    scenario: Source,
+    path: str | Path,
+    *,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    instrument: str = "",
+    rate: float | None = None,
+    ramp: float | None = None,
+    largest_error: float = LARGEST_ERROR,
+    full_scale: float | None = None,
+    gain: float = 1.0,
+    edge: float | str | None = None,
+    amplifier_present: bool = False,
+    force: bool = False,
+    remarks: Sequence[str] = (),
+) -> WrittenWaveform:
+    """Write the drive of a scenario as a waveform, within its limits or not at all.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    path : str or Path
+        The output: ``.csv``, ``.npy``, ``.mat``, ``.wav`` or ``.pwl``; of an instrument ``.csv``.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
+    limits : as for `electrovib.check`
+        Further limits; the largest voltage and the largest current have to be declared, here or in the scenario.
+    instrument : str
+        ``"hp_33120a"`` for a table of the codes of that generator.
+    rate : float, optional
+        Samples per second [Hz]; chosen if absent.
+    ramp : float, optional
+        Duration of a linear ramp from 0 V and to 0 V by which the drive is multiplied at either end [s]; none if absent, and
+        then the drive itself has to begin and end at 0 V.
+    largest_error : float
+        Error over the largest voltage [1] above which nothing is written.
+    full_scale : float, optional
+        Voltage of the drive at full scale, of ``.wav`` and of an instrument [V]; by default its largest voltage.
+    gain : float
+        Voltage of the drive over that of the instrument [1].
+    edge : float or str, optional
+        How what plays the samples passes from one to the next: ``"line"`` for straight lines, or the height of a step over its
+        steepest slope [s] for an output that holds each sample; one pole at the frequency f has 1/(2 pi f). An instrument
+        holds its samples, by steps unless an edge is declared; those of ``.pwl`` are joined by straight lines; for every other
+        file it has to be given.
+    amplifier_present : bool
+        Whether the amplifier of the scenario stands before the plate, so that its bandwidth and limits count in the current;
+        ``circuit.amplifier.hardware`` declares the same.
+    force : bool
+        Whether a file that was not written by electrovib may be replaced.
+    remarks : sequence of str
+        Further sentences about the drive, which the file states.
+
+    Returns
+    -------
+    WrittenWaveform
+        The file, with the largest error between the drive and what is played.
+
+    Raises
+    ------
+    InputError
+        Unless the limits are declared and held by the drive and by the samples as written, the error is allowed, what an
+        instrument plays begins and ends at 0 V, and the file can be written. Nothing is clipped.
+    """
+    place = Path(path)
+    form = _format(place, instrument)
+    with inputs_noted() as inputs:
+        found = read_scenario(scenario, changes=set)
+        declared = declared_limits(found, limits)
+    check_writable({place: form.form}, inputs=inputs, force=force)
+    refuse_unlimited(declared, what=f"{form.name} of a drive")
+    played = Playing.declared(found, form, edge=edge, amplifier_present=amplifier_present)
+    wave = sampled_drive(found, form, rate=rate, largest_error=largest_error, ramp=ramp, held=played.held)
+    encoded = form.encode(wave, Scaling(full_scale=full_scale, gain=gain))
+    wave = _rounded(found, wave, encoded, ramp)
+    wave.refuse_above(largest_error)
+    if ramp is None and not played.held:
+        played.clear_drive(form.name, limits=limits)
+    check = played.cleared(wave, form.name, limits=limits)
+    ramps = (
+        ()
+        if ramp is None
+        else (f"the drive is multiplied by linear ramps of {format_quantity(ramp, 's')} at either end",)
+    )
+    notes = (*about(found, wave, form), *remarks, *ramps, *played.notes, *encoded.notes)
+    with writing({place: form.form}, force=force) as temporaries:
+        temporaries[place].write_bytes(form.content(encoded, (*notes, *warning_lines(check.diagnostics))))
+    return WrittenWaveform(path=place, waveform=wave, full_scale=encoded.full_scale, notes=notes, check=check)
+
+
+def check_waveform_file(
+    path: str | Path,
+    *,
+    instrument: str = "",
+    edge: float | str | None = None,
+    inputs: Iterable[Path] = (),
+    force: bool = False,
+) -> None:
+    """Check, before a long computation, whether a waveform can be written to a file."""
+    place = Path(path)
+    form = _format(place, instrument)
+    refuse_unsuited(form, edge)
+    check_writable({place: form.form}, inputs=inputs, force=force)
+
+
+def sampled_drive(
+    scenario: Scenario,
+    form: WaveformFormat,
+    *,
+    rate: float | None,
+    largest_error: float,
+    ramp: float | None = None,
+    held: bool = False,
+) -> Waveform:
+    """Sample the drive of a scenario for a format, not yet rounded to what the format can hold."""
+    drive, end = scenario.drive, float(scenario.time.times(scenario.drive)[-1])
+    if drive.quantity == "voltage" and form.played and ramp is None:
+        refuse_unless_zero_at_both_ends(drive, end)
+    if rate is not None and form.whole_rate and math.isfinite(rate) and rate != round(rate):
+        raise InputError(
+            f"{form.name} has a whole number of samples per second", path="rate", value=f"{rate:g}"
+        )
+    wave = waveform(
+        drive,
+        end=end,
+        rate=rate,
+        rates=form.rates or None,
+        held=held,
+        largest_error=largest_error,
+        most_points=form.most_points or MOST_POINTS,
+        ramp=ramp,
+    )
+    if len(wave.times) < form.fewest_points:
+        why = f"{len(wave.times)} samples are fewer than the {form.fewest_points} of {form.name}; take a higher rate"
+        raise InputError(why, path="rate", value=f"{wave.rate:g}")
+    return wave
+
+
+def about(scenario: Scenario, wave: Waveform, form: WaveformFormat) -> tuple[str, ...]:
+    """Return what a file of a waveform states about itself: title, number of samples and error."""
+    title = " ".join(scenario.title.split()) or "a scenario without a title"
+    amplified = (
+        " at the input of its amplifier" if scenario.circuit.amplifier is not None else " at the plate"
+    )
+    return (
+        f"drive of: {title}; voltage{amplified}",
+        f"{len(wave.times)} samples at {format_quantity(wave.rate, 'Hz', digits=9)}; {form.name}, {wave.between}",
+        f"largest difference from the drive {format_quantity(wave.error, 'V', digits=3)}, {100 * wave.share:.3g} % of its largest"
+        f" voltage {format_quantity(wave.peak, 'V', digits=6)}",
+    )
+
+
+def _rounded(scenario: Scenario, wave: Waveform, encoded: Encoded, ramp: float | None) -> Waveform:
+    """Return the waveform with the voltages that the file holds, and their error."""
+    if ramp is None:
+        return wave.with_voltages(
+            encoded.voltages, scenario.drive, float(scenario.time.times(scenario.drive)[-1])
+        )
+    off = float(np.max(np.abs(encoded.voltages - wave.voltages)))
+    return replace(wave, voltages=encoded.voltages, error=wave.error + off)
+
+
+def _format(path: Path, instrument: str) -> WaveformFormat:
+    suffix = path.suffix.lower()
+    if instrument:
+        if instrument not in INSTRUMENTS:
+            raise InputError(
+                Problem(
+                    f"no such instrument.{nearest(instrument, INSTRUMENTS)}", path="--as", value=instrument
+                )
+            )
+        if suffix != ".csv":
+            raise InputError(
+                f"a waveform of {instrument} is written as .csv, not as '{path.suffix}'.", path=path
+            )
+        return INSTRUMENTS[instrument]
+    if suffix not in FORMATS:
+        near = suggestion(suffix, FORMATS) if suffix else ""
+        raise InputError(
+            f"a waveform is written as {', '.join(FORMATS)}, not as '{path.suffix}'.{near}", path=path
+        )
+    return FORMATS[suffix]
+
+
+_LINE: Final = "line"
+"""Edge of a player that joins samples by straight lines."""
+_DECLARE: Final = "Declare the edge that the output has: --edge TIME, such as --edge 10us"
+_NOT_PRESENT: Final = (
+    "Bandwidth, saturation and current limit of circuit.amplifier count in the current only where this very amplifier stands"
+    " before the plate: declare --amplifier-present, or its maker and model as circuit.amplifier.hardware"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Playing:
+    """What is declared of the output that plays a file, without an amplifier that is only assumed.
+
+    `edge` is the height of a step between held samples over its steepest slope [s]; None for steps.
+    """
+
+    held: bool
+    edge: float | None
+    scenario: Scenario
+    is_assumed: bool
+
+    @classmethod
+    def declared(
+        cls, scenario: Scenario, form: WaveformFormat, *, edge: float | str | None, amplifier_present: bool
+    ) -> Playing:
+        """Read the declarations of an export, or refuse those that do not suit the format."""
+        refuse_unsuited(form, edge)
+        amplifier = scenario.circuit.amplifier
+        is_present = amplifier_present or (amplifier is not None and bool(amplifier.hardware))
+        relied_on = scenario if is_present else without_its_limits(scenario)
+        held = form.played and not isinstance(edge, str)
+        lasting = None if isinstance(edge, str) else edge
+        return cls(held=held, edge=lasting, scenario=relied_on, is_assumed=relied_on is not scenario)
+
+    @property
+    def _consequence(self) -> str:
+        return f"Nothing was written. {_NOT_PRESENT}" if self.is_assumed else "Nothing was written"
+
+    def clear_drive(self, what: str, *, limits: LimitsSource | Sequence[LimitsSource]) -> None:
+        """Refuse a drive that exceeds a limit between its samples."""
+        end = float(self.scenario.time.times(self.scenario.drive)[-1])
+        from_rest = self.scenario.model_copy(update={"time": TimeGrid(duration=end)})
+        cleared_for_output(from_rest, limits=limits, what=what, consequence=self._consequence)
+
+    def cleared(
+        self, wave: Waveform, what: str, *, limits: LimitsSource | Sequence[LimitsSource]
+    ) -> CheckResult:
+        """Compare the samples as they are played with the limits, or refuse them."""
+        name = "the samples as written"
+        if self.held:
+            return cleared_as_played(
+                self.scenario, times=wave.times, voltages=wave.voltages, edge=self.edge, declare=_DECLARE,
+                limits=limits, what=what, name=name, consequence=self._consequence,
+            )  # fmt: skip
+        joined = with_drive(self.scenario, sampled(wave.times, wave.voltages))
+        return cleared_for_output(joined, limits=limits, what=what, name=name, consequence=self._consequence)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the comparison of the current with its limit relied on, as sentences."""
+        edges = "steps" if self.edge is None else f"edges of {format_quantity(self.edge, 's', digits=4)}"
+        judged = (
+            f"the current was checked with each sample held until the next and {edges} between them"
+            if self.held
+            else "the current was checked with straight lines between the samples: an output that holds them makes steps, which"
+            " were not checked"
+        )
+        amplifier = self.scenario.circuit.amplifier
+        if amplifier is None or (amplifier.source_current is None and amplifier.bandwidth is None):
+            return (judged,)
+        name = amplifier.hardware or "declared to be present"
+        return (
+            judged,
+            f"the current was checked with current limit and bandwidth of circuit.amplifier ({name}): the amplifier that is used"
+            " has to have them in hardware",
+        )
+
+
+def refuse_unsuited(form: WaveformFormat, edge: float | str | None) -> None:
+    """Refuse an edge that a format has no use for, and a file without one whose player is not known."""
+    if not form.played and edge is not None:
+        raise InputError(
+            f"a {form.name} joins samples by straight lines; omit it", path="edge", value=str(edge)
+        )
+    if edge is None and form.played and not form.held:
+        raise InputError(
+            f"how the samples follow each other where a {form.name} is played is not declared: --edge {_LINE} if they are joined"
+            " by straight lines, or --edge 10us, the height of a step over its steepest slope, if each is held until the next",
+            path="edge",
+        )
+    if isinstance(edge, str) and (edge != _LINE or form.held):
+        why = (
+            f"{form.name} holds each sample: give a time"
+            if form.held
+            else f"must be '{_LINE}' or a time in s"
+        )
+        raise InputError(why, path="edge", value=edge)
+    if edge is not None and not isinstance(edge, str) and not (math.isfinite(edge) and edge > 0):
+        raise InputError("must be a time above 0 s", path="edge", value=str(edge))

@@ -1,0 +1,1 @@
+"""Many scenarios: sweeps, populations, comparisons, inverse questions, what is felt."""

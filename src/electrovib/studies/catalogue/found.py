@@ -1,0 +1,152 @@
+"""The catalogue as a user asks for it: everything, one entry, or what a word finds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import ModuleType
+from typing import Final
+
+from electrovib.core.answer import laid_out
+from electrovib.core.errors import InputError
+from electrovib.core.model import Model
+from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
+from electrovib.studies.catalogue.items import REMARKS, Item, everything, scenario_items
+from electrovib.studies.catalogue.listed import Listed, Listing
+from electrovib.studies.catalogue.listing import all_table, found_table, scenario_table
+from electrovib.studies.catalogue.overview import overview
+from electrovib.studies.catalogue.pages import page
+
+MOST: Final = 15
+"""Entries shown of a search; the number of the others is stated."""
+WHOLE: Final = {NAME, ALIAS}
+"""Stages of a search at which an entry has, or had, the whole name."""
+RUN: Final = (
+    "'electrovib run NAME' runs a scenario, 'electrovib init NAME -o my.toml' writes it as a file to change."
+)
+
+
+def models(query: str = "", *, complete: bool = False) -> Listing:
+    """List models, papers, materials, skins and ready-made scenarios, or search them.
+
+    Parameters
+    ----------
+    query : str
+        A name, a part of a name, or words of a description; everything if empty.
+    complete : bool
+        Show every entry on a line of its own instead of an overview, or all that a search finds.
+
+    Returns
+    -------
+    Listing
+        One record for each entry, best first in a search, with the reason why it was found. Printed, it is what
+        ``electrovib list`` prints: an overview, one entry in full, or what was found; in a notebook a table.
+
+    Raises
+    ------
+    InputError
+        If nothing is found; the message has the three names that are spelled most similarly, and what they are.
+    """
+    items = list(everything())
+    if not query.strip():
+        records = [item.record for item in items]
+        return Listing(
+            records,
+            text=lambda: laid_out(all_table(records)) if complete else overview(items),
+            table=lambda: all_table(records, "Models, papers and scenarios"),
+        )
+    matches, found = _matched(query, items)
+    if not found or matches[0].stage == SPELLING:
+        what = "no model, material, skin, paper or scenario has this name or these words"
+        question = as_question(suggestions(query, [item.entry for item in items]))
+        raise InputError(f"'{query}': {what}.{question} 'electrovib list' lists them.")
+    full = _in_full(matches, found)
+    records = [item.record for item in _with_reasons(found, matches)]
+    return Listing(
+        records,
+        text=lambda: _as_text(query, full, records, complete=complete),
+        table=lambda: found_table(records, f"Found for '{query}'"),
+    )
+
+
+def scenarios(query: str = "") -> Listing:
+    """List the ready-made scenarios of all papers, or search them.
+
+    Parameters
+    ----------
+    query : str
+        A name, a part of it, or words: of the title, the figure, the device, the stack, the models, the sources; all
+        scenarios if empty.
+
+    Returns
+    -------
+    Listing
+        One record for each scenario: its title as `meaning`, the figure or the statement of the paper as `reproduces`, and
+        in a search the reason why it was found. Printed, it is what ``electrovib list scenarios`` prints; in a notebook a table.
+
+    Raises
+    ------
+    InputError
+        If nothing is found; the message has the three names that are spelled most similarly, and what they are.
+    """
+    items = list(scenario_items())
+    title, full = "Ready-made scenarios", list[Item]()
+    if query.strip():
+        matches, found = _matched(query, items)
+        if not found or matches[0].stage == SPELLING:
+            question = as_question(suggestions(query, [item.entry for item in items]))
+            raise InputError(
+                f"'{query}': no scenario has this name or these words.{question} 'electrovib list scenarios' lists all."
+            )
+        title, full = f"Scenarios found for '{query}'", _in_full(matches, found)
+        items = _with_reasons(found, matches)
+    return Listing(
+        [item.record for item in items],
+        text=lambda: page(full[0]) if len(full) == 1 else f"{laid_out(scenario_table(items))}\n{RUN}\n",
+        table=lambda: scenario_table(items, title),
+    )
+
+
+def find(name: str) -> type[Model] | ModuleType:
+    """Find a model or a paper by a name; capitals count only where two entries differ by nothing else."""
+    items = [item for item in everything() if isinstance(item.thing, (type, ModuleType))]
+    matches, found = _matched(name, items)
+    if not matches or matches[0].stage not in WHOLE:
+        question = as_question(suggestions(name, [item.entry for item in items]))
+        raise InputError(f"'{name}' is neither a model nor a paper.{question}")
+    thing: type[Model] | ModuleType = found[0].thing
+    return thing
+
+
+def _matched(query: str, items: list[Item]) -> tuple[tuple[Match, ...], list[Item]]:
+    """Search items, and give with each match the item that it is of."""
+    of = {(item.record.name, item.record.kind): item for item in items}
+    matches = search(query, [item.entry for item in items])
+    return matches, [of[match.entry.name, match.entry.kind] for match in matches]
+
+
+def _in_full(matches: tuple[Match, ...], found: list[Item]) -> list[Item]:
+    """Choose what is shown in full: whatever has or had the name, or the only thing that was found."""
+    named = [item for match, item in zip(matches, found, strict=True) if match.stage in WHOLE]
+    return named or (found if len(found) == 1 and matches[0].stage != SPELLING else [])
+
+
+def _with_reasons(found: list[Item], matches: tuple[Match, ...]) -> list[Item]:
+    """Put the reason why it was found into the record of each item."""
+    pairs = zip(found, matches, strict=True)
+    return [replace(item, record=replace(item.record, reason=match.reason)) for item, match in pairs]
+
+
+def _as_text(query: str, full: list[Item], records: list[Listed], *, complete: bool) -> str:
+    """Write what was found: entries of the name in full, the others one line each."""
+    shown_in_full = {(item.record.name, item.record.kind) for item in full}
+    others = [record for record in records if (record.name, record.kind) not in shown_in_full]
+    if full and not complete:
+        others = [record for record in others if not record.reason.startswith(REMARKS)]
+    pages = [page(item) for item in full]
+    shown = others if complete else others[: MOST if not full else MOST // 2]
+    if shown:
+        title = f"Also found for '{query}'" if full else f"Found for '{query}'"
+        pages.append(laid_out(found_table(shown, title)))
+    if hidden := len(others) - len(shown):
+        pages.append(f"and {hidden} more: 'electrovib list --all \"{query}\"' lists them\n")
+    return "\n".join(pages)

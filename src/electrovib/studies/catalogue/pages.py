@@ -1,0 +1,188 @@
+"""One entry of the catalogue in full: equation, parameters, claims, limits, checks, sources."""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from collections.abc import Iterable
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.answer import laid_out, terminal_width
+from electrovib.core.discovery import paper_of, papers
+from electrovib.core.errors import ElectrovibError
+from electrovib.core.formulas import formula_lines
+from electrovib.core.model import Model
+from electrovib.core.status import status_text
+from electrovib.core.units import format_quantity
+from electrovib.physics.material.library import SourcedValue, Substance
+from electrovib.scenario import Scenario
+from electrovib.studies.catalogue.described import claims, parameters, ready_made, values
+from electrovib.studies.catalogue.families import places
+from electrovib.studies.catalogue.items import Item, stack_text
+
+if TYPE_CHECKING:
+    from electrovib.core.checks import Check
+
+_LABEL: Final = 16
+"""Width of the first column, characters."""
+
+
+def page(item: Item) -> str:
+    """Write everything that is known of one entry."""
+    thing, name = item.thing, item.record.name
+    title = f"{name} ({item.record.kind})"
+    lines = [title, "=" * len(title)]
+    if isinstance(thing, ModuleType):
+        lines += _of_paper(thing, name)
+    elif isinstance(thing, type):
+        lines += _of_model(thing)
+    elif isinstance(thing, Substance):
+        lines += _of_substance(thing)
+    elif isinstance(thing, Scenario):
+        lines += _of_scenario(thing, item)
+    else:
+        lines += _of_offer(item)
+    return "\n".join(lines) + "\n"
+
+
+def _of_model(model: type[Model]) -> list[str]:
+    lines = [(inspect.getdoc(model) or "").replace("``", "'"), ""]
+    lines += _written_as(model)
+    formulas = [line for name, text in model.equation.items() for line in formula_lines(name, text)]
+    lines += [part for formula in formulas for part in _line("equation", formula)]
+    table = parameters(model)
+    lines += ["", laid_out(table)] if table.rows else _line("parameters", "none")
+    lines += _line("both pairs", model.derived_note)
+    lines += _line("source status", status_text(model.status))
+    lines += _line("reference", model.reference)
+    name = paper_of(model)
+    if name:
+        module = papers()[name]
+        lines += _line("paper", name)
+        lines += _labelled(claims(module).items())
+        lines += _disagreements(module) + _checks(getattr(module, "CHECKS", ()))
+    return lines + _checks(model.checks) + _beside_the_stress_in_the_gap(model)
+
+
+def _written_as(model: type[Model]) -> list[str]:
+    """Show how a scenario file names a member of a family, and from which class a model of one's own is derived."""
+    family, found = next(
+        ((family, place) for family, place in places().items() if issubclass(model, family)), (None, "")
+    )
+    if family is None or not found or not model.is_member:
+        return []
+    return [
+        *_line("in a scenario", f'{found} = {{ model = "{model.__name__}", ... }}'),
+        *_line(
+            "own model", f"a subclass of {family.__name__}: from {family.__module__} import {family.__name__}"
+        ),
+    ]
+
+
+def _beside_the_stress_in_the_gap(model: type[Model]) -> list[str]:
+    """Compare a force law with the Maxwell stress in the gap on the film of Vezzoli et al. 2014."""
+    from electrovib.physics.force import ForceLaw
+    from electrovib.studies.compare import compare
+    from electrovib.studies.surfaces import FILM
+
+    if not issubclass(model, ForceLaw):
+        return []
+    try:
+        found = compare(FILM.scenario("MaxwellStressInGap"), models=["MaxwellStressInGap", model.__name__])
+    except ElectrovibError:
+        return []
+    for entry in found.entries:
+        if entry.name == model.__name__:
+            force = format_quantity(entry.static, "N", digits=4)
+            return ["", f"On the film of Vezzoli et al. 2014 at 1000 V: {force}. {entry.why}."]
+    return ["", f"On the film of Vezzoli et al. 2014: {found.left_out[model.__name__]}"]
+
+
+def _of_paper(module: ModuleType, name: str) -> list[str]:
+    lines = [module.CITATION, "", *_line("source status", status_text(module.STATUS))]
+    lines += _labelled(claims(module).items())
+    lines += _line("not read", " ".join(getattr(module, "NOT_READ", "").split()))
+    lines += _labelled(ready_made(module, name))
+    table = values(module)
+    if table:
+        lines += ["", laid_out(table)]
+    return lines + _disagreements(module) + _checks(getattr(module, "CHECKS", ()))
+
+
+def _of_scenario(scenario: Scenario, item: Item) -> list[str]:
+    module = papers()[item.record.paper]
+    told = {
+        "what it is": scenario.title,
+        "reproduces": item.record.reproduces,
+        "keywords": item.texts["keywords"],
+        "drive": type(scenario.drive).__name__,
+        "stack": stack_text(scenario.stack),
+        "force": type(scenario.force).__name__,
+        "friction": type(scenario.friction).__name__,
+        "paper": module.CITATION,
+        "source status": status_text(module.STATUS),
+        "run it": f"electrovib run {item.record.name}",
+        "change it": f"electrovib init {item.record.name} -o my.toml",
+    }
+    return _labelled(told.items())
+
+
+def _of_substance(substance: Substance) -> list[str]:
+    told = [("what it is", f"{substance.meaning}; also called {', '.join(substance.aliases)}")]
+    told.append(("in a scenario", f'stack.LAYER.material = "{substance.name}"'))
+    told += [("permittivity", _sourced(value)) for value in substance.permittivity]
+    if substance.dispersion:
+        model = substance.dispersion
+        told.append(("dispersion", f"{model.model} ({status_text(model.status)}; {model.source})"))
+    known = {"conductivity": substance.conductivity, "at most": substance.conductivity_bound}
+    told += [(label, _sourced(value)) for label, value in known.items() if value]
+    if not any(known.values()):
+        told.append(("conductivity", "not found, taken as 0"))
+    told += [("breakdown", f"{_sourced(value)}, {value.measured_at}") for value in substance.strengths]
+    return _labelled(told)
+
+
+def _sourced(value: SourcedValue) -> str:
+    conditions = f", {value.conditions}" if value.conditions else ""
+    shown = format_quantity(value.value, value.unit, digits=4)
+    return f"{shown}{conditions} ({status_text(value.status)}; {value.source})"
+
+
+def _of_offer(item: Item) -> list[str]:
+    record = item.record
+    where = "stack" if record.kind == "stack" else "stack.LAYER.material"
+    told = {
+        "what it is": record.meaning,
+        "source status": status_text(record.status),
+        "source": item.texts["source"] or papers()[record.paper].CITATION,
+        "in a scenario": f'{where} = "{record.name}"',
+    }
+    return _labelled(told.items())
+
+
+def _labelled(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    return [line for label, text in pairs for line in _line(label, text)]
+
+
+def _line(label: str, text: str) -> list[str]:
+    """Write a label and its text, wrapped beside it; nothing for an empty text."""
+    room = terminal_width() - _LABEL
+    parts = textwrap.wrap(text, room, break_long_words=False, break_on_hyphens=False)
+    return [f"{label if place == 0 else '':<{_LABEL}}{part}" for place, part in enumerate(parts)]
+
+
+def _disagreements(module: Any) -> list[str]:
+    return [line for text in getattr(module, "DEFECTS", ()) for line in _line("disagrees", text)]
+
+
+def _checks(checks: Iterable[Check]) -> list[str]:
+    return [
+        line
+        for check in checks
+        for line in _line(
+            "check",
+            f"{check.name}: {check.expect:g} within {100 * check.rtol:.2g} %"
+            f" ({status_text(check.status)}; {check.source})",
+        )
+    ]

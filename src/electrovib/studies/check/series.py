@@ -1,0 +1,204 @@
+"""Series resistor that holds the body current of a set-up if its insulator fails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.answer import Answer, Document, Table
+from electrovib.core.constants import eps0
+from electrovib.core.errors import InputError
+from electrovib.physics.series_resistor import (
+    charging_time,
+    corner_frequency,
+    largest_supply_voltage,
+    resistor_power,
+    smallest_series_resistance,
+    stored_energy_behind,
+)
+from electrovib.scenario import Source, read_scenario
+from electrovib.solve.quantities.answer import validity
+from electrovib.studies.check.declared import LimitsSource
+from electrovib.studies.check.function import declared_limits
+from electrovib.studies.check.result import shown
+from electrovib.studies.check.values import checked_values
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.scenario import Scenario
+
+_PERMITTIVITY_AT: Final = 1e3
+"""Frequency of the permittivities from which the capacitance of the plate follows [Hz]."""
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class SeriesResistor(Answer):
+    """Smallest series resistor, what it does to the drive, and what it does not limit.
+
+    - `voltage`, `current`: largest of the supply [V] and through the finger [A], each with who declared it.
+    - `body_resistance`: resistance of finger and body that was relied on [ohm].
+    - `resistance`: the smallest between amplifier and plate [ohm].
+    - `power`: the largest in it, while the insulator is a short circuit and the body is not counted [W].
+    - `capacitance`: of the plate under the finger and the stray capacitance, behind the resistor [F].
+    - `time_constant`, `corner`: with which the plate then charges [s], and its corner frequency [Hz].
+    - `stored_energy`: behind the resistor at the largest voltage, which it does not limit [J].
+    - `present`: series resistance that the scenario has already, circuit.source_resistance [ohm].
+    - `supply_voltage`: largest voltage that `present` and the body would allow [V]; None where both are 0.
+    - `diagnostics`: those of the scenario.
+    """
+
+    voltage: float
+    voltage_source: str
+    current: float
+    current_source: str
+    body_resistance: float
+    resistance: float
+    power: float
+    capacitance: float
+    time_constant: float
+    corner: float
+    stored_energy: float
+    present: float
+    supply_voltage: float | None
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def document(self) -> Document:
+        """The numbers in words."""
+        rows = [(name, shown(value, unit), "") for name, value, unit in self.items()]
+        rows[0] = (*rows[0][:2], self.voltage_source)
+        rows[1] = (*rows[1][:2], self.current_source)
+        if not self.present:
+            place = [row[0] for row in rows].index("present series resistance")
+            rows[place] = (rows[place][0], "none", "circuit.source_resistance of the scenario is 0")
+        caption = (
+            "The insulator counts as a short circuit and the body as no resistance. The charge behind the resistor flows through"
+            " the finger without passing it; the resistor has to withstand the largest voltage and the power permanently."
+        )
+        table = Table(
+            "Series resistor between amplifier and plate",
+            ("quantity", "value", "source"),
+            tuple(rows),
+            caption=caption,
+        )
+        title = "Series resistor between amplifier and plate"
+        return Document(title=title, sentences=[], diagnostics=self.diagnostics, tables=[table])
+
+    def items(self) -> list[tuple[str, float, str]]:
+        """Return name, value and SI unit of every number that is known."""
+        found = [
+            ("largest voltage", self.voltage, "V"),
+            ("largest current through the finger", self.current, "A"),
+            ("smallest series resistance", self.resistance, "ohm"),
+            ("power in it with the insulator shorted", self.power, "W"),
+            ("capacitance behind it", self.capacitance, "F"),
+            ("time constant of the plate", self.time_constant, "s"),
+            ("corner frequency of the plate", self.corner, "Hz"),
+            ("energy behind it, not limited", self.stored_energy, "J"),
+            ("present series resistance", self.present, "ohm"),
+        ]
+        if self.supply_voltage is not None:
+            found.append(("largest supply voltage with it", self.supply_voltage, "V"))
+        return found
+
+
+def series_resistor(
+    scenario: Source,
+    *,
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    set: Mapping[str, Any] | None = None,  # noqa: A002 - the name of the option
+    body_resistance: float = 0.0,
+) -> SeriesResistor:
+    """Compute the smallest series resistor that holds the body current if the insulator is a short circuit.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        As for `electrovib.load`.
+    limits : as for `electrovib.check`
+        Further limits; ``voltage`` is the largest voltage of the supply, by default the largest of the drive, and
+        ``body_current``, or else ``current``, the largest current through the finger.
+    set : mapping of str to value, optional
+        Dotted path to value, put into the scenario.
+    body_resistance : float
+        Resistance of finger and body that may be relied on [ohm], >= 0; none by default, which is the safe choice.
+
+    Returns
+    -------
+    SeriesResistor
+        The resistor, its power, and the energy behind it.
+
+    Raises
+    ------
+    InputError
+        If neither limits.body_current nor limits.current is declared.
+
+    Notes
+    -----
+    R = V/I - R_body. The capacitance is that of the layers of plate and gap under the contact at 1 kHz, with the finger as a
+    conductor, plus the declared stray capacitance; the energy C V^2/2 stored there is released past the resistor.
+    """
+    if not (math.isfinite(body_resistance) and body_resistance >= 0):
+        raise InputError("must be 0 ohm or more", path="body_resistance", value=str(body_resistance))
+    found = read_scenario(scenario, changes=set)
+    declared = declared_limits(found, limits)
+    holding = declared.get("body_current") or declared.get("current")
+    if holding is None:
+        raise InputError(
+            "a series resistor needs the largest current through the finger: declare limits.body_current, for instance"
+            ' limits = { body_current = "250 uA" }'
+        )
+    if "voltage" in declared:
+        voltage, whose = declared["voltage"].value, declared["voltage"].source
+    else:
+        voltage, whose = (
+            checked_values(found).largest["voltage"],
+            "the largest voltage of the drive; limits.voltage is not declared",
+        )
+    if not math.isfinite(voltage):
+        raise InputError("the largest voltage is not known; declare limits.voltage")
+    resistance = smallest_series_resistance(
+        voltage=voltage, current=holding.value, body_resistance=body_resistance
+    )
+    capacitance = plate_capacitance(found)
+    present = found.circuit.source_resistance
+    return SeriesResistor(
+        voltage=voltage,
+        voltage_source=whose,
+        current=holding.value,
+        current_source=holding.source,
+        body_resistance=body_resistance,
+        resistance=resistance,
+        power=resistor_power(voltage=voltage, resistance=resistance),
+        capacitance=capacitance,
+        time_constant=charging_time(resistance=resistance, capacitance=capacitance),
+        corner=corner_frequency(resistance=resistance, capacitance=capacitance),
+        stored_energy=stored_energy_behind(voltage=voltage, capacitance=capacitance),
+        present=present,
+        supply_voltage=largest_supply_voltage(
+            resistance=present, current=holding.value, body_resistance=body_resistance
+        )
+        or None,
+        diagnostics=validity(found),
+    )
+
+
+def plate_capacitance(scenario: Scenario) -> float:
+    """Compute the capacitance at 1 kHz of plate and gap under a conducting finger, plus the stray capacitance [F]."""
+    roles, layers = scenario.stack.roles, scenario.stack.layers
+    frequency = np.array(_PERMITTIVITY_AT)
+    thickness = sum(
+        layer.thickness / float(layer.material.bound_permittivity(frequency).real)
+        for name, layer in layers.items()
+        if roles[name] != "finger"
+    )
+    stray = scenario.circuit.supply.stray_capacitance
+    if thickness == 0:
+        return stray
+    return eps0 * scenario.contact_area / thickness + stray

@@ -1,0 +1,253 @@
+"""Results of a comparison of force laws in words: its answer, its tables, and why the laws differ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from electrovib.core.answer import Answer, Document, Page, Panel, Table
+from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import Diagnostic
+from electrovib.core.discovery import find_members, paper_of, papers
+from electrovib.core.units import format_quantity
+from electrovib.physics.force import ForceLaw
+from electrovib.scenario import PeriodicState, Scenario
+from electrovib.solve.quantities.answer import validity
+from electrovib.studies.explain import conducting, knows_polarity, listed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One law on the stack.
+
+    - `evaluation_surface`: medium in which it evaluates the Maxwell stress; `status`: that of its source.
+    - `static`: attraction at a constant peak voltage in the steady state, with all conduction left out [N];
+      `ratio`: over that of the Maxwell stress in the gap.
+    - `early`, `late`: attraction 50 us and 50 ms after a step to the peak voltage [N]; NaN for a law without
+      a response in time.
+    - `mean`: time average of the attraction under a sine of the peak voltage, over frequency [N].
+    - `step`: step response over time [N], empty for a law without one.
+    - `polarity`: mean attraction during the step over that of a step of the opposite sign; exactly 1 where
+      the response of no layer depends on the polarity, NaN for a law without a response in time.
+    - `why`: explanation of the ratio; `warnings`: limits that are exceeded.
+    - `breakdown`: how the air breaks down at the static force; empty where it does not.
+    """
+
+    name: str
+    evaluation_surface: str
+    status: str
+    static: float
+    ratio: float
+    early: float
+    late: float
+    mean: Real
+    step: Real
+    polarity: float
+    why: str
+    warnings: tuple[str, ...]
+    breakdown: str
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Comparison(Answer):
+    """All laws on one scenario.
+
+    - `voltage`: peak voltage at which the laws are compared [V].
+    - `entries`: from the largest to the smallest static force.
+    - `answer`: which law to believe on this stack, and why, in one sentence.
+    - `left_out`: law to the reason for which it is not in the comparison.
+    - `frequency`, `time`: frequencies [Hz] and times [s] of `mean` and `step` of the entries.
+    - `tables`, `panels`, `pages`: tables, figures and explanations of a report.
+    """
+
+    scenario: Scenario
+    voltage: float
+    entries: tuple[Entry, ...]
+    answer: str
+    left_out: Mapping[str, str]
+    frequency: Real
+    time: Real
+    tables: tuple[Table, ...]
+    panels: tuple[Panel, ...]
+    pages: tuple[Page, ...]
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of the scenario with its own law and drive."""
+        return validity(self.scenario)
+
+    @property
+    def document(self) -> Document:
+        """The answer, figures over what was asked for first, then the one that belongs to the drive, and explanations."""
+        standard = ["force_over_frequency", "force_over_time"]
+        if not isinstance(self.scenario.time.initial_state, PeriodicState):
+            standard.reverse()
+        own = {paper_of(find_members(ForceLaw)[entry.name]) for entry in self.entries}
+        cited = [module for name, module in papers().items() if name in own or hasattr(module, "DEFECTS")]
+        return Document(
+            title=f"Force laws compared: {self.scenario.title or 'a stack'}",
+            sentences=[self.answer],
+            diagnostics=self.diagnostics,
+            figures=sorted(self.panels, key=lambda p: standard.index(p.id) if p.id in standard else -1),
+            tables=self.tables,
+            pages=self.pages,
+            references=[module.CITATION for module in cited],
+        )
+
+
+HEADINGS = (
+    "law",
+    "stress evaluated in",
+    "source status",
+    "static force",
+    "relative to the gap",
+    "50 us after a step",
+    "50 ms after",
+)
+STEADY = 0.01
+"""Relative change up to which a force counts as constant."""
+IN_GAP = ("rough gap", "gap")
+"""Surfaces at which plate and finger separate, the more detailed one first."""
+
+
+def answer(scenario: Scenario, entries: Sequence[Entry], *, voltage: float) -> str:
+    """State which of the compared laws to believe on this stack, and why."""
+    found = sorted(
+        (entry for entry in entries if entry.evaluation_surface in IN_GAP),
+        key=lambda entry: (IN_GAP.index(entry.evaluation_surface), entry.name != "MaxwellStressInGap"),
+    )
+    if not found:
+        return (
+            "None of these laws evaluates the stress in the gap, where plate and finger separate: compare them with"
+            " MaxwellStressInGap before you believe one."
+        )
+    best = found[0]
+    others = [entry.ratio / best.ratio for entry in entries if entry is not best]
+    differ = f"; the other laws give {_span(others)} of it" if others else ""
+    return (
+        f"Believe {best.name} here, {_force(best.static)} at {format_quantity(voltage, 'V')}{_limit(scenario, best)}: plate and"
+        f" finger separate only in the gap, so the stress there is the force between them{differ}."
+    )
+
+
+def _span(ratios: Sequence[float]) -> str:
+    low, high = (f"{value:.3g}" for value in (min(ratios), max(ratios)))
+    return low if low == high else f"{low} to {high}"
+
+
+def _limit(scenario: Scenario, best: Entry) -> str:
+    """Qualify a static force that would not be measured."""
+    if best.breakdown:
+        return " (beyond breakdown of the air, so no force that would be measured)"
+    if scenario.stack.gap_name is None:
+        return " (an upper limit: the stack has no gap, and any gap lowers it)"
+    return ""
+
+
+def tables(entries: Sequence[Entry], left_out: Mapping[str, str], scenario: Scenario) -> tuple[Table, ...]:
+    """Return the table of forces, that of further limits exceeded and by which laws, and that of laws not compared."""
+    rows = tuple(
+        (
+            entry.name,
+            entry.evaluation_surface,
+            entry.status,
+            _force(entry.static) + (" (beyond breakdown)" if entry.breakdown else ""),
+            f"{entry.ratio:.4g}",
+            _force(entry.early),
+            _force(entry.late),
+        )
+        for entry in entries
+    )
+    found = [Table("Every law on this stack", HEADINGS, rows)]
+    told = {each.text for each in validity(scenario)}  # stated for the scenario as a whole
+    beyond = dict.fromkeys(text for entry in entries for text in _limits(entry) if text not in told)
+    if beyond:
+        lines = tuple((_whose(text, entries), text) for text in beyond)
+        found.append(Table("Beyond a limit", ("law", "what"), lines))
+    if left_out:
+        found.append(Table("Not in this comparison", ("law", "why"), tuple(left_out.items())))
+    return tuple(found)
+
+
+def _force(value: float) -> str:
+    return "no response in time" if np.isnan(value) else format_quantity(value, "N", digits=4)
+
+
+def _limits(entry: Entry) -> tuple[str, ...]:
+    static = (f"static: {entry.breakdown}",) if entry.breakdown else ()
+    return (*static, *entry.warnings)
+
+
+def _whose(text: str, entries: Sequence[Entry]) -> str:
+    names = [entry.name for entry in entries if text in _limits(entry)]
+    return "every law" if len(names) == len(entries) > 1 else ", ".join(names)
+
+
+def pages(scenario: Scenario, entries: Sequence[Entry]) -> tuple[Page, ...]:
+    """Explain why the laws differ on this stack, and list where papers contradict themselves or each other."""
+    said = [*_in_size(entries), _in_time(entries), _leak(scenario), _polarity(scenario, entries)]
+    found = [Page("Why they differ", (*said, *(f"{entry.name}: {entry.why}." for entry in entries)))]
+    laws = find_members(ForceLaw)
+    own = {paper_of(laws[entry.name]) for entry in entries}
+    told: dict[bool, list[str]] = {True: [], False: []}
+    for name, module in papers().items():
+        told[name in own] += getattr(module, "DEFECTS", ())
+    if told[True]:
+        found.append(
+            Page("Where the papers of these laws contradict themselves or others", tuple(told[True]))
+        )
+    if told[False]:
+        found.append(Page("Where other papers contradict each other", tuple(told[False])))
+    return tuple(found)
+
+
+def _in_size(entries: Sequence[Entry]) -> tuple[str, ...]:
+    largest, smallest = entries[0], entries[-1]
+    common = (
+        "All static laws follow from one electric displacement, divided by the permittivity of the medium in which each"
+        " evaluates the Maxwell stress. Finger and plate can separate only in the gap, so the stress in the gap is the"
+        " physical one"
+    )
+    if len(entries) == 1:
+        return (f"{common}.",)
+    factor = format_quantity(largest.static / smallest.static, "1", digits=4)
+    return (
+        f"{common}; here the laws differ by a factor of {factor}, from {largest.name} to {smallest.name}.",
+    )
+
+
+def _in_time(entries: Sequence[Entry]) -> str:
+    moving = [entry for entry in entries if len(entry.step) and entry.early > 0]
+    moved = [entry for entry in moving if abs(entry.late / entry.early - 1) > STEADY]
+    if not moving:
+        return "None of these laws has a response in time."
+    if not moved:
+        return "In time the laws do not differ here: each keeps its force while the voltage is held, to 1 %."
+    moving.sort(key=lambda entry: entry.late / entry.early)
+    extremes = moving if len(moving) == 1 else (moving[-1], moving[0])
+    told = listed(f"{e.name} goes from {_force(e.early)} to {_force(e.late)}" for e in extremes)
+    words = "The laws differ in time as well as in size" if len(moving) > 1 else "The force changes in time"
+    return f"{words}: over 50 ms of a held voltage {told}."
+
+
+def _leak(scenario: Scenario) -> str:
+    names = conducting(scenario)
+    if not names:
+        return "Nothing conducts here, so there is no leak."
+    if scenario.stack.gap_name in names:
+        return f"Conducting: {listed(names)}. The gap leaks, so charge crosses from the finger onto the insulator."
+    gap = "The gap does not leak" if scenario.stack.gap_name else "There is no gap that could leak"
+    return f"Conducting: {listed(names)}. {gap}, so no charge crosses from the finger onto the insulator."
+
+
+def _polarity(scenario: Scenario, entries: Sequence[Entry]) -> str:
+    if not knows_polarity(scenario):
+        return (
+            "No law can show an effect of polarity on these layers: their response is an odd function of the voltage, so +V"
+            " and -V give the same attraction. Kaczmarek 2006 found positive pulses weaker, which requires a layer that"
+            " rectifies, for instance leak = PolarityConduction."
+        )
+    told = (f"{entry.name} {entry.polarity:.3g}" for entry in entries if len(entry.step))
+    return f"The response of a layer depends on the polarity. Mean attraction over 50 ms, +V over -V: {', '.join(told)}."

@@ -1,0 +1,176 @@
+"""Drives with a carrier whose envelope makes the force averaged over a period of the carrier follow a target."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.studies.design.drive.played import FoundDrive, Played
+from electrovib.studies.design.gain import carrier_gain
+from electrovib.studies.design.limits import Bounds, refuse_exceeded, worst_of
+
+if TYPE_CHECKING:
+    from electrovib.core.arrays import Real
+    from electrovib.scenario import Scenario
+    from electrovib.studies.design.drive.target import Target
+
+SAMPLES: Final = 64
+"""Samples in a period of the carrier; a choice."""
+FEWEST: Final = 8
+"""Fewest samples in a period of the carrier."""
+SLOWER: Final = 10.0
+"""Carrier over the highest frequency of the target, at least, where the carrier is chosen."""
+LOWEST: Final = 1e3
+"""Lowest carrier that is chosen [Hz]; a choice, well above the vibrations that are felt best."""
+_DECADES: Final = 2
+_PER_DECADE: Final = 24
+_ROUNDS: Final = 30
+_CONVERGED: Final = 1e-6
+"""Largest change of the correction of the envelope at which the iteration ends [1]."""
+_SMALL: Final = 1e-6
+"""Share of the largest wanted force below which the envelope is not corrected."""
+_TRIALS: Final = 8
+_USED: Final = 2e-4
+"""Share of a limit that a drive which is bound by it may leave unused [1]."""
+MOST_SAMPLES: Final = 2_000_000
+
+
+def chosen_carrier(scenario: Scenario, target: Target, bounds: Bounds) -> float:
+    """Return the carrier [Hz] that allows the largest force within the limits; of equal ones the lowest."""
+    lowest = max(LOWEST, SLOWER * target.highest_frequency)
+    candidates = lowest * 10.0 ** (np.arange(_DECADES * _PER_DECADE + 1) / _PER_DECADE)
+    gain = carrier_gain(scenario, candidates)
+    peak = gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))
+    peak = np.minimum(peak, bounds.largest_drive(scenario))
+    force = gain.force * np.where(np.isfinite(peak), peak, 1.0) ** 2
+    return float(candidates[int(np.argmax(force > 0.999 * np.max(force)))])
+
+
+def design_carrier(
+    scenario: Scenario,
+    target: Target,
+    bounds: Bounds,
+    *,
+    carrier: float | None,
+    rate: float | None,
+    corrected: bool,
+) -> FoundDrive:
+    """Design a carrier whose envelope makes the force averaged over each of its periods the target.
+
+    v = a(t) sin(2 pi f t), a = c(t) sqrt(F*(t)/g(f)) within plus and minus the largest amplitude, with the
+    gain g of the mean force. If `corrected`, the correction c, one value for each period with straight lines
+    between their middles, is multiplied by sqrt(F*/F) until it changes by less than 1e-6; it removes the
+    effects of dispersion, leak and sampling. A period whose envelope is at the largest amplitude is not
+    raised. The `rate` is a whole multiple of the carrier, 64 in a period if None.
+    """
+    used = chosen_carrier(scenario, target, bounds) if carrier is None else carrier
+    per_period, periods = _grid(target, used, rate)
+    gain = carrier_gain(scenario, [used])
+    played = Played(scenario, used * per_period)
+    times, edges = played.times(periods * per_period + 1), np.arange(periods + 1) / used
+    largest = float(gain.largest_amplitude(bounds.limits(), slew=bounds.slew(scenario))[0])
+    largest = min(largest, saturated := bounds.largest_drive(scenario))
+    root = target.root(times) / math.sqrt(float(gain.force[0]))
+    wave = _Wave(times, edges, per_period, root, is_current=scenario.drive.quantity == "current")
+    wanted = target.means(edges)
+    for _ in range(_TRIALS):
+        values, means = _corrected(played, wave, wanted, largest, rounds=_ROUNDS if corrected else 1)
+        ratios = bounds.overload(played.scenario(values))
+        worst = worst_of(ratios)
+        reached = float(np.max(np.abs(values))) * (1 + _USED)
+        bound = largest <= reached
+        if worst <= 1 and (worst >= 1 - _USED or not bound or largest == saturated):
+            break
+        largest = min(min(largest, reached) * (1 - _USED / 2) / worst, saturated)
+    refuse_exceeded(ratios, "envelope")
+    if math.isfinite(saturated):
+        ratios["voltage"] = max(ratios["voltage"], float(np.max(np.abs(values))) / saturated)
+    return FoundDrive(
+        times=times,
+        rate=played.rate,
+        values=values,
+        edges=edges,
+        wanted=wanted,
+        predicted=means,
+        carrier=used,
+        scale=(largest / peak) ** 2 if (peak := float(np.max(np.abs(root)))) > 0 else math.inf,
+        limited=np.abs(wave.envelope(np.ones(periods), np.inf)) > largest * (1 + 1e-6),
+        ratios=ratios,
+    )
+
+
+@dataclass(frozen=True)
+class _Wave:
+    """A carrier and the envelope that gives the target at the gain of the carrier [V or A].
+
+    Times of the samples and ends of the periods [s], samples in a period, envelope, and whether it is a current.
+    """
+
+    times: Real
+    edges: Real
+    per_period: int
+    root: Real
+    is_current: bool
+
+    def envelope(self, correction: Real, largest: float) -> Real:
+        """Return the envelope with a correction for each period, within a largest amplitude [V or A]."""
+        factor = np.interp(self.times, (self.edges[1:] + self.edges[:-1]) / 2, correction)
+        return np.clip(self.root * factor, -largest, largest)
+
+    def values(self, envelope: Real) -> Real:
+        """Return the samples of the carrier with an envelope [V or A]; of a current the charge begins and ends at 0."""
+        phase = 2 * np.pi * (np.arange(len(envelope)) % self.per_period) / self.per_period
+        if not self.is_current:
+            return envelope * np.sin(phase)
+        rise = np.gradient(envelope) * self.per_period / (2 * np.pi)
+        return envelope * np.cos(phase) + rise * np.sin(phase)
+
+
+def _corrected(
+    played: Played, wave: _Wave, wanted: Real, largest: float, *, rounds: int
+) -> tuple[Real, Real]:
+    """Return samples and predicted means, after the envelope was corrected for a number of rounds."""
+    correction = np.ones(len(wanted))
+    width = wave.per_period
+    known = wanted > _SMALL * np.max(wanted)
+    for each in range(rounds):
+        envelope = wave.envelope(correction, largest)
+        values = wave.values(envelope)
+        means = played.means(played.force(values), 0, len(wanted), width)
+        if each == rounds - 1:
+            break
+        held = np.abs(envelope[:-1]).reshape(-1, width).min(axis=1) >= largest * (1 - _SMALL)
+        factor = np.ones(len(wanted))
+        factor[known] = np.clip(np.sqrt(wanted[known] / np.maximum(means[known], 1e-30)), 0.5, 2.0)
+        factor = np.where(held, np.minimum(factor, 1.0), factor)
+        correction = correction * factor
+        if np.max(np.abs(factor - 1)) < _CONVERGED:
+            break
+    return values, means
+
+
+def _grid(target: Target, carrier: float, rate: float | None) -> tuple[int, int]:
+    """Return the samples in a period of the carrier, and the number of periods."""
+    if not (math.isfinite(carrier) and carrier > 0):
+        raise InputError("must be a frequency above 0 Hz", path="carrier", value=f"{carrier:g}")
+    per_period = SAMPLES if rate is None else rate / carrier
+    whole = round(per_period)
+    if whole < FEWEST or abs(per_period - whole) > 1e-6 * whole:
+        near = max(FEWEST, whole)
+        why = (
+            f"has to be a whole multiple, {FEWEST} or more, of the carrier of {carrier:g} Hz: {near * carrier:g} Hz,"
+            f" or take the carrier {rate / near if rate else carrier:g} Hz"
+        )
+        raise InputError(why, path="rate", value=f"{rate:g}" if rate else "")
+    periods = max(1, math.ceil(target.duration * carrier * (1 - 1e-9)))
+    if periods * whole > MOST_SAMPLES:
+        why = (
+            f"{periods * whole} samples for {target.duration:g} s are more than {MOST_SAMPLES}; shorten the target, lower the"
+            " carrier, or set a lower rate"
+        )
+        raise InputError(why, path="carrier", value=f"{carrier:g}")
+    return whole, periods

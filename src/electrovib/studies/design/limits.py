@@ -1,0 +1,256 @@
+"""The limits of a design: what they forbid at each value, what they leave, and how far a drive is from them."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.physics.limits import Limits
+from electrovib.studies.check import LimitsFrom, declared_limits
+from electrovib.studies.check.result import FAIL
+from electrovib.studies.check.values import checked_values
+from electrovib.studies.design.search import CannotBeComputedError, Function, Point, crossing, has_ratio
+
+if TYPE_CHECKING:
+    from electrovib.scenario import Scenario
+    from electrovib.studies.check import CheckResult, CheckRow, DeclaredLimit, LimitsSource
+
+_TRIES: Final = 4
+"""Number of limits that can be found one behind the other between two values."""
+_NEAR: Final = 0.01
+"""Relative distance below which two values are not both compared with the limits."""
+
+
+def several_limits(
+    limits: LimitsSource | Sequence[LimitsSource], scenario: Scenario
+) -> tuple[LimitsSource, ...]:
+    """Return further limits, of one place or several, as a sequence of places; a mistake in them is reported."""
+    if isinstance(limits, str) or not isinstance(limits, Sequence):
+        limits = [] if limits is None else [limits]
+    declared_limits(scenario, limits)
+    return tuple(limits)
+
+
+@dataclass(frozen=True)
+class Obtainable:
+    """The value of the quantity nearest to the wanted one that no limit forbids.
+
+    `row` is the limit that is reached there; None where the quantity itself does not come nearer.
+    """
+
+    value: float
+    reached: float
+    row: CheckRow | None
+
+
+class Limited:
+    """The limits as a function of the free parameter, of one experiment or several, each checked once at a value."""
+
+    def __init__(self, *checks: Callable[[float], CheckResult]) -> None:
+        self._checks = checks
+        self._order = list(range(len(checks)))
+        self._known: dict[tuple[int, float], CheckResult | None] = {}
+        self._problems: dict[float, str] = {}
+
+    def _of(self, place: int, at: float) -> CheckResult | None:
+        if (place, at) not in self._known:
+            try:
+                self._known[place, at] = self._checks[place](at)
+            except ElectrovibError as error:
+                self._known[place, at], self._problems[at] = None, str(error.problems[0])
+        return self._known[place, at]
+
+    def __call__(self, at: float) -> CheckResult | None:
+        """Return the check that comes nearest to a limit, or exceeds it most; None where one cannot be made."""
+        found = [self._of(place, at) for place in range(len(self._checks))]
+        known = [each for each in found if each is not None]
+        return max(known, key=_nearness) if len(known) == len(found) else None
+
+    def problem(self, at: float) -> str:
+        """Return why a check cannot be made; empty where all could be."""
+        return self._problems.get(at, "")
+
+    def rows(self, at: float) -> list[CheckRow]:
+        """Return the rows of all checks that can be made."""
+        found = (self._of(place, at) for place in range(len(self._checks)))
+        return [row for each in found if each is not None for row in each.rows]
+
+    def failed(self, at: float) -> tuple[CheckRow, ...]:
+        """Return the limits that are exceeded; empty also where the check cannot be made."""
+        return tuple(row for row in self.rows(at) if row.state == FAIL)
+
+    def allows(self, at: float) -> bool:
+        """Return whether all checks can be made and no limit is exceeded."""
+        for place in self._order:
+            result = self._of(place, at)
+            if result is None or result.failed:  # this one is asked first from now on
+                self._order.remove(place)
+                self._order.insert(0, place)
+                return False
+        return True
+
+    def excess(self, at: float, names: set[str]) -> float:
+        """Return the largest logarithm of value over limit of some limits; above 0 where one is exceeded."""
+        if self(at) is None:
+            raise CannotBeComputedError
+        largest = max((_share(row) for row in self.rows(at) if row.quantity in names), default=0.0)
+        return math.log(max(min(largest, 1e300), 1e-300)) if largest > 0 else -700.0
+
+
+def obtainable(function: Function, limited: Limited, target: float, begin: float) -> Obtainable | None:
+    """Find the value of a function nearest to the wanted one that no limit forbids; None if every known value exceeds one.
+
+    Known values are checked in the order of their distance from the wanted one; of several that give the
+    same, the one with the sign of `begin` and nearest to it counts. Where an allowed value has a neighbour that is nearer to the
+    wanted one and is forbidden, the value at which the limit is reached is found by Brent's method.
+    """
+    points = _thinned(function.known)
+    best: Obtainable | None = None
+
+    def rank(i: int) -> tuple[float, bool, float]:
+        at, value = points[i]
+        return abs(value - target), at * begin < 0, abs(at - begin)
+
+    for i in sorted(range(len(points)), key=rank):
+        at, value = points[i]
+        beside = [points[j] for j in (i - 1, i + 1) if 0 <= j < len(points)]
+        nearest = min(abs(reached - target) for _, reached in [points[i], *beside])
+        if (best is not None and nearest >= abs(best.reached - target)) or not limited.allows(at):
+            continue
+        found = [
+            _at_limit(function, limited, at, other)
+            for other, reached in beside
+            if abs(reached - target) < abs(value - target) and limited.failed(other)
+        ]
+        for each in [*(each for each in found if each is not None), Obtainable(at, value, None)]:
+            if best is None or abs(each.reached - target) < abs(best.reached - target):
+                best = each
+    return best
+
+
+def _thinned(points: list[Point]) -> list[Point]:
+    """Omit values that lie closely beside another one, as refinements have left them."""
+    kept: list[Point] = []
+    for at, value in points:
+        if kept and has_ratio(at, kept[-1][0]) and abs(math.log(at / kept[-1][0])) < _NEAR:
+            continue
+        kept.append((at, value))
+    return kept
+
+
+def _at_limit(function: Function, limited: Limited, allowed: float, forbidden: float) -> Obtainable | None:
+    """Return the last allowed value towards a forbidden one."""
+    for _ in range(_TRIES):
+        names = {each.quantity for each in limited.failed(forbidden)}
+        try:
+            at = crossing(functools.partial(limited.excess, names=names), allowed, forbidden)
+        except (CannotBeComputedError, ValueError):
+            return None
+        at = _stepped_back(limited, at, allowed, names)
+        if limited(at) is None:
+            return None
+        if not limited.failed(at):
+            row = max((each for each in limited.rows(at) if each.quantity in names), key=_share)
+            value = function(at)
+            return Obtainable(at, value, row) if math.isfinite(value) else None
+        forbidden = at
+    return None
+
+
+def _stepped_back(limited: Limited, at: float, allowed: float, names: set[str]) -> float:
+    """Return a value next to a refined one at which none of these limits is exceeded by rounding."""
+    step = 1e-12
+    while step < 1e-6 and names & {each.quantity for each in limited.failed(at)}:
+        at += step * (allowed - at)
+        step *= 10
+    return at
+
+
+def _share(row: CheckRow) -> float:
+    """Return value over limit [1]; that of an unknown value is 0."""
+    if row.value is None or not row.limit:
+        return math.inf if row.state == FAIL else 0.0
+    return row.value / row.limit
+
+
+def _nearness(result: CheckResult) -> tuple[bool, float]:
+    """Return whether a limit is exceeded, and the largest value over its limit [1]."""
+    rows = result.failed or result.rows
+    return bool(result.failed), max(map(_share, rows), default=0.0)
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """The strictest declared limits of a drive, and the largest voltage that its amplifier aims at, if it has one."""
+
+    declared: dict[str, DeclaredLimit]
+    saturation: float | None = None
+
+    @classmethod
+    def of(cls, scenario: Scenario, limits: LimitsSource | Sequence[LimitsSource]) -> Bounds:
+        """Return the strictest limits of a scenario, of its amplifier and of further places."""
+        several = list(several_limits(limits, scenario))
+        amplifier = scenario.circuit.amplifier
+        if amplifier is not None and amplifier.is_limited:
+            low, high = amplifier.current_limits
+            largest = min(-low, high)
+            own = Limits(voltage=amplifier.saturation, current=largest if math.isfinite(largest) else None)
+            several.append(LimitsFrom("circuit.amplifier", own))
+        return cls(declared_limits(scenario, several), None if amplifier is None else amplifier.saturation)
+
+    def value(self, name: str) -> float | None:
+        """Return a limit in its unit, by its name in `Limits`; None if it is not declared."""
+        limit = self.declared.get(name)
+        return None if limit is None else limit.value
+
+    def limits(self) -> Limits:
+        """Return those of voltage, current and body current as a model."""
+        names = ("voltage", "current", "body_current")
+        return Limits(**{name: self.value(name) for name in names})
+
+    def slew(self, scenario: Scenario) -> float | None:
+        """Return the largest rate of change of the drive itself [V/s], before the gain of an amplifier; None for no limit."""
+        limit, amplifier = self.value("slew_rate"), scenario.circuit.amplifier
+        return limit if limit is None or amplifier is None else limit / abs(amplifier.gain)
+
+    def largest_drive(self, scenario: Scenario) -> float:
+        """Return the largest voltage of the drive that its amplifier amplifies without saturation [V]; infinite without it."""
+        amplifier = scenario.circuit.amplifier
+        if amplifier is None or self.saturation is None:
+            return math.inf
+        return self.saturation / abs(amplifier.gain)
+
+    def overload(self, scenario: Scenario) -> dict[str, float]:
+        """Return the largest value of a drive over each declared limit, NaN where it is not known.
+
+        For the energy it is the root of the ratio, so that each is proportional to the drive.
+        """
+        averaged = any(name.startswith("rms_") for name in self.declared)
+        values = checked_values(scenario, mean_squares=averaged).largest
+        ratios = {name: values[name] / limit.value for name, limit in self.declared.items()}
+        return {name: math.sqrt(each) if name == "stored_energy" else each for name, each in ratios.items()}
+
+
+def worst_of(ratios: Mapping[str, float]) -> float:
+    """Return the largest known ratio of a value and its limit [1]; 0 without any."""
+    return max((each for each in ratios.values() if not math.isnan(each)), default=0.0)
+
+
+def refuse_exceeded(ratios: Mapping[str, float], what: str) -> None:
+    """Refuse a drive that still exceeds a limit."""
+    over = ", ".join(f"limits.{name}" for name, each in ratios.items() if each > 1)
+    if over:
+        raise InputError(f"no {what} was found that holds {over}; raise the limit or lower the target")
+
+
+def unlimited(scenario: Scenario) -> Scenario:
+    """Return a scenario whose amplifier has no limits, which a drive within them does not reach."""
+    amplifier = scenario.circuit.amplifier
+    if amplifier is None or not amplifier.is_limited:
+        return scenario
+    free = amplifier.model_copy(update={"saturation": None, "source_current": None, "sink_current": None})
+    return scenario.model_copy(update={"circuit": scenario.circuit.model_copy(update={"amplifier": free})})

@@ -1,0 +1,488 @@
+"""Result of the design of a plate: the best candidate, what binds there, the Pareto set, and all in sentences and tables."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+import numpy as np
+
+from electrovib.core.answer import Document, Drawing, Page, Table
+from electrovib.core.arrays import Real
+from electrovib.core.units import KINDS, format_quantity
+from electrovib.data.csv_text import csv_text
+from electrovib.data.marks import Form
+from electrovib.solve.quantities.answer import validity
+from electrovib.studies.check.result import UNKNOWN, not_in_rows
+from electrovib.studies.check.rows import not_compared
+from electrovib.studies.design.plate.candidates import Objective, PlateCandidate
+from electrovib.studies.design.result import Designed
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.scenario import Scenario
+    from electrovib.studies.check import CheckResult, CheckRow
+
+RELAXED: Final = 1.1
+"""Factor by which the binding limit is relaxed, to state what that gains; a choice."""
+SAME: Final = 1e-9
+"""Relative difference up to which two values count as equal: rounding."""
+MOST_SHOWN: Final = 12
+"""Largest number of members of the Pareto set that a table shows."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gain:
+    """What is reached with one limit relaxed and all others kept, or with several if no single one gains anything.
+
+    `relaxed` is the best candidate with the limit `RELAXED` times as large, None if it gains nothing or there
+    are several; `without` is that without the limit.
+    """
+
+    limits: tuple[str, ...]
+    relaxed: PlateCandidate | None
+    without: PlateCandidate
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PlateDesign(Designed):
+    """Candidates of a plate, compared with every limit.
+
+    - `base`: the scenario as it was given; `layer`: whose material is varied, empty where the material is
+      kept.
+    - `axes`, `units`: dotted path to the values that were asked for, in SI, and to their unit.
+    - `objectives`: the first one decides which candidate is the best.
+    - `candidates`: all of them.
+    - `check`: `electrovib.check` of the best candidate; None if there is none.
+    - `notes`: what was assumed, and what was not compared.
+    """
+
+    FILES: ClassVar = {"candidates.csv": Form.TABLE} | dict(Designed.FILES)
+    DRAWN = True
+    form = "plate"
+    base: Scenario
+    layer: str
+    axes: Mapping[str, Real]
+    units: Mapping[str, str]
+    objectives: tuple[Objective, ...]
+    candidates: tuple[PlateCandidate, ...]
+    check: CheckResult | None
+    notes: tuple[str, ...]
+
+    @functools.cached_property
+    def allowed(self) -> tuple[PlateCandidate, ...]:
+        """Candidates that exceed no limit."""
+        return tuple(each for each in self.candidates if each.is_allowed)
+
+    @functools.cached_property
+    def best(self) -> PlateCandidate | None:
+        """Best candidate within all limits; None if there is none."""
+        return best_of(self.candidates, self.objectives)
+
+    @functools.cached_property
+    def pareto(self) -> tuple[PlateCandidate, ...]:
+        """Candidates within all limits of which no other one is better in one objective and no worse in the others.
+
+        They are in order from the best to the worst in the first objective.
+        """
+        costs = np.array([[one.cost(each) for one in self.objectives] for each in self.allowed])
+        kept = pareto_set(costs.reshape(len(self.allowed), len(self.objectives)))
+        found = [each for each, is_kept in zip(self.allowed, kept.tolist(), strict=True) if is_kept]
+        return tuple(sorted(found, key=self.objectives[0].cost))
+
+    @functools.cached_property
+    def gains(self) -> tuple[Gain, ...]:
+        """Limits that bind at the best candidate, and what is reached with one of them relaxed."""
+        return () if self.best is None else tuple(gains_of(self.best, self.candidates, self.objectives))
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """Scenario of the best candidate; None if there is none."""
+        return None if self.check is None else self.check.scenario
+
+    @property
+    def is_achieved(self) -> bool:
+        """Whether a candidate is within the limits, by the full check too."""
+        return self.check is not None and not self.check.failed
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Warnings of the best candidate, or of the scenario where there is none, beyond those that the limits state."""
+        return not_in_rows(validity(self.base)) if self.best is None else self.best.diagnostics
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Which candidate is the best, what binds there, and what a less strict limit would gain."""
+        return tuple(_none(self) if self.best is None else _answer(self, self.best))
+
+    @property
+    def details(self) -> tuple[str, ...]:
+        """What was assumed, and what was not compared."""
+        return self.notes
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """Limits at the best candidate, the Pareto set, and how many candidates each limit forbids."""
+        found = [] if self.best is None else [_limits_table(self, self.best)]
+        found += [_pareto_table(self)] if self.pareto else []
+        return tuple(found + ([_forbidden_table(self)] if len(self.allowed) < len(self.candidates) else []))
+
+    @property
+    def document(self) -> Document:
+        """The answer, all candidates as a figure, the tables, and what was assumed."""
+        figure = Drawing(
+            id="pareto",
+            title="Candidates and Pareto set",
+            caption="Every sign is one candidate. No candidate on the line can be improved in one objective without loss in the"
+            " other; the star is the best one in the first objective.",
+            plot="trade_off",
+            of=self,
+        )
+        return Document(
+            title=f"Design of the plate: {self.base.title or 'a scenario'}",
+            sentences=[self.answer],
+            diagnostics=self.diagnostics,
+            figures=[figure],
+            tables=self.tables,
+            remarks=self.notes,
+            pages=[] if self.check is None else [Page("Check of the best plate", self.check.notes)],
+        )
+
+    def content(self, name: str) -> str:
+        """Write a row for each candidate, with every objective and every limit, or all numbers as JSON."""
+        if name.endswith(".json"):
+            return super().content(name)
+        rows = list(dict.fromkeys(row.quantity for each in self.candidates for row in each.rows))
+        units = {row.quantity: row.unit for each in self.candidates for row in each.rows}
+        headings = [
+            "material",
+            *(f"{path} [{self.units[path]}]" for path in self.axes),
+            *(f"{each.name} [{each.unit}]" for each in self.objectives),
+            *(head for name in rows for head in _limit_heads(name, units[name])),
+            *("within the limits", "forbidden by", "Pareto set", "best", "refined", "strength in doubt"),
+        ]
+        efficient = {id(each) for each in self.pareto}
+        cells = []
+        for each in self.candidates:
+            by_quantity = {row.quantity: row for row in each.rows}
+            cells.append(
+                [
+                    each.material,
+                    *(each.at[path] for path in self.axes),
+                    *(each.values[one.name] for one in self.objectives),
+                    *(cell for name in rows for cell in _limit_cells(by_quantity.get(name))),
+                    _yes(each.is_allowed),
+                    "; ".join(each.forbidden_by),
+                    *(_yes(value) for value in (id(each) in efficient, each is self.best, each.refined)),
+                    "; ".join(each.doubts),
+                ]
+            )
+        return csv_text(headings, cells, remarks=[self.answer, *self.notes], diagnostics=self.diagnostics)
+
+    def numbers(self) -> dict[str, Any]:
+        """Return all candidates as nested tables."""
+        efficient = {id(each) for each in self.pareto}
+        return {
+            "objectives": {each.name: {"unit": each.unit, "goal": each.goal} for each in self.objectives},
+            "candidates": [
+                {
+                    "material": each.material,
+                    "at": each.at,
+                    "values": each.values,
+                    "forbidden_by": each.forbidden_by,
+                    "is_efficient": id(each) in efficient,
+                    "is_best": each is self.best,
+                }
+                for each in self.candidates
+            ],
+        }
+
+
+def _limit_heads(name: str, unit: str) -> tuple[str, ...]:
+    return f"{name} [{unit}]", f"limit of {name} [{unit}]", f"{name}: limit/value", f"{name}: state"
+
+
+def _limit_cells(row: CheckRow | None) -> tuple[object, ...]:
+    return ("", "", "", "") if row is None else (row.value, row.limit, row.margin, row.state)
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
+
+
+def best_of(
+    candidates: Sequence[PlateCandidate],
+    objectives: Sequence[Objective],
+    *,
+    relaxed: Collection[str] = (),
+    factor: float = math.inf,
+) -> PlateCandidate | None:
+    """Find the candidate within the limits that is best in the first objective; of equal ones, in the next.
+
+    Limits of the `relaxed` quantities are multiplied by `factor`, or omitted where it is infinite.
+    """
+    known = [each for each in candidates if not math.isnan(each.values[objectives[0].name])]
+    left = [each for each in known if each.is_allowed_with(relaxed, factor)]
+    for objective in objectives:
+        costs = [objective.cost(each) for each in left]
+        least = min((cost for cost in costs if not math.isnan(cost)), default=math.nan)
+        if not math.isnan(least):
+            bound = least + SAME * abs(least)
+            left = [each for each, cost in zip(left, costs, strict=True) if cost <= bound]
+    return left[0] if left else None
+
+
+def gains_of(
+    best: PlateCandidate, candidates: Sequence[PlateCandidate], objectives: Sequence[Objective]
+) -> list[Gain]:
+    """Find the limits that bind: those without which a candidate would be better in the first objective than the best one.
+
+    The largest gain comes first. Where no single limit gains anything, the limits that the best of all
+    candidates exceeds together are returned.
+    """
+    first = objectives[0]
+
+    def better(relaxed: Collection[str], factor: float = math.inf) -> PlateCandidate | None:
+        """Return the best candidate with relaxed limits if it is better by more than rounding."""
+        found = best_of(candidates, objectives, relaxed=relaxed, factor=factor)
+        least = first.cost(best) - SAME * abs(first.cost(best))
+        return found if found is not None and first.cost(found) < least else None
+
+    found = []
+    for name in {each.forbidden_by[0]: None for each in candidates if len(each.forbidden_by) == 1}:
+        without = better([name])
+        if without is not None:
+            found.append(Gain(limits=(name,), relaxed=better([name], RELAXED), without=without))
+    if not found:
+        top = better({name for each in candidates for name in each.forbidden_by})
+        found += [] if top is None else [Gain(limits=top.forbidden_by, relaxed=None, without=top)]
+    return sorted(found, key=lambda gain: first.cost(gain.without))
+
+
+def pareto_set(costs: ArrayLike) -> NDArray[np.bool_]:
+    """Find the points that no other point dominates, with `costs` (n, objectives) that are each to be minimised.
+
+    A point is dominated by one that is at most as large in every objective and smaller in one; equal points
+    are efficient together, a point with NaN is not. In lexicographic order a point can be dominated by an
+    earlier one only, and domination is transitive, so each point is compared with the efficient points before
+    it.
+    """
+    values = np.asarray(costs, dtype=float)
+    found = np.zeros(len(values), dtype=bool)
+    known = np.flatnonzero(~np.any(np.isnan(values), axis=1))
+    for place in known[np.lexsort(values[known].T[::-1])].tolist():
+        point, before = values[place], values[found]
+        found[place] = not np.any(np.all(before <= point, axis=1) & np.any(before < point, axis=1))
+    return found
+
+
+def shown(value: float | None, unit: str) -> str:
+    """Write a value with its unit."""
+    if value is None or math.isnan(value):
+        return "not known"
+    if math.isinf(value):
+        return "no bound"
+    return format_quantity(value, unit, digits=4) if unit in KINDS else f"{value:.4g} {unit}".strip()
+
+
+def plain(name: str) -> str:
+    """Write the name of an objective or of a limit for people; a dotted path stays as it is."""
+    return name if "." in name else name.replace("_", " ")
+
+
+def place_of(design: PlateDesign, candidate: PlateCandidate) -> str:
+    """Write material and parameters of a candidate."""
+    parts = [candidate.material] if candidate.material else []
+    parts += [f"{path} = {shown(value, design.units[path])}" for path, value in candidate.at.items()]
+    return ", ".join(parts)
+
+
+def _answer(design: PlateDesign, best: PlateCandidate) -> list[str]:
+    first = design.objectives[0]
+    ends = [] if design.gains else _ends(design, best)
+    place = ("", "an end of the ranges: ", "a corner of the ranges: ")[min(len(ends), 2)]
+    where = f"{shown(best.values[first.name], first.unit)}, at {place}{place_of(design, best)}"
+    sentences = [
+        f"The {first.goal} {plain(first.name)} within the limits is {where}.",
+        _binding(design, best, ends),
+        *_nearest(best),
+        *not_compared(best.rows),
+        _counts(design),
+    ]
+    sentences += [
+        f"This rests on a breakdown strength that is unverified or may not apply here: {text}."
+        for text in best.doubts
+    ]
+    if design.check is not None and design.check.failed:
+        names = ", ".join(row.quantity for row in design.check.failed)
+        sentences.append(f"The full check of this plate fails: {names}.")
+    return sentences
+
+
+def _none(design: PlateDesign) -> list[str]:
+    count = len(design.candidates)
+    if design.allowed:
+        name = plain(design.objectives[0].name)
+        return [f"{name} is not known for any of the {count} candidates that are within the limits."]
+    by = Counter(name for each in design.candidates for name in each.forbidden_by)
+    name, most = by.most_common(1)[0]
+    least = min(design.candidates, key=_excess)
+    worst = ", ".join(
+        f"{row.quantity} {shown(row.value or None, row.unit)} (limit {shown(row.limit or None, row.unit)})"
+        for row in least.rows
+        if row.quantity in least.forbidden_by
+    )
+    return [
+        f"None of the {count} candidates is within the limits; {name} forbids {most} of them.",
+        f"The one that exceeds them least is at {place_of(design, least)}: {worst}.",
+    ]
+
+
+def _excess(candidate: PlateCandidate) -> float:
+    """Return the largest value over its limit [1]."""
+    margins = [row.margin for row in candidate.rows if row.quantity in candidate.forbidden_by]
+    return max((1 / each if each else math.inf for each in margins), default=math.inf)
+
+
+def _binding(design: PlateDesign, best: PlateCandidate, ends: list[str]) -> str:
+    if not design.gains:
+        decides = f"{' and '.join(ends)}, so the ranges decide" if ends else "it lies inside the ranges"
+        return f"No limit binds: {decides}."
+    gain, first = design.gains[0], design.objectives[0]
+    if len(gain.limits) > 1:
+        return (
+            f"{_capital(' and '.join(gain.limits))} bind together: without all of them the candidates reach"
+            f" {_reached(gain.without, best, first)}, and relaxing one alone gains nothing."
+        )
+    name = gain.limits[0]
+    row = next(row for row in best.rows if row.quantity == name)
+    percent = f"{100 * (RELAXED - 1):.0f} %"
+    slightly = f"relaxing this limit by {percent} admits no better one of these candidates"
+    if gain.relaxed is not None:
+        slightly = f"relaxed by {percent} it admits {_reached(gain.relaxed, best, first)}"
+    without = f"without it {_reached(gain.without, best, first)}, at {place_of(design, gain.without)}"
+    return f"{_capital(name)} binds ({_at_limit(row)}): {slightly}, {without}."
+
+
+def _reached(candidate: PlateCandidate, best: PlateCandidate, first: Objective) -> str:
+    """Write the objective of a candidate and its change relative to the best one."""
+    value, reference = candidate.values[first.name], best.values[first.name]
+    text = shown(value, first.unit)
+    if not reference or not math.isfinite(value / reference) or first.unit not in KINDS:
+        return text
+    ratio = value / reference
+    return f"{text} ({ratio:.3g} times)" if ratio >= 2 else f"{text} ({100 * (ratio - 1):+.3g} %)"
+
+
+def _at_limit(row: CheckRow) -> str:
+    return f"{shown(row.value, row.unit)} of {shown(row.limit, row.unit)}"
+
+
+def _ends(design: PlateDesign, best: PlateCandidate) -> list[str]:
+    """State at which ends of the ranges the best candidate lies."""
+    ends = []
+    for path, value in best.at.items():
+        values = np.asarray(design.axes[path])
+        if len(values) < 2:
+            continue
+        for which, edge in (("smallest", float(np.min(values))), ("largest", float(np.max(values)))):
+            if abs(value - edge) <= SAME * abs(edge):
+                ends.append(f"{path} has the {which} of its values")
+    return ends
+
+
+def nearest_limit(candidate: PlateCandidate) -> CheckRow | None:
+    """Return the comparison whose value is nearest to its limit, or exceeds it most, whatever the status of that limit."""
+    compared = [row for row in candidate.rows if row.margin is not None]
+    return min(compared, key=lambda row: row.margin or 0.0, default=None)
+
+
+def _nearest(best: PlateCandidate) -> list[str]:
+    row = nearest_limit(best)
+    if row is None:
+        return []
+    return [f"Closest limit: {_ratio(row)} ({_at_limit(row)})."]
+
+
+def _ratio(row: CheckRow) -> str:
+    """Write the name of a limit and the ratio of limit and value; a limit that decides nothing is marked."""
+    return f"{row.quantity}, {row.margin or 0.0:.3g}{' (not judged)' if row.state == UNKNOWN else ''}"
+
+
+def _counts(design: PlateDesign) -> str:
+    words = ", ".join(f"{each.goal} {plain(each.name)}" for each in design.objectives)
+    count, allowed, efficient_ones = len(design.candidates), len(design.allowed), len(design.pareto)
+    text = f"{allowed} of {count} candidates {'is' if allowed == 1 else 'are'} within the limits"
+    if len(design.objectives) < 2:
+        return f"{text}."
+    return f"{text}, {efficient_ones} of them {'is' if efficient_ones == 1 else 'are'} the Pareto set of {words}."
+
+
+def _limits_table(design: PlateDesign, best: PlateCandidate) -> Table:
+    rows = tuple(
+        (
+            row.state,
+            row.quantity,
+            shown(row.value, row.unit),
+            "" if row.limit is None else shown(row.limit, row.unit),
+            "" if row.margin is None else f"{row.margin:.3g}",
+            row.source,
+        )
+        for row in best.rows
+    )
+    headings = ("state", "quantity", "largest", "limit", "limit/value", "source of the limit")
+    return Table(f"Limits at {place_of(design, best)}", headings, rows)
+
+
+def _pareto_table(design: PlateDesign) -> Table:
+    chosen = design.pareto
+    if len(chosen) > MOST_SHOWN:
+        places = np.unique(np.round(np.linspace(0, len(chosen) - 1, MOST_SHOWN)).astype(int))
+        chosen = tuple(chosen[place] for place in places)
+    material = ["material"] if any(each.material for each in design.candidates) else []
+    headings = (
+        *material,
+        *design.axes,
+        *(plain(each.name) for each in design.objectives),
+        "closest limit",
+        "strength",
+    )
+    rows = []
+    for each in chosen:
+        nearest = nearest_limit(each)
+        rows.append(
+            (
+                *([each.material] if material else []),
+                *(shown(each.at[path], design.units[path]) for path in design.axes),
+                *(shown(each.values[one.name], one.unit) for one in design.objectives),
+                "" if nearest is None else _ratio(nearest),
+                "in doubt" if each.doubts else "",
+            )
+        )
+    shown_of = "" if len(chosen) == len(design.pareto) else f", {len(chosen)} of {len(design.pareto)}"
+    caption = (
+        "Closest limit: the one with the smallest limit/value, and that ratio; not judged: it is unverified, or may not apply."
+        " Strength in doubt: the breakdown strength is"
+        " unverified, or was not measured on a layer of this thickness. The CSV file has every candidate."
+    )
+    return Table(f"Pareto set{shown_of}", headings, tuple(rows), caption=caption)
+
+
+def _forbidden_table(design: PlateDesign) -> Table:
+    by = Counter(name for each in design.candidates for name in each.forbidden_by)
+    alone = Counter(each.forbidden_by[0] for each in design.candidates if len(each.forbidden_by) == 1)
+    rows = tuple((name, str(count), str(alone[name])) for name, count in by.most_common())
+    title = (
+        f"What forbids {len(design.candidates) - len(design.allowed)} of {len(design.candidates)} candidates"
+    )
+    return Table(title, ("limit", "candidates", "of these by it alone"), rows)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,221 @@
+"""The wanted quantity, the free parameter and its range, read from texts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from electrovib.core.errors import LONGEST_QUOTED, InputError, gathered, shortened
+from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.quantity import Quantity
+from electrovib.core.units import expected, format_quantity, parse_quantity
+from electrovib.solve.effort import last_time
+from electrovib.solve.quantities.names import TAKEN
+from electrovib.studies.sweep import read_quantities
+
+if TYPE_CHECKING:
+    from electrovib.scenario import Scenario
+
+WantSource: TypeAlias = "str | Mapping[str, str | float]"
+"""A wanted quantity as text, or its name with its value."""
+BetweenSource: TypeAlias = "str | Sequence[str | float]"
+"""Ends of a range as text, or one after the other."""
+_ANY = "final "
+"""A statistic with which the name of a signal is read."""
+_EXAMPLE = "'mean electrostatic_force = 50 mN'"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """A quantity with its wanted value, and the parameter that is free, each in its SI unit.
+
+    Of the quantity are `name`, `meaning`, `unit`, `value`, and `at`, the time of a signal that is wanted at
+    one time; of the parameter its value `begin` in the scenario and the range.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    value: float
+    is_felt: bool
+    at: float | None
+    free: str
+    declared: Quantity
+    begin: float
+    low: float
+    high: float
+
+    @property
+    def signal(self) -> tuple[str, str]:
+        """Signal and layer of a quantity at one time; the layer is empty where the signal has none."""
+        signal, _, layer = self.name.partition(" at ")[0].partition(" in ")
+        return signal, layer
+
+    def quantity(self, value: float) -> str:
+        """Write a value of the quantity."""
+        return format_quantity(value, self.unit) if self.unit != "dB" else f"{value:.6g} dB"
+
+    def parameter(self, value: float) -> str:
+        """Write a value of the free parameter."""
+        return format_quantity(value, self.declared.unit)
+
+    def free_numbers(self) -> dict[str, Any]:
+        """Return the free parameter and its range as a table."""
+        return {
+            "path": self.free,
+            "unit": self.declared.unit,
+            "in_the_scenario": self.begin,
+            "low": self.low,
+            "high": self.high,
+        }
+
+
+def read_wanted(
+    scenario: Scenario, *, want: WantSource, free: str, between: BetweenSource | None = None
+) -> Wanted:
+    """Read what is wanted of which parameter, and report every mistake at once.
+
+    The quantity is one of a sweep, or a signal at one time: ``"electrostatic_force at 20 ms = 1 mN"``.
+    """
+    problems: list[str] = []
+    name, meaning, unit, value, is_felt, at = "", "", "1", math.nan, False, None
+    with gathered(problems):
+        name, text = _parted(want)
+        statistic, at = _timed(scenario, name)
+        asked = read_quantities(scenario, [statistic])
+        (statistic, (unit, meaning)), is_felt = next(iter(asked.units.items())), bool(asked.felt)
+        if at is None:
+            name = statistic
+        else:
+            name = f"{statistic.removeprefix(_ANY)} at {format_quantity(at, 's')}"
+            meaning = f"{meaning.removeprefix(f'{TAKEN[_ANY.strip()]}: ')} at {format_quantity(at, 's')}"
+        value = _number(text, unit, f"want: {name}")
+    declared, begin, ends = None, math.nan, (math.nan, math.nan)
+    with gathered(problems):
+        declared, begin = _parameter(scenario, free)
+        ends = (declared.low, declared.high) if between is None else _ends(between, free, declared)
+    if problems or declared is None:
+        raise InputError(problems)
+    return Wanted(
+        name=name,
+        meaning=meaning,
+        unit=unit,
+        value=value,
+        is_felt=is_felt,
+        at=at,
+        free=free,
+        declared=declared,
+        begin=begin,
+        low=ends[0],
+        high=ends[1],
+    )
+
+
+def read_band(
+    scenario: Scenario,
+    *,
+    want: WantSource,
+    band: str | Sequence[Any] | None,
+    free: str,
+    between: BetweenSource | None,
+) -> tuple[Wanted, tuple[float, float]]:
+    """Read the quantity with its smallest and largest wanted value; without a band the largest is infinite."""
+    if band is None:
+        text = want.replace(">=", "=") if isinstance(want, str) else want
+        wanted = read_wanted(scenario, want=text, free=free, between=between)
+        return wanted, (wanted.value, math.inf)
+    if not isinstance(want, str) or "=" in want:
+        raise InputError(
+            f"want = {want!r}: with a band, name the quantity alone, for instance 'mean electrostatic_force'"
+        )
+    parts = band.split(":") if isinstance(band, str) else list(band)
+    if len(parts) != 2:
+        raise InputError(f"band = {band!r}: expected LOW:HIGH, for instance '20 mN:60 mN'")
+    low, high = (read_wanted(scenario, want={want: each}, free=free, between=between) for each in parts)
+    if not low.value < high.value:
+        raise InputError(f"band = {band!r}: expected the smaller value first")
+    return low, (low.value, high.value)
+
+
+def _parted(want: WantSource) -> tuple[str, Any]:
+    """Return name and value of what is wanted."""
+    if isinstance(want, Mapping) and len(want) == 1:
+        name, value = next(iter(want.items()))
+        return str(name), value
+    if not isinstance(want, str) or want.count("=") != 1 or not all(part.strip() for part in want.split("=")):
+        shown = shortened(want if isinstance(want, str) else repr(want), LONGEST_QUOTED)
+        raise InputError(
+            f"expected one quantity and its value, for instance {_EXAMPLE}", path="want", value=shown
+        )
+    name, _, text = want.partition("=")
+    return " ".join(name.split()), text.strip()
+
+
+def _timed(scenario: Scenario, name: str) -> tuple[str, float | None]:
+    """Return a statistic of the signal that is meant, and the time at which it is wanted; None without a time."""
+    signal, at, text = name.partition(" at ")
+    if not at:
+        return name, None
+    try:
+        time, last = parse_quantity(text, "s"), last_time(scenario)
+    except ValueError:
+        why = (
+            "expected a time, for instance '20 ms'; at a frequency, set drive.frequency of a sine and name a statistic,"
+            " for instance 'mean electrostatic_force'"
+        )
+        raise InputError(why, path=f"want: {signal} at", value=shortened(text, LONGEST_QUOTED)) from None
+    if not 0 <= time <= last:
+        why = f"expected a time from 0 s to the end of the run, {format_quantity(last, 's')}; time.duration sets it"
+        raise InputError(why, path=f"want: {signal} at", value=text)
+    return f"{_ANY}{signal}", time
+
+
+def _number(value: Any, unit: str, path: str) -> float:
+    why = "expected a level in dB, for instance '6 dB'" if unit == "dB" else ""
+    try:
+        if unit == "dB":
+            number = float(str(value).strip().removesuffix("dB"))
+        else:
+            number = parse_quantity(value, unit) if isinstance(value, str) else float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if isinstance(value, bool) or not math.isfinite(number):
+        shown = shortened(value if isinstance(value, str) else repr(value), LONGEST_QUOTED)
+        raise InputError(why or expected(unit), path=path, value=shown)
+    return number
+
+
+def _parameter(scenario: Scenario, free: object) -> tuple[Quantity, float]:
+    if not isinstance(free, str):
+        why = "expected the dotted path of one parameter, for instance 'drive.amplitude'"
+        raise InputError(why, path="free", value=shortened(repr(free), LONGEST_QUOTED))
+    declared = quantity_at(scenario, free)
+    if free.startswith("frequency."):
+        why = "the frequencies of the output are no input of a quantity; choose another parameter, for instance drive.frequency"
+        raise InputError(why, path=free)
+    begin = value_at(scenario, free)
+    if begin is None:
+        raise InputError(
+            f"the scenario gives it no value; add one by --set {free}=VALUE, {declared.range(' to ')}",
+            path=free,
+        )
+    return declared, float(begin)
+
+
+def _ends(between: BetweenSource, free: str, declared: Quantity) -> tuple[float, float]:
+    """Return the ends of a given range within the declared one."""
+    parts = between.split(":") if isinstance(between, str) else list(between)
+    shown = shortened(between if isinstance(between, str) else repr(between), LONGEST_QUOTED)
+    allowed = f"{free} allows {declared.range(' to ')}"
+    if len(parts) != 2:
+        example = (
+            f"{format_quantity(declared.low, declared.unit)}:{format_quantity(declared.high, declared.unit)}"
+        )
+        raise InputError(f"expected LOW:HIGH, for instance {example}; {allowed}", path="between", value=shown)
+    numbers = (part.strip() if isinstance(part, str) else part for part in parts)
+    low, high = (_number(each, declared.unit, "between") for each in numbers)
+    if not declared.low <= low < high <= declared.high:
+        raise InputError(f"expected two values, the smaller first; {allowed}", path="between", value=shown)
+    return low, high

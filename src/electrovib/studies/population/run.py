@@ -1,0 +1,281 @@
+"""Run a study: evaluate its fingers, keep what is complete, and return the bands."""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from electrovib.core.budget import Work, megabytes, refuse_beyond
+from electrovib.core.errors import ElectrovibError, InputError
+from electrovib.data.lock import HeldError, held
+from electrovib.solve.meter import Meter, measured
+from electrovib.studies.population.declared import BLOCK, MEMORY, PERCENTILES, read_study
+from electrovib.studies.population.files import written
+from electrovib.studies.population.fingers import Collected, Evaluator
+from electrovib.studies.population.result import StoredArray, arrays, attributes, dataset, draws_of
+from electrovib.studies.population.store import (
+    CHECKPOINT,
+    LOCK,
+    StudyStore,
+    clear,
+    open_study,
+    refuse_full_disk,
+    refuse_other_method,
+    remove_unbegun,
+    state_of,
+)
+from electrovib.studies.population.tiles import tiles_of_cluster, tiles_of_process
+
+if TYPE_CHECKING:
+    import xarray
+
+    from electrovib.scenario import Source
+    from electrovib.scenario.space import SpaceSource
+    from electrovib.studies.population.declared import DeclaredStudy
+    from electrovib.studies.population.fingers import Tile
+
+    Progress = Callable[[int, int], bool | None]
+
+PAUSE: Final = 1.0
+"""Least time between two checkpoints [s]; a study that is killed loses at most about this, or the time that follows."""
+_SHARE: Final = 4.0
+"""A checkpoint follows the last one after at least this many times the time that it takes."""
+_RATE: Final = 2e8
+"""Signals that are written in a second, about [bytes/s]: what is computed as fast is not worth a checkpoint."""
+_LONGEST: Final = 60.0
+"""Time after which a checkpoint is written however long it takes [s]."""
+_FEWER: Final = "draw fewer fingers"
+_WORKER: Final = 4.0
+"""Computing time until a worker process has started [s]."""
+_WORKER_MEMORY: Final = 2.5e8
+"""Memory of a worker process [bytes]."""
+
+
+class StudyCancelledError(ElectrovibError):
+    """A study that its caller has ended; what is stored can be continued."""
+
+
+@measured()
+def study(
+    scenario: Source,
+    space: SpaceSource,
+    *,
+    n: int,
+    seed: int,
+    output: str | Path | None = None,
+    signal: str | Sequence[str] = "electrostatic_force",
+    percentiles: Sequence[float | str] = PERCENTILES,
+    exceed: Sequence[str | float] | str | float = (),
+    draws: bool = False,
+    budget_memory: float | str = MEMORY,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> xarray.Dataset:
+    """Compute bands of a signal over a population of fingers.
+
+    The variance is that of the population, estimated over n - 1. Percentiles are exact order statistics of
+    float32 values while fingers x samples x 4 bytes fit the memory, and otherwise come from histograms with a
+    relative error below 0.3 %. Threads, workers and interruptions change numbers by rounding alone, less than
+    1e-12 of them.
+    """
+    declared = read_study(
+        scenario,
+        space,
+        n=n,
+        seed=seed,
+        signal=signal,
+        percentiles=percentiles,
+        exceed=exceed,
+        draws=draws,
+        budget_memory=budget_memory,
+    )
+    where = _where(workers, scheduler)
+    if output is None:
+        return _in_memory(declared, where, progress)
+    path = Path(output)
+    if state_of(path, declared) == "complete":
+        return _complete(path)
+    evaluator = _evaluator(declared, where)
+    refuse_full_disk(path, evaluator)
+    made = not path.exists()
+    with written(path):
+        path.mkdir(exist_ok=True)
+    try:
+        _stored(path, evaluator, where, progress)
+    finally:
+        if made and not any(path.iterdir()):
+            path.rmdir()
+    return open_study(path)
+
+
+def _complete(path: Path) -> xarray.Dataset:
+    """Return a complete study, after removing what a process killed at its very end may have left."""
+    found = open_study(path)
+    if (path / CHECKPOINT).exists():
+        with _locked(path):
+            clear(path)
+    return found
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold the lock of a store."""
+    with ExitStack() as stack:
+        try:
+            with written(path):
+                stack.enter_context(held(path / LOCK))
+        except HeldError as error:
+            who = f" ({error})" if str(error) else ""
+            raise InputError(
+                f"another process{who} is writing this study; wait until it ends, or give another name. If it has ended on"
+                f" another computer, remove {path / LOCK}.",
+                path=path,
+            ) from None
+        yield
+
+
+def _where(workers: int | None, scheduler: str | None) -> dict[str, Any] | None:
+    """Return the arguments of a cluster, or None for this process."""
+    if workers is None and scheduler is None:
+        return None
+    if workers is not None and scheduler is not None:
+        raise InputError("workers, scheduler: give one of them; a scheduler has its own workers")
+    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+        raise InputError(f"workers = {workers}: expected a number of processes, 1 or more")
+    return {"workers": workers, "scheduler": scheduler}
+
+
+def _evaluator(declared: DeclaredStudy, where: dict[str, Any] | None) -> Evaluator:
+    """Prepare the study, and refuse one beyond the budget, or whose blocks do not fit the memory."""
+    found = Evaluator(declared)
+    block = 2 * 8.0 * min(BLOCK, declared.fingers) * found.numbers
+    if block > declared.memory:
+        raise InputError(
+            f"budget_memory = {megabytes(declared.memory)}: the signals of a block of {min(BLOCK, declared.fingers)} fingers"
+            f" with {found.samples} samples take {megabytes(block)}; ask for fewer time.samples, or allow more"
+        )
+    workers = (where or {}).get("workers") or 0
+    fingers, held = declared.fingers, block / 8.0
+    refuse_beyond(
+        [
+            Work.counted(f"{fingers:.3g} fingers", fingers * found.numbers, held=held, remedy=_FEWER),
+            Work(
+                what=f"{workers} workers",
+                time=workers * _WORKER,
+                memory=workers * _WORKER_MEMORY,
+                remedy="start fewer workers",
+            ),
+        ],
+        what="this study",
+    )
+    return found
+
+
+def _in_memory(
+    declared: DeclaredStudy, where: dict[str, Any] | None, progress: Progress | None
+) -> xarray.Dataset:
+    """Run a study whose result is kept in memory only."""
+    evaluator = _evaluator(declared, where)
+    if declared.draws and not evaluator.exact:
+        raise InputError(
+            f"draws: the signals of all fingers exceed budget_memory = {megabytes(declared.memory)}; give an output, a store"
+            " to which they are written, or allow more"
+        )
+    collected = Collected(evaluator, hold=evaluator.held or declared.draws)
+    with closing(_tiles(collected, where, progress)) as tiles:
+        for tile in tiles:
+            collected.add(tile)
+            _report(progress, collected)
+    found = arrays(collected)
+    if declared.draws:
+        for name, rows in collected.rows.items():
+            dims, words = draws_of(name, declared.axis)
+            found[name] = StoredArray(dims, rows, words)
+    return dataset(found, attributes(evaluator))
+
+
+def _stored(
+    path: Path, evaluator: Evaluator, where: dict[str, Any] | None, progress: Progress | None
+) -> None:
+    """Run or continue a study in its store."""
+    with _locked(path):
+        state = state_of(path, evaluator.declared)
+        if state == "complete":  # by another process, meanwhile
+            return
+        if state == "begun":
+            refuse_other_method(path, evaluator)
+        try:
+            store, collected = StudyStore(path, evaluator), Collected(evaluator, hold=evaluator.held)
+            store.restore(collected)
+            _evaluate(store, collected, where, progress)
+            store.finish(arrays(collected))
+        except ElectrovibError as error:
+            if state == "absent" and not isinstance(error.__cause__, OSError):
+                remove_unbegun(path)
+            raise
+
+
+def _evaluate(
+    store: StudyStore, collected: Collected, where: dict[str, Any] | None, progress: Progress | None
+) -> None:
+    """Evaluate the fingers that are missing; keep what is complete from time to time, and if the study is interrupted."""
+    last, took, between_tiles = time.monotonic(), 0.0, True
+    total = store.declared.fingers
+    try:
+        _report(progress, collected)
+        with closing(_tiles(collected, where, progress)) as tiles:
+            for tile in tiles:
+                between_tiles = False
+                collected.add(tile)
+                if store.declared.draws:
+                    store.append(tile.rows)
+                begun, takes = time.monotonic(), max(took, store.waiting(collected) / _RATE)
+                if begun - last >= min(_LONGEST, max(PAUSE, _SHARE * takes)) and tile.stop < total:
+                    store.commit(collected)
+                    last = time.monotonic()
+                    took = last - begun
+                between_tiles = True
+                _report(progress, collected)
+    except (KeyboardInterrupt, StudyCancelledError):
+        if between_tiles:
+            store.commit(collected)
+        raise
+
+
+def _report(progress: Progress | None, collected: Collected) -> None:
+    done, total = collected.fingers, collected.evaluator.declared.fingers
+    if progress is not None and progress(done, total) and done < total:
+        raise StudyCancelledError(
+            f"the study was ended after {done} of {total} fingers; the same call continues it"
+        )
+
+
+def _tiles(
+    collected: Collected, where: dict[str, Any] | None, progress: Progress | None
+) -> Generator[Tile, None, None]:
+    """Yield the tiles that follow the fingers that are known, in order; end once their computing time shows too much."""
+    evaluator, start = collected.evaluator, collected.fingers
+    spent, count = 0.0, evaluator.declared.fingers - start
+    meter = Meter.of_cases(
+        "this study",
+        f"{count:.3g} fingers",
+        count,
+        numbers=evaluator.numbers,
+        held=2.0 * min(BLOCK, count) * evaluator.numbers,
+        remedy=_FEWER,
+        seconds=lambda: spent,
+    )
+    if where is None:
+        tiles = tiles_of_process(evaluator, start, collected.rows)
+    else:
+        waiting = functools.partial(_report, progress, collected)
+        tiles = tiles_of_cluster(evaluator, start, waiting=waiting, **where)
+    for tile in tiles:
+        yield tile
+        spent += tile.seconds
+        meter.count(tile.stop - start)

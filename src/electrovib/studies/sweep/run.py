@@ -1,0 +1,246 @@
+"""Sweeps: every case is solved on its own, at the times that its drive needs, and gives numbers."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.arrays import Real
+from electrovib.core.budget import BudgetError
+from electrovib.core.changes import stored_changes
+from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
+from electrovib.core.numbers import with_numbers
+from electrovib.core.paths import quantity_at
+from electrovib.core.units import expected, format_quantity, parse_quantity
+from electrovib.scenario import Scenario, Source, read_scenario
+from electrovib.solve.diagnostics.assumptions import sampling
+from electrovib.solve.effort import counted
+from electrovib.solve.meter import Meter, measured
+from electrovib.solve.quantities import DEFAULTS, Together
+from electrovib.solve.simulate import simulate
+from electrovib.studies.sweep.asked import Asked, read_quantities
+from electrovib.studies.sweep.felt import felt
+from electrovib.studies.sweep.table import Case, dataset
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    import xarray
+
+CASE_NUMBERS: Final = 5000
+"""Numbers that a case takes at least, its scenario included."""
+MOST_PROBLEMS: Final = 10
+"""Largest number of reported problems of cases that cannot be made."""
+
+
+def sweep(
+    scenario: Source,
+    over: Mapping[str, Sequence[float] | Real],
+    *,
+    quantities: Sequence[str] | None = None,
+    records: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> xarray.Dataset:
+    """Solve a scenario at every combination of the values of some parameters, and return numbers for each case.
+
+    Parameters
+    ----------
+    scenario : str, Path, mapping, Scenario or xarray.Dataset
+        Scenario of all cases, as for `electrovib.load`.
+    over : mapping of str to sequence of float
+        Dotted path to values: numbers in SI, or texts with a unit such as ``"100 V"``. Several paths give every
+        combination, none the scenario itself.
+    quantities : sequence of str, optional
+        Names such as ``"mean electrostatic_force"``, ``"swing lateral_force"``, ``"peak field in gap"``: ``peak``,
+        ``maximum``, ``minimum``, ``swing``, ``mean``, ``rms`` or ``final`` of a signal over time; or ``"detection
+        level"``. By default peak and mean of the attraction, swing of the friction, peak of the current.
+    records : bool
+        Keep the Trace of each case too.
+    progress : callable, optional
+        Function of the number of cases that are solved and of all cases.
+
+    Returns
+    -------
+    table : xarray.Dataset
+        A dimension, named by its path, for each parameter, and a variable for each quantity; ``to_dataframe()`` makes a
+        table with one row for each case. With `records` the signals over time run along ``sample`` too: each case has
+        its own times, in the coordinate ``time``, and NaN after its end.
+
+    Raises
+    ------
+    InputError
+        For every value out of range and every unknown quantity; for a case that cannot be solved, with its values.
+    BudgetError
+        If all cases would take more time or memory than `electrovib.budget` allows: before the first case as far as
+        that can be counted, and as soon as the first cases show it.
+
+    Notes
+    -----
+    A quantity is taken over one period of a periodic state, else over the whole time, with the error in its attribute
+    ``numerical_error``, relative to the largest value of the signal; it does not depend on output times.
+    """
+    found = sweep_cases(scenario, over, quantities=quantities, records=records, progress=progress)
+    words = functools.partial(_words, _units(found.scenario, found.axes))
+    return dataset(found.scenario, found.axes, found.cases, found.asked.units, records=records, words=words)
+
+
+@dataclass(frozen=True)
+class Cases:
+    """Cases of a sweep, of which the last path of `axes` runs fastest, each with its own diagnostics."""
+
+    scenario: Scenario
+    axes: dict[str, Real]
+    asked: Asked
+    cases: list[Case]
+
+
+@measured()
+def sweep_cases(
+    scenario: Source,
+    over: Mapping[str, Sequence[float] | Real],
+    *,
+    quantities: Sequence[str] | None = None,
+    records: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> Cases:
+    """Solve the cases of `sweep`, and return each with its diagnostics."""
+    scenario = read_scenario(scenario)
+    asked = _checked(scenario, over, DEFAULTS if quantities is None else quantities, records=records)
+    axes = _numbers(scenario, over)
+    report = _metered(scenario, axes, records=records).reporting(progress)
+    points = [
+        {path: float(value) for path, value in zip(axes, values, strict=True)}
+        for values in itertools.product(*axes.values())
+    ]
+    cases = []
+    together = Together(_scenarios(scenario, points), asked.solved)
+    for done, point in enumerate(points):
+        report(done, len(points))
+        try:
+            cases.append(_solved(point, together, done, asked, records=records))
+        except ElectrovibError as error:
+            where = f" (at {_words(_units(scenario, axes), point)})" if point else ""
+            kind = BudgetError if isinstance(error, BudgetError) else InputError
+            raise kind(problem.followed_by(where) for problem in error.problems) from None
+    return Cases(scenario, axes, asked, cases)
+
+
+def _units(scenario: Scenario, axes: Mapping[str, Any]) -> dict[str, str]:
+    return {path: quantity_at(scenario, path).unit for path in axes}
+
+
+def _metered(scenario: Scenario, axes: Mapping[str, Real], *, records: bool) -> Meter:
+    """Return the meter of the cases; more than the memory holds are refused before the first is solved."""
+    count = math.prod(len(values) for values in axes.values())
+    numbers = CASE_NUMBERS + (max(work.memory for work in counted(scenario)) / 8 if records else 0.0)
+    every = " x ".join(f"{len(values)} values of {path}" for path, values in axes.items())
+    of = f"{count:.3g} cases, {every}"
+    return Meter.of_cases("this sweep", of, count, numbers=numbers, remedy="sweep fewer values")
+
+
+def _checked(scenario: Scenario, over: Mapping[str, Any], names: Sequence[str], *, records: bool) -> Asked:
+    """Check paths and names before any case is solved, and report all mistakes at once."""
+    asked, problems = Asked((), (), {}), list[str]()
+    with gathered(problems):
+        asked = read_quantities(scenario, names)
+    for path, values in over.items():
+        with gathered(problems):
+            quantity_at(scenario, path)
+        if np.ndim(values) != 1 or not len(values):
+            problems.append(
+                f"over '{path}': expected a sequence of at least one number in SI units, for instance"
+                " numpy.geomspace(1e-6, 1e-4, 10)"
+            )
+        if records and path.startswith("frequency."):
+            problems.append(f"over '{path}': with records, all cases share the grid of frequencies")
+    if problems:
+        raise InputError(problems)
+    return asked
+
+
+def _numbers(scenario: Scenario, over: Mapping[str, Any]) -> dict[str, Real]:
+    """Return the values of each swept parameter in SI; texts are read with their units."""
+    found, problems = dict[str, Real](), list[Problem]()
+    for path, values in over.items():
+        unit, numbers = quantity_at(scenario, path).unit, list[float]()
+        for value in values:
+            try:
+                numbers.append(parse_quantity(value, unit) if isinstance(value, str) else float(value))
+            except (TypeError, ValueError):
+                problems.append(
+                    Problem(expected(unit), path=path, value=shortened(repr(value), LONGEST_QUOTED))
+                )
+        found[path] = np.asarray(numbers)
+    if problems:
+        raise InputError(problems[:MOST_PROBLEMS])
+    return found
+
+
+def _scenarios(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:
+    """Make every case before the first is solved, so that a value out of range is refused at once."""
+    try:
+        return _sharing(scenario, points)
+    except InputError:
+        problems = dict[str, None]()
+        for point in points:
+            try:
+                scenario.replace(point)
+            except InputError as error:
+                problems |= dict.fromkeys(error.problems)
+        more = len(problems) - MOST_PROBLEMS
+        told = list(problems)[:MOST_PROBLEMS] + ([f"and {more} more like these"] if more > 0 else [])
+        raise InputError(told) from None
+
+
+def _sharing(scenario: Scenario, points: Sequence[Mapping[str, float]]) -> list[Scenario]:
+    """Make every case; those that differ in their drive alone share all other parts."""
+    if not points[0]:
+        return [scenario]
+    points = [_stored(scenario, point) for point in points]
+    base, found = scenario.replace(points[0]), []
+    if base.moisture is not None:  # which sets parameters itself
+        return [scenario.replace(point) for point in points]
+    others: dict[tuple[float, ...], Scenario] = {}
+    for point in points:
+        of_drive = {path: value for path, value in point.items() if path.startswith("drive.")}
+        rest = {path: value for path, value in point.items() if path not in of_drive}
+        key = tuple(rest.values())
+        if key not in others:
+            others[key] = with_numbers(base, rest) if rest else base
+        found.append(with_numbers(others[key], of_drive) if of_drive else others[key])
+    return found
+
+
+def _stored(scenario: Scenario, point: Mapping[str, float]) -> dict[str, float]:
+    """Return the values of a case by the parameters that the scenario stores, not those of another case."""
+    found, problems = stored_changes(scenario, point)
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def _solved(
+    point: Mapping[str, float], together: Together, case: int, asked: Asked, *, records: bool
+) -> Case:
+    member, found = together.members[case], together.answer(case)
+    values, diagnostics = dict(found.values), list(found.diagnostics)
+    for name in asked.felt:
+        values[name], spoken = felt(name, member)
+        diagnostics += spoken
+    record = None
+    if records:
+        record = simulate(member)
+        diagnostics += sampling(member.drive, record["time"].values)
+    return Case(
+        at=point, values=values, errors=found.errors, how=found.how, diagnostics=diagnostics, record=record
+    )
+
+
+def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:
+    shown = (f"{path} = {format_quantity(value, units[path], digits=4)}" for path, value in point.items())
+    return ", ".join(shown)

@@ -1,0 +1,310 @@
+"""Texture as a stream: blocks of samples while the finger moves, each checked against the limits."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from electrovib.core.errors import InputError
+from electrovib.studies.texture.added import place_across
+from electrovib.studies.texture.playing import play
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from numpy.typing import ArrayLike
+
+    from electrovib.core.arrays import Real
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.studies.check import CheckResult
+    from electrovib.studies.texture.synthesis import Synthesis
+
+_TICK: Final = 1e-6
+"""Share of a sample by which a time stamp may be early or late."""
+_STATE: Final = (
+    "_next",
+    "_amplitude",
+    "_origin",
+    "_time",
+    "_place",
+    "_sample_place",
+    "_fallen",
+    "_fall_from",
+)
+
+
+class StreamClosedError(InputError):
+    """Samples were requested of a stream that has ended at 0 V."""
+
+
+class TextureStream:
+    """Stream of samples that render a texture, made by `electrovib.texture_stream`.
+
+    - `synthesis`: every sample from position and velocity; `block`: samples of a block.
+    - `dimensions`: 1 for positions along x (of a picture along its middle), 2 for x and y.
+    - `longest`: longest duration [s]; `check`: comparison of the largest amplitude with the limits.
+    - `error`: why the stream ends or has ended; None while it runs.
+    - `blocks`: those that `play` has written [V].
+
+    A block renders the movement up to its time stamp and is played after it: a sample is played `latency`
+    seconds after the time to which it belongs, plus the computing time and the delay of the output device.
+    Samples are those of a continuous waveform, to which the limits are applied; between them an output has to
+    follow straight lines or a reconstruction filter.
+    """
+
+    def __init__(
+        self, synthesis: Synthesis, *, block: int, dimensions: int, longest: float, check: CheckResult
+    ) -> None:
+        self._synthesis, self._block, self._dimensions = synthesis, block, dimensions
+        self._last = math.floor(longest * synthesis.rate) - synthesis.ramp_samples
+        self.check = check
+        self.error: InputError | None = None
+        self.blocks: list[Real] = []
+        self._interruption: BaseException | None = None
+        self._across = place_across(synthesis.texture)
+        self._next, self._amplitude = 0, 0.0
+        self._origin, self._time = math.nan, math.nan
+        self._place: Real = np.zeros(2)
+        self._sample_place: Real | None = None
+        self._fallen, self._fall_from = 0, 0.0
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """Diagnostics of a burst at the largest amplitude, beyond those that the check states."""
+        return self.check.diagnostics
+
+    @property
+    def rate(self) -> float:
+        """Samples per second [Hz]."""
+        return self._synthesis.rate
+
+    @property
+    def latency(self) -> float:
+        """Delay from the position of the finger to the sample that belongs to it, one block [s]."""
+        return self._block / self.rate
+
+    @property
+    def largest_force(self) -> float:
+        """Largest attraction that the limits allow [N]."""
+        return self._synthesis.hardware.largest_force
+
+    @property
+    def largest_voltage(self) -> float:
+        """Largest amplitude that the limits allow [V], of the drive."""
+        return self._synthesis.hardware.largest_amplitude
+
+    @property
+    def samples(self) -> int:
+        """Samples rendered so far."""
+        return self._next
+
+    def render(self, position: ArrayLike, time: float) -> Real:
+        """Render the samples [V] after the call before, up to the time of a position.
+
+        Parameters
+        ----------
+        position : float or array_like
+            Finger at this time [m]: a number, or (x, y) in two dimensions, interpolated from that of the call before;
+            or several positions, shape (m,) or (m, 2), evenly spaced between the two calls, the last at this time.
+        time : float
+            In the clock of the samples [s], at most one block after that of the call before. The first call renders
+            one block that ends at this time, with the finger at rest at its position.
+
+        Returns
+        -------
+        voltage : ndarray, shape (n,)
+            Samples [V]; after a violation they fall to 0 V by the ramp.
+
+        Raises
+        ------
+        StreamClosedError
+            If the stream has ended at 0 V, with the reason.
+
+        Notes
+        -----
+        A violation of a limit, of the longest block or of the longest duration, a position or time that is no number,
+        and a texture that raises an exception or returns NaN, infinity or an array of another shape, set `error`: the
+        samples fall to 0 V within the limits, and once 0 V is reached every further call raises. KeyboardInterrupt and
+        SystemExit during the call are raised again by the first call after that; outside of it, only `play` makes sure
+        that the ramp is written.
+        """
+        if self.error is not None:
+            return self._ending(self._block)
+        before = self.state
+        try:
+            return self._rendered(position, time)
+        except BaseException as error:  # noqa: BLE001 - raised again at 0 V
+            self.state = before
+            self._interruption = error
+            self.end(InputError(f"interrupted by {type(error).__name__}. The stream ends at 0 V"))
+        return self._ending(self._block)
+
+    def play(self, moves: Iterable[tuple[ArrayLike, float]], write: Callable[[Real], object]) -> Real:
+        """Render and write blocks until the positions end, and the ramp to 0 V whatever ends the stream.
+
+        Parameters
+        ----------
+        moves : iterable of (position, time)
+            Arguments of `render`, one pair for each block; the iterable waits for the clock of the output.
+        write : callable
+            Takes the samples of a block [V] and passes them on to the output.
+
+        Returns
+        -------
+        voltage : ndarray, shape (n,)
+            All samples that were written [V], the ramp included.
+
+        Raises
+        ------
+        StreamClosedError
+            If the stream ended before the positions, with the reason.
+        BaseException
+            After the ramp: what `moves` or `write` raised, KeyboardInterrupt after SIGINT, SystemExit after another
+            signal that asks the process to end. A note of the exception states if the ramp could not be written.
+
+        Notes
+        -----
+        `played` has the samples also after an exception, without a block that `write` did not accept. Signals are
+        handled in the main thread only. A process that is killed (SIGKILL) writes nothing further: the output itself
+        has to return to 0 V when no samples arrive.
+        """
+        play(self, moves, write)
+        return self.played
+
+    @property
+    def played(self) -> Real:
+        """Samples that `play` has written [V]."""
+        return np.concatenate([np.zeros(0), *self.blocks])
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """Progress of the samples, which can be set to that before a block that was not played."""
+        return {name: getattr(self, name) for name in _STATE}
+
+    @state.setter
+    def state(self, state: dict[str, Any]) -> None:
+        """Return to earlier progress."""
+        for name, value in state.items():
+            setattr(self, name, value)
+
+    def end(self, reason: InputError) -> None:
+        """Let the samples that follow fall to 0 V, for a reason; an earlier reason is kept."""
+        self.error = self.error or reason
+
+    def closed(self) -> StreamClosedError:
+        """Return the error of a stream that has ended, with the reason as its cause."""
+        found = StreamClosedError(self.error.problems if self.error else "the stream has ended")
+        found.__cause__ = self.error
+        return found
+
+    def close(self) -> Real:
+        """End the stream by its ramp: samples [V] down to 0 V, none if 0 V is reached already."""
+        self.end(InputError("the stream was closed"))
+        left = self._synthesis.ramp_samples - self._fallen
+        return self._ending(left) if left > 0 else np.zeros(0)
+
+    def _rendered(self, position: ArrayLike, time: float) -> Real:
+        """Return the samples of a block, or of the ramp after a position or a texture that failed."""
+        count = self._block
+        try:
+            places, now = self._read(position, time)
+            count, places = self._at_samples(places, now)
+            before = places[:1] if self._sample_place is None else self._sample_place
+            velocity = (places - np.concatenate((before, places[:-1]))) * self.rate
+            forces = self._synthesis.forces(places, velocity)
+        except Exception as error:  # noqa: BLE001 - whatever a position or a texture raises
+            kind = (
+                "" if isinstance(error, (TypeError, ValueError, InputError)) else f"{type(error).__name__}: "
+            )
+            self.error = InputError(f"{kind}{error}. The stream ends at 0 V")
+            self.error.__cause__ = error.__cause__ or error
+            return self._ending(count)
+        return self._checked(count, places, forces)
+
+    def _checked(self, count: int, places: Real, forces: Real) -> Real:
+        """Return the samples of a block within the limits, or those up to the first violation and the ramp after them."""
+        synthesis = self._synthesis
+        ramped = synthesis.rising(self._next, synthesis.amplitudes(forces))
+        place, why = synthesis.first_fault(forces, ramped, self._amplitude)
+        if self._next + count > self._last and place < 0:
+            place, why = max(0, self._last - self._next), "the declared longest duration is reached"
+        if place < 0:
+            found = synthesis.voltages(self._next, ramped)
+            if count:
+                self._next += count
+                self._amplitude = float(ramped[-1])
+                self._sample_place = places[-1:]
+            return found
+        self.error = InputError(f"{why}. The stream ends at 0 V", path="texture")
+        kept = ramped[:place]
+        found = synthesis.voltages(self._next, kept)
+        self._next += place
+        self._amplitude = float(kept[-1]) if place else self._amplitude
+        return np.concatenate([found, self._ending(count - place)])
+
+    def _ending(self, count: int) -> Real:
+        """Return samples of the ramp to 0 V; raise once it is complete."""
+        synthesis = self._synthesis
+        if self._fallen == 0:
+            self._fall_from = self._amplitude
+            if self._fall_from == 0.0:
+                self._fallen = synthesis.ramp_samples
+                if self._next:
+                    return np.zeros(count)
+        elif self._fallen >= synthesis.ramp_samples:
+            interruption, self._interruption = self._interruption, None
+            raise interruption or self.closed()
+        found = synthesis.voltages(self._next, synthesis.falling(self._fallen, count, self._fall_from))
+        self._next += count
+        self._fallen += count
+        return found
+
+    def _read(self, position: ArrayLike, time: float) -> tuple[Real, float]:
+        """Return positions of shape (m, 2) and the time; refuse what is no number or comes too late."""
+        now, given = float(time), np.asarray(position, dtype=float)
+        wide = self._dimensions == 2
+        if (
+            given.ndim not in ((1, 2) if wide else (0, 1))
+            or not given.size
+            or (wide and given.shape[-1] != 2)
+        ):
+            shapes = "(2,) or (m, 2)" if wide else "() or (m,)"
+            raise ValueError(f"the position has the shape {given.shape}, and {shapes} is needed")
+        if not (math.isfinite(now) and np.isfinite(given).all()):
+            raise ValueError("position and time have to be finite numbers")
+        if wide:
+            places = given.reshape(-1, 2)
+        else:
+            places = np.full((given.size, 2), self._across)
+            places[:, 0] = given
+        if math.isnan(self._time):
+            self._origin = now - (self._block - 1) / self.rate
+            self._time, self._place = now - self._block / self.rate, places[0]
+        elif not now > self._time:
+            raise ValueError(f"the time {now:.9g} s is not after that of the call before, {self._time:.9g} s")
+        if (now - self._time) * self.rate > self._block + _TICK:
+            late = now - self._time
+            raise ValueError(
+                f"{late:.4g} s have passed since the call before, and a block has {self.latency:.4g} s"
+            )
+        return places, now
+
+    def _at_samples(self, places: Real, now: float) -> tuple[int, Real]:
+        """Return the number of samples up to a time and the positions at them, on straight lines."""
+        rate, before, last = self.rate, self._time, self._place
+        count = math.floor((now - self._origin) * rate + _TICK) - self._next + 1
+        since = self._origin - before + np.arange(self._next, self._next + count) / rate
+        shares = since * (len(places) / (now - before))
+        if len(places) == 1:
+            found = last + shares[:, None] * (places[0] - last)
+        else:
+            knots = np.arange(len(places) + 1)
+            found = np.empty((count, 2))
+            for axis in (0, 1):
+                found[:, axis] = np.interp(
+                    shares, knots, np.concatenate((last[axis : axis + 1], places[:, axis]))
+                )
+        self._time, self._place = now, places[-1]
+        return count, found

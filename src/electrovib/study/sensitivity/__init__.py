@@ -1,6 +1,0 @@
-"""Sensitivity of a quantity to the parameters of a space: Sobol indices and elasticities."""
-
-from electrovib.study.sensitivity.analysis import sensitivity
-from electrovib.study.sensitivity.result import InputIndices, Sensitivity
-
-__all__ = ["InputIndices", "Sensitivity", "sensitivity"]
