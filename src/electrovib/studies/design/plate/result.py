@@ -146,7 +146,7 @@ class PlateDesign(Designed):
         )
         return Document(
             title=f"Design of the plate: {self.base.title or 'a scenario'}",
-            sentences=[self.answer],
+            sentences=self.sentences,
             diagnostics=self.diagnostics,
             figures=[figure],
             tables=self.tables,

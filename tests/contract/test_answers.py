@@ -1,0 +1,176 @@
+"""Every kind of answer: its sentences, warnings, tables and files are the same in text, notebook, page and folder."""
+
+from __future__ import annotations
+
+import html
+import importlib
+import pkgutil
+
+import numpy as np
+import pytest
+
+import electrovib as ev
+from electrovib.core.answer import Answer, Document, Drawing, Table
+from electrovib.core.diagnostics import warning_lines
+from electrovib.core.errors import InputError
+from electrovib.core.trace import make_trace
+from electrovib.data.marks import Form, is_ours
+from electrovib.studies.texture import TextureDrive
+from electrovib.view.documents import check_answer
+from electrovib.view.fitted_separately import SeparateAnswer
+from electrovib.view.swipe import SwipesAnswer
+from electrovib.view.times import TimesAnswer
+
+SINE = "bau_2010/sine"
+MEAN = "mean electrostatic_force"
+LIMITS = {"limits.voltage": "1 kV", "limits.current": "10 mA"}
+GAP = "stack.gap.thickness"
+
+
+def spectrum():
+    """Impedance of the plate with 1 % of noise."""
+    grid = {"frequency.low": 1.0, "frequency.high": 1e5, "frequency.samples": 25}
+    exact = ev.simulate(ev.load(SINE).replace(grid))
+    rng, clean = np.random.default_rng(3), exact["impedance"].values
+    noise = 0.01 * np.abs(clean) * (rng.normal(size=clean.size) + 1j * rng.normal(size=clean.size))
+    axis = exact["frequency"].values
+    return make_trace({"impedance": (("frequency",), clean + noise)}, {"frequency": axis}, {})
+
+
+def edges():
+    """A force that rises twice within 10 ms."""
+    time = np.linspace(0.0, 0.4, 4001)
+    up = (np.interp(time, at + np.array([0.0, 0.01, 0.1, 0.11]), [0.0, 1.0, 1.0, 0.0]) for at in (0.05, 0.25))
+    values = sum(up) + 1e-3 * np.random.default_rng(1).normal(size=time.size)
+    return make_trace({"lateral_force_measured": (("time",), values)}, {"time": time}, {})
+
+
+def swipe():
+    """One slide of a finger under 0.5 N with a friction coefficient of 0.4, between two rests of the sensors."""
+    time = np.linspace(0.0, 2.0, 4001)
+    inside = np.interp(time, [0.5, 0.55, 1.45, 1.5], [0.0, 1.0, 1.0, 0.0])
+    rng = np.random.default_rng(2)
+    signals = {
+        f"{name}_force_measured": (("time",), size * inside + 1e-3 * rng.normal(size=time.size))
+        for name, size in (("normal", 0.5), ("lateral", 0.2))
+    }
+    return ev.reduce_swipes(make_trace(signals, {"time": time}, {}))
+
+
+ANSWERS = {
+    "Comparison": lambda: ev.compare(SINE, models=["MaxwellStressInGap", "MaxwellStressInInsulator"]),
+    "MaterialComparison": lambda: ev.compare_materials(SINE, materials=["silica"]),
+    "CheckResult": lambda: ev.check(SINE, limits={"voltage": "1 kV"}),
+    "SeriesResistor": lambda: ev.series_resistor(SINE, limits={"current": "1 mA"}),
+    "Sensitivity": lambda: ev.sensitivity(SINE, "fingers", quantity=MEAN, n=4, seed=1),
+    "PlateDesign": lambda: ev.design_plate(SINE, {"drive.amplitude": [50.0, 100.0]}, refine=0),
+    "DesignedParameter": lambda: ev.design(SINE, want=f"{MEAN} = 1 mN", free="drive.amplitude"),
+    "DesignedDrive": lambda: ev.design(SINE, target="sine 5 Hz 1 mN", method="carrier", set=LIMITS),
+    "DesignedForShare": lambda: ev.design(
+        SINE, want=f"{MEAN} = 1 mN", free="drive.amplitude", space="fingers", share=0.9, seed=1, n=20
+    ),
+    "Percept": lambda: ev.perceive(SINE),
+    "TextureDrive": lambda: ev.texture_drive(
+        SINE,
+        texture={"model": "Grating", "period": "2 mm", "amplitude": "0.5 mN"},
+        path="50 mm/s",
+        carrier="3 kHz",
+        set=LIMITS,
+    ),
+    "FitResult": lambda: ev.fit(SINE, spectrum(), free=[GAP]),
+    "SeparateAnswer": lambda: SeparateAnswer(found=ev.fit_separately(SINE, [spectrum()], free=[GAP])),
+    "TimesAnswer": lambda: TimesAnswer(found=ev.measure_times(edges(), signal="lateral_force_measured")),
+    "SwipesAnswer": lambda: SwipesAnswer(swipes=swipe()),
+}
+"""Name of a class to an answer of it, or of a class below it."""
+
+
+@pytest.fixture(scope="module", params=ANSWERS)
+def found(request):
+    return ANSWERS[request.param]()
+
+
+def kinds(of=Answer):
+    for each in of.__subclasses__():
+        yield each
+        yield from kinds(each)
+
+
+def test_every_kind_of_answer_is_here():
+    for module in pkgutil.walk_packages(ev.__path__, "electrovib."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+    own = [each for each in kinds() if each.__module__.startswith("electrovib.")]
+    leaves = {each.__name__ for each in own if not each.__subclasses__()}
+    assert leaves >= {"Comparison", "Sensitivity", "PlateDesign"}
+    assert leaves <= set(ANSWERS), "an answer without a test"
+
+
+def test_text_notebook_and_page_say_the_same(found, tmp_path):
+    said = found.document
+    assert said.title
+    assert said.sentences or said.tables
+    (page,) = ev.save(found, tmp_path / "page.html")
+    shown = html.unescape(page.read_text())
+    warnings = [line for line in warning_lines(said.diagnostics) if line.startswith("warning")]
+    in_notebook = html.unescape(found._repr_html_())
+    for text in [*said.sentences, *warnings]:
+        assert text in repr(found)
+        assert text in in_notebook
+    for table in said.tables:
+        assert table.title in in_notebook
+        assert f"<h2>{table.title}</h2>" in shown.replace("µ", "u").replace("Ω", "ohm")
+        assert {len(row) for row in table.rows} <= {len(table.headings)}
+    assert said.title in shown
+    assert is_ours(page, Form.PAGE)
+
+
+def test_a_folder_holds_the_page_and_all_files(found, tmp_path):
+    written = ev.save(found, tmp_path / "answer")
+    assert [path.name for path in written] == ["report.html", *found.files]
+    for path in written[1:]:
+        form = found.files[path.name]
+        assert form is None or is_ours(path, Form(form)), path.name
+        suffixes = [each.suffix for each in written]
+        if suffixes.count(path.suffix) == 1:
+            (alone,) = ev.save(found, tmp_path / f"alone{path.suffix}")
+            assert alone.read_bytes() == path.read_bytes()
+    (tmp_path / "answer" / "report.html").write_text("mine")
+    before = {path: path.read_bytes() for path in written}
+    with pytest.raises(InputError, match=r"report\.html: exists already and is no HTML page"):
+        ev.save(found, tmp_path / "answer")
+    assert {path: path.read_bytes() for path in written} == before
+    ev.save(found, tmp_path / "answer", force=True)
+
+
+def test_other_suffixes_are_refused_before_the_computation(found, tmp_path):
+    for write in (ev.save, lambda found, path: check_answer(type(found), path)):
+        with pytest.raises(InputError, match=r"out\.pdf: this result is written as \.html.*without a suffix"):
+            write(found, tmp_path / "out.pdf")
+    assert not list(tmp_path.iterdir())
+
+
+class Sketch(Answer):
+    DRAWN = True
+    FILES = {"a.csv": Form.TABLE, "b.csv": Form.TABLE}  # noqa: RUF012
+
+    @property
+    def document(self):
+        figure = Drawing(id="f", title="Its figure", plot="stack", of=ev.load(SINE), size=(3.0, 2.0))
+        table = Table("Numbers", ("a",), (("1",),))
+        return Document(title="t", sentences=["one", "two"], figures=[figure], tables=[table], remarks=["r"])
+
+
+def test_a_figure_is_written_alone_and_no_mark_protects_it(tmp_path):
+    (picture,) = ev.save(Sketch(), tmp_path / "f.png")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(InputError, match="may be somebody else's"):
+        ev.save(Sketch(), picture)
+    assert b"<svg" in ev.save(Sketch(), tmp_path / "f.SVG")[0].read_bytes()
+    with pytest.raises(InputError, match=r"written as \.html, \.png, \.svg, or"):  # two files end in .csv
+        ev.save(Sketch(), tmp_path / "x.csv")
+
+
+def test_remarks_follow_warnings_and_tables_follow_sentences():
+    assert [line.strip() for line in repr(Sketch()).splitlines()] == ["one", "two", "", "Numbers", "-------", "a", "1", "", "r"]
+    assert TextureDrive.__repr__ is Answer.__repr__
