@@ -10,7 +10,7 @@ from electrovib.core.checks import STATUSES
 from electrovib.core.units import format_quantity
 from electrovib.physics.safety import FIELD_EMISSION
 from electrovib.scenario import Scenario
-from electrovib.studies.compare.static import air_breaks_down, static_force
+from electrovib.studies.compare.laws import air_breaks_down, static_force
 
 AREA: Final = 1e-4
 """Contact area of every cell [m2]."""

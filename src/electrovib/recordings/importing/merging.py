@@ -1,18 +1,18 @@
-"""Two records with clocks of their own as one Trace."""
+"""Two records with clocks of their own as one Trace, by the edges that both hold."""
 
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.core.diagnostics import read_diagnostics
+from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.trace import make_trace
 from electrovib.core.units import format_quantity
-from electrovib.recordings.importing.common_edges import ClockRelation, match_edges
 from electrovib.recordings.importing.periods import find_edges
 from electrovib.recordings.importing.steps import resampled, seconds
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
+    from electrovib.recordings.importing.periods import SignalEdges
+
 
 _LONGEST: Final = 4000
 
@@ -190,3 +192,160 @@ def _attributes(
 
 def _span(time: Real) -> str:
     return f"{format_quantity(float(time[0]), 's')} to {format_quantity(float(time[-1]), 's')}"
+
+
+_MOST: Final = 2000
+"""Largest number of edges of a record."""
+_LARGEST_DRIFT: Final = 0.01
+"""Largest difference of the ratio of two clocks from 1."""
+_CLEARLY: Final = 3.0
+"""Ratio of the misfit of the second best alignment to that of the best one from which on the edges determine it."""
+_SHARE: Final = 0.5
+"""Share of the edges of the shorter record that an alignment has to match."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClockRelation:
+    """Time on the clock of a reference, over time on another clock: shift + ratio time.
+
+    `edges` determine it; 0 if the shift was stated. The half widths are those of the 95 % intervals of the
+    shift at the mean time of the edges, and of the ratio; None if unknown.
+    """
+
+    shift: float
+    ratio: float
+    edges: int = 0
+    shift_half_width: float | None = None
+    ratio_half_width: float | None = None
+
+    def sentence(self) -> str:
+        """Return the relation as a sentence of the history."""
+        moved = f"second file: {format_quantity(self.shift, 's', digits=7)} added to its time stamps"
+        if not self.edges:
+            return f"{moved}, as stated; the clocks were assumed to run alike"
+        within = f"(95 % interval +-{format_quantity(self.shift_half_width or 0.0, 's', digits=2)})"
+        if self.ratio_half_width is None:
+            return f"{moved} {within}, from one common edge; the clocks were assumed to run alike"
+        return (
+            f"{moved} {within} after multiplication by the clock ratio 1 {1e6 * (self.ratio - 1):+.4g} ppm"
+            f" (95 % interval +-{1e6 * self.ratio_half_width:.2g} ppm), from {self.edges} common edges"
+        )
+
+    def diagnostic(self) -> Diagnostic:
+        """Return whether the ratio of the clocks is known."""
+        if self.ratio_half_width is None:
+            why = "one common edge" if self.edges else "a stated shift"
+            return Diagnostic(
+                "clock ratio",
+                "unknown",
+                f"{why} does not determine the ratio of the clocks, so a drift cannot be noticed",
+            )
+        return Diagnostic(
+            "clock ratio", "ok",
+            f"{self.edges} common edges determine the ratio of the clocks within {1e6 * self.ratio_half_width:.2g} ppm",
+        )  # fmt: skip
+
+
+def match_edges(
+    reference: SignalEdges, other: SignalEdges, *, steps: tuple[float, float], near: float | None = None
+) -> ClockRelation:
+    """Match the edges of two records in their order and fit shift and ratio of the clocks.
+
+    Rising edges match rising ones, falling ones falling ones. An alignment is accepted if every residual is
+    below a quarter of the shortest interval between edges, if the ratio of the clocks differs from 1 by at
+    most 1 %, and if no other alignment fits within three times its misfit; else the approximate shift `near`
+    has to select it. The 95 % intervals are from the residuals (Student's t) or from the sampling intervals
+    `steps`, whichever standard deviation is larger.
+    """
+    times, kinds = zip(*(_in_order(each) for each in (reference, other)), strict=True)
+    for count, what in ((times[0].size, "reference"), (times[1].size, "other record")):
+        if not 0 < count <= _MOST:
+            raise InputError(f"edges: the {what} has {count} edges; expected 1 to {_MOST}")
+    timing = math.hypot(*steps) / math.sqrt(12)
+    if min(times[0].size, times[1].size) == 1 or max(times[0].size, times[1].size) == 1:
+        return _single(times, kinds, timing, near)
+    fits = []
+    for lag in range(1 - times[1].size, times[0].size):
+        fit = _fitted(times, kinds, lag)
+        if fit is not None:
+            fits.append(fit)
+    if not fits:
+        raise InputError(
+            "edges: those of the two records do not match in order and spacing; state a shift, such as '12 ms'"
+        )
+    if near is not None:
+        chosen = min(fits, key=lambda fit: abs(fit[1] + (fit[2] - 1) * times[1].mean() - near))
+    else:
+        fits.sort(key=lambda fit: fit[0])
+        chosen = fits[0]
+        rivals = [fit for fit in fits[1:] if fit[0] <= _CLEARLY * max(chosen[0], timing)]
+        if rivals:
+            raise InputError(
+                f"edges: shifts of {format_quantity(chosen[1], 's', digits=5)} and"
+                f" {format_quantity(rivals[0][1], 's', digits=5)} fit alike, because the edges are periodic; state a shift near"
+                " the right one, such as shift = '12 ms'"
+            )
+    return _relation(chosen, timing)
+
+
+def _in_order(edges: SignalEdges) -> tuple[Real, Real]:
+    """Return the times of all edges, and 1 for rising and -1 for falling ones."""
+    times = np.concatenate([edges.rising, edges.falling])
+    kinds = np.concatenate([np.ones(edges.rising.size), -np.ones(edges.falling.size)])
+    order = np.argsort(times, kind="stable")
+    return times[order], kinds[order]
+
+
+def _single(
+    times: tuple[Real, ...], kinds: tuple[Real, ...], timing: float, near: float | None
+) -> ClockRelation:
+    """Return the shift from one edge; of several edges `near` selects it."""
+    one, two = np.meshgrid(times[0], times[1], indexing="ij")
+    alike = kinds[0][:, None] == kinds[1][None, :]
+    shifts = np.sort((one - two)[alike])
+    if not shifts.size or (shifts.size > 1 and near is None):
+        many = f"{times[0].size} and {times[1].size} edges"
+        raise InputError(
+            f"edges: {many} do not determine the shift; state a shift near it, such as shift = '12 ms'"
+        )
+    shift = float(shifts[0] if near is None else shifts[np.argmin(np.abs(shifts - near))])
+    return ClockRelation(shift=shift, ratio=1.0, edges=1, shift_half_width=1.96 * timing)
+
+
+def _fitted(
+    times: tuple[Real, ...], kinds: tuple[Real, ...], lag: int
+) -> tuple[float, float, float, Real, Real] | None:
+    """Return misfit, shift, ratio and the matched edges at a lag; None if they do not fit."""
+    begin, end = max(lag, 0), min(times[0].size, times[1].size + lag)
+    count = end - begin
+    if count < max(2, math.ceil(_SHARE * min(times[0].size, times[1].size))):
+        return None
+    one, two = times[0][begin:end], times[1][begin - lag : end - lag]
+    if (kinds[0][begin:end] != kinds[1][begin - lag : end - lag]).any():
+        return None
+    centre = two.mean()
+    ratio = float(np.sum((two - centre) * (one - one.mean())) / np.sum((two - centre) ** 2))
+    residual = one - one.mean() - ratio * (two - centre)
+    if abs(ratio - 1) > _LARGEST_DRIFT or np.abs(residual).max() > 0.25 * float(np.diff(one).min()):
+        return None
+    misfit = float(np.sqrt(np.mean(residual**2)))
+    return misfit, float(one.mean() - ratio * centre), ratio, one, two
+
+
+def _relation(fit: tuple[float, float, float, Real, Real], timing: float) -> ClockRelation:
+    from scipy.stats import t as student
+
+    misfit, shift, ratio, one, two = fit
+    count = one.size
+    free = count - 2
+    spread = float(np.sqrt(np.sum((two - two.mean()) ** 2)))
+    scatter = misfit * math.sqrt(count / free) if free else 0.0
+    factor = float(student.ppf(0.975, free)) if free and scatter > timing else 1.96
+    deviation = max(scatter, timing)
+    return ClockRelation(
+        shift=shift,
+        ratio=ratio,
+        edges=count,
+        shift_half_width=factor * deviation / math.sqrt(count),
+        ratio_half_width=factor * deviation / spread,
+    )

@@ -1,19 +1,30 @@
-"""The catalogue as a user asks for it: everything, one entry, or what a word finds."""
+"""The catalogue as a user asks for it: everything on one screen, one entry, or what a word finds."""
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Iterable
 from dataclasses import replace
 from types import ModuleType
 from typing import Final
 
-from electrovib.core.answer import laid_out
+from electrovib.core.answer import Table, laid_out, terminal_width
+from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
-from electrovib.studies.catalogue.items import REMARKS, Item, everything, scenario_items
+from electrovib.core.status import UNVERIFIED, status_text
+from electrovib.studies.catalogue.families import families, kind_of, places
+from electrovib.studies.catalogue.items import (
+    LIBRARY,
+    PAPERS,
+    REMARKS,
+    SCENARIOS,
+    Item,
+    everything,
+    scenario_items,
+)
 from electrovib.studies.catalogue.listed import Listed, Listing
-from electrovib.studies.catalogue.listing import all_table, found_table, scenario_table
-from electrovib.studies.catalogue.overview import overview
 from electrovib.studies.catalogue.pages import page
 
 MOST: Final = 15
@@ -150,3 +161,73 @@ def _as_text(query: str, full: list[Item], records: list[Listed], *, complete: b
     if hidden := len(others) - len(shown):
         pages.append(f"and {hidden} more: 'electrovib list --all \"{query}\"' lists them\n")
     return "\n".join(pages)
+
+
+def found_table(records: Iterable[Listed], title: str = "") -> Table:
+    """Write the result of a search: what was found, what it is, and why it was found."""
+    rows = [(record.name, record.kind, f"{record.meaning} [{record.reason}]") for record in records]
+    return Table(title, ("name", "kind", "what it is [why it was found]"), tuple(rows))
+
+
+def all_table(records: Iterable[Listed], title: str = "") -> Table:
+    """Write every record on one line."""
+    rows = [(record.name, record.kind, record.status or "definition", record.meaning) for record in records]
+    return Table(title, ("name", "kind", "source status", "what it is"), tuple(rows))
+
+
+def scenario_table(items: Iterable[Item], title: str = "") -> Table:
+    """Write ready-made scenarios with what each reproduces; of a search also the stack, and why it was found."""
+    rows = []
+    for item in items:
+        record = item.record
+        why = f"; stack: {item.texts['stack']} [{record.reason}]" if record.reason else ""
+        rows.append((record.name, record.reproduces or "-", f"{_without_paper(record)}{why}"))
+    why = " [why it was found]" if rows and rows[0][-1].endswith("]") else ""
+    return Table(title, ("scenario", "figure or statement", f"what it is{why}"), tuple(rows))
+
+
+def _without_paper(record: Listed) -> str:
+    """Omit from a title the author, year and figure that stand in the other columns."""
+    author, _, year = record.paper.partition("_")
+    start, colon, rest = record.meaning.partition(": ")
+    return rest if colon and start.casefold().startswith(f"{author} {year}") else record.meaning
+
+
+_MORE = (
+    "'electrovib list NAME' shows one in full, 'electrovib list WORD' searches names, meanings, parameters, materials,"
+    " papers and scenarios, --all lists every entry with its source status, --bibtex the citations."
+)
+
+
+def overview(items: Iterable[Item]) -> str:
+    """Write the names of everything by its place in a scenario, and how to find out more."""
+    found = list(items)
+    held = places()
+    rows = {path: sorted(find_members(family)) for family, path in held.items()}
+    outside = {kind_of(family): sorted(find_members(family)) for family in families() if family not in held}
+    labels = (LIBRARY, "materials", "skins", "stacks", PAPERS)
+    offered = {label: [item.record.name for item in found if item.record.group == label] for label in labels}
+    count = sum(item.record.group == SCENARIOS for item in found)
+    unverified = [
+        item.record.name
+        for item in found
+        if item.record.status == UNVERIFIED and item.record.group != SCENARIOS
+    ]
+    width = max(map(len, [*rows, *offered, *outside])) + 2
+    lines = ["Key of a scenario file, and the models to choose from:", ""]
+    lines += [line for label, names in rows.items() for line in _row(label, names, width)]
+    lines += ["", "Outside a scenario:", ""] if outside else []
+    lines += [line for label, names in outside.items() for line in _row(label, names, width)]
+    lines += ["", "Ready-made, used by name:", ""]
+    lines += [line for label, names in offered.items() if names for line in _row(label, names, width)]
+    lines += _row(SCENARIOS, [f"{count}, listed by 'electrovib list scenarios'"], width)
+    lines += [
+        "",
+        *textwrap.wrap(f"{status_text(UNVERIFIED).capitalize()}: {', '.join(unverified)}.", terminal_width()),
+    ]
+    return "\n".join([*lines, *textwrap.wrap(_MORE, terminal_width())]) + "\n"
+
+
+def _row(label: str, names: list[str], width: int) -> list[str]:
+    parts = textwrap.wrap(", ".join(names), terminal_width() - width, break_on_hyphens=False)
+    return [f"{label if place == 0 else '':<{width}}{part}" for place, part in enumerate(parts)]

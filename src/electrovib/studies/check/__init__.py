@@ -12,8 +12,14 @@ from electrovib.studies.check.declared import (
     strictest,
 )
 from electrovib.studies.check.drive import DriveSource, read_drive, sampled, with_drive
-from electrovib.studies.check.function import check, checked, cleared_for_output, declared_limits
-from electrovib.studies.check.played import cleared_as_played, without_its_limits
+from electrovib.studies.check.function import (
+    check,
+    checked,
+    cleared_as_played,
+    cleared_for_output,
+    declared_limits,
+    without_its_limits,
+)
 from electrovib.studies.check.result import CheckNumber, CheckResult, CheckRow
 
 __all__ = [

@@ -1,32 +1,46 @@
-"""Comparison of force laws on one stack."""
+"""Comparison of force laws on one stack: static forces, responses, and figures in which a law keeps its colour."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from electrovib.core.answer import Curve, Panel
 from electrovib.core.arrays import Real
+from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError, InputError, NotCausalError
 from electrovib.core.mistakes import near_members
+from electrovib.core.paths import quantity_at
+from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
 from electrovib.physics.friction import SteadyFriction
+from electrovib.physics.material import Material
+from electrovib.physics.safety import AIR
 from electrovib.physics.time_profile import Steady
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import phasors
-from electrovib.studies.compare.panels import over_frequency, over_parameter, over_time
-from electrovib.studies.compare.result import Comparison, Entry, answer, pages, tables
-from electrovib.studies.compare.static import air_breaks_down, air_warnings, static_force
-from electrovib.studies.explain import explain, in_time, knows_polarity
+from electrovib.studies.compare.result import (
+    Comparison,
+    Entry,
+    answer,
+    explain,
+    in_time,
+    knows_polarity,
+    pages,
+    tables,
+)
 from electrovib.studies.sweep import parse_over
 
 if TYPE_CHECKING:
     import xarray
+
 
 STEP = 0.05
 """Duration of the step response [s]."""
@@ -234,3 +248,162 @@ def _warnings(trace: xarray.Dataset) -> tuple[str, ...]:
         for diagnostic in json.loads(trace.attrs["validity"])
         if diagnostic["state"] == "warning" and diagnostic["name"] != "discontinuity"
     )
+
+
+SAME = 0.02
+"""Relative difference up to which two curves coincide."""
+KINDS = ("line", "dashed", "dotted")
+"""Line styles of the first, second and every further of coinciding curves."""
+
+
+def over_frequency(entries: Sequence[Entry], *, frequency: Real, voltage: float) -> Panel:
+    """Return the figure of the mean force of each law over frequency, under a sine of the peak `voltage`."""
+    curves = [
+        Curve(label=entry.name, x=frequency, y=entry.mean, look=look)
+        for look, entry in enumerate(entries)
+        if np.all(entry.mean > 0)
+    ]
+    return Panel(
+        id="force_over_frequency",
+        title="Mean force over frequency",
+        caption=f"Time mean under a sine of {format_quantity(voltage, 'V')}, materials as declared.",
+        x=("frequency", "Hz"),
+        y=("mean electrostatic force", "N"),
+        curves=all_to_be_seen(curves),
+        log_x=True,
+        log_y=True,
+    )
+
+
+def over_time(entries: Sequence[Entry], *, time: Real, voltage: float) -> Panel:
+    """Return the figure of the response of each law that has one to a step of the height `voltage`."""
+    curves = []
+    for look, entry in enumerate(entries):
+        if len(entry.step):
+            floor = np.max(entry.step) * 1e-6
+            curves.append(Curve(label=entry.name, x=time[1:], y=np.maximum(entry.step[1:], floor), look=look))
+    caption = (
+        f"After a step to {format_quantity(voltage, 'V')} from rest. The laws differ in time, not only in size: where a"
+        " layer conducts, the field moves to the other layers. No value is drawn below a millionth of the largest of its"
+        " law."
+    )
+    return Panel(
+        id="force_over_time",
+        title="Step response",
+        caption=caption,
+        x=("time", "s"),
+        y=("electrostatic force", "N"),
+        curves=all_to_be_seen(curves),
+        log_x=True,
+        log_y=True,
+    )
+
+
+def over_parameter(
+    scenario: Scenario, cases: Mapping[str, Scenario], path: str, *, values: Real, highest: float = np.inf
+) -> Panel:
+    """Return the figure of the static force of each law over a parameter; above `highest` the amplifier saturates [V]."""
+    quantity = quantity_at(scenario, path)
+    curves, marks = [], []
+    for look, (name, case) in enumerate(cases.items()):
+        varied = [_with(case, path, float(value)) for value in values]
+        voltages = [min(one.drive.largest(), highest) for one in varied]
+        forces = np.array(
+            [static_force(one, voltage=each) for one, each in zip(varied, voltages, strict=True)]
+        )
+        curves.append(Curve(label=name, x=values, y=forces, look=look))
+        if case.force.evaluation_surface == "gap":
+            broken = np.array(
+                [bool(air_breaks_down(one, voltage=each)) for one, each in zip(varied, voltages, strict=True)]
+            )
+            label = f"{name}: air breaks down"
+            marks += (
+                [Curve(label=label, x=values[broken], y=forces[broken], upper=None, kind="points", look=look)]
+                if any(broken)
+                else []
+            )
+    said = f"At the peak voltage of the drive, nothing conducting. {_sentence(quantity.doc)}"
+    if marks:
+        said += " Points: there the air of the gap breaks down, so this force would not be measured."
+    return Panel(
+        id=f"static_over_{path.replace('.', '_')}",
+        title=f"Static force over {path}",
+        caption=said,
+        x=(path, quantity.unit),
+        y=("static electrostatic force", "N"),
+        curves=(*all_to_be_seen(curves), *marks),
+        log_x=bool(np.min(values) > 0 and np.max(values) / np.min(values) > 20),
+        log_y=True,
+    )
+
+
+def _with(case: Scenario, path: str, value: float) -> Scenario:
+    if path.startswith("force."):
+        try:
+            quantity_at(case, path)
+        except InputError:
+            return case
+    return case.replace({path: value})
+
+
+def _sentence(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:].rstrip('.')}."
+
+
+def all_to_be_seen(curves: Sequence[Curve]) -> tuple[Curve, ...]:
+    """Draw a curve dashed where it covers another one over at least half of its length, dotted for several."""
+    shown: list[Curve] = []
+    for curve in curves:
+        below = sum(_on_each_other(curve, other) for other in shown)
+        shown.append(replace(curve, kind=KINDS[min(below, len(KINDS) - 1)]))
+    return tuple(shown)
+
+
+def _on_each_other(one: Curve, other: Curve) -> bool:
+    return bool(np.mean(np.isclose(one.y, other.y, rtol=SAME, atol=0.0)) >= 1 / 2)
+
+
+def insulating(scenario: Scenario) -> Scenario:
+    """Return the same stack without conduction, with its dispersion."""
+    changes: dict[str, Any] = {}
+    for name, layer in scenario.stack.layers.items():
+        changes |= _without_conduction(layer.material, f"stack.{name}.material")
+        if layer.leak is not None:
+            changes[f"stack.{name}.leak"] = None
+    return scenario.replace(changes) if changes else scenario
+
+
+def _without_conduction(material: Material, path: str) -> dict[str, Any]:
+    return {f"{path}.conductivity": 0.0} if material.conductivity else {}
+
+
+def static_force(scenario: Scenario, *, voltage: float) -> float:
+    """Compute the steady attraction at a constant voltage without conduction.
+
+    Of a law without a response in time it is twice its mean under a sine of 1 Hz.
+    """
+    held = insulating(scenario)
+    changes = {
+        "drive": {"model": "Step", "level": voltage},
+        "time.initial_state": {"model": "PeriodicState"},
+    }
+    if not scenario.force.causal:
+        slow = phasors(held, np.array([1.0]))
+        return 2 * float(mean_force(held, slow, amplitude=voltage)[0])
+    return float(simulate(held.replace(changes), time=np.array([0.0, 1.0])).electrostatic_force[-1])
+
+
+def air_breaks_down(scenario: Scenario, *, voltage: float) -> str:
+    """Return the warnings about the air of the gap at a constant voltage without conduction; empty without one."""
+    changes = {
+        "force": {"model": "MaxwellStressInGap"},
+        "drive": {"model": "Step", "level": voltage},
+        "time.initial_state": {"model": "PeriodicState"},
+    }
+    trace = simulate(insulating(scenario).replace(changes), time=np.array([0.0, 1.0]))
+    return "; ".join(air_warnings(trace))
+
+
+def air_warnings(trace: xarray.Dataset) -> tuple[str, ...]:
+    """Return what a Trace states about breakdown of the air of its gap."""
+    return tuple(each.text for each in diagnostics_of(trace) if each.name in AIR and each.state == "warning")

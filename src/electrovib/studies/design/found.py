@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.answer import Table
 from electrovib.core.units import format_quantity
-from electrovib.studies.check.result import UNKNOWN
-from electrovib.studies.check.rows import not_compared
+from electrovib.studies.check.result import UNKNOWN, not_compared
 from electrovib.studies.design.result import Designed
 
 if TYPE_CHECKING:

@@ -3,22 +3,47 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from electrovib.core.errors import InputError
+import numpy as np
+
+from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.scenario import Source, read_scenario
+from electrovib.solve.choice import chosen
+from electrovib.solve.effort import counted, last_time
+from electrovib.solve.meter import Meter, measured
+from electrovib.studies.check import checked
+from electrovib.studies.check.result import not_in_rows
 from electrovib.studies.design.drive import design_drive
-from electrovib.studies.design.parameter import design_parameter
+from electrovib.studies.design.evaluation import Evaluation
+from electrovib.studies.design.found import DesignedParameter, Explored, FoundValue
+from electrovib.studies.design.limits import Limited, obtainable, several_limits
+from electrovib.studies.design.search import (
+    MOST_ADDED,
+    Function,
+    explore,
+    first_values,
+    look_between,
+    sharpen_extremes,
+    solutions,
+)
 from electrovib.studies.design.share import design_for_share
+from electrovib.studies.design.uncertain import influences, inputs_of, propagated, read_draws
+from electrovib.studies.design.wanted import BetweenSource, Wanted, WantSource, read_wanted
 
 if TYPE_CHECKING:
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.scenario import Scenario
     from electrovib.scenario.space import SpaceSource
     from electrovib.studies.check import LimitsSource
     from electrovib.studies.design.drive import TargetSource
     from electrovib.studies.design.result import Designed
     from electrovib.studies.design.wanted import BetweenSource, WantSource
+    from electrovib.studies.elasticity import Elasticity
+
 
 _ALWAYS: Final = ("scenario", "progress")
 
@@ -133,6 +158,163 @@ class DesignForm:
         return tuple(name for name in inspect.signature(self.function).parameters if name not in _ALWAYS)
 
 
+def form_of(given: Mapping[str, Any]) -> DesignForm:
+    """Return the form that is meant by the given arguments, all that it needs and nothing else among them."""
+    form = next((each for each in reversed(FORMS) if each.needs[0] in given), None)
+    form = form or next((each for each in FORMS if set(each.needs) & given.keys()), None)
+    if form is None:
+        examples = "; or ".join(f"{each.name} by {each.example}" for each in FORMS)
+        raise InputError(f"design: state what is wanted: {examples}")
+    missing = [name for name in form.needs if name not in given]
+    if missing:
+        raise InputError(
+            f"{missing[0]}: not given, but the design of {form.name} needs it, for instance {form.example}"
+        )
+    accepted = form.accepts
+    foreign = [name for name in given if name not in accepted]
+    if foreign:
+        raise InputError(
+            f"{name}: does not belong to the design of {form.name}, which takes {', '.join(accepted)}; omit it"
+            for name in foreign
+        )
+    return form
+
+
+_CONSTANT: Final = 1e-12
+"""Relative range of a quantity up to which it does not depend on the parameter."""
+_FLAT_LEVEL: Final = 1e-5
+"""The same for a level [dB]."""
+_LONG: Final = 0.1
+"""Counted computing time of an evaluation from which on fewer are made [s]."""
+_TIMES: Final = 200
+"""Approximate number of times at which the solution of an evaluation is computed."""
+_FEW_ADDED: Final = 12
+"""Largest number of values that are then added where the quantity is bent."""
+_BETWEEN: Final = 2000
+"""Largest number of values that are added among many solutions."""
+
+
+@measured()
+def design_parameter(
+    scenario: Scenario,
+    *,
+    want: WantSource,
+    free: str,
+    between: BetweenSource | None = None,
+    limits: LimitsSource | Sequence[LimitsSource] = None,
+    space: SpaceSource | None = None,
+    n: int | None = None,
+    seed: int | None = None,
+    linear: bool | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> DesignedParameter:
+    """Find the values of one parameter that give a wanted quantity, and what they depend on.
+
+    The arguments are those of `electrovib.design`. The quantity is computed over the range in the natural
+    scale of the parameter (logarithmic where it spans decades), with more values where it is bent; extremes
+    are refined, and each crossing of the wanted value is solved by Brent's method. Only what depends on the
+    parameter is computed again. Without a space, d ln x / d ln p = -(dq / d ln p) / (dq / d ln x) states what
+    the solution x depends on; linear propagation over a space is in logarithms, from its medians.
+    """
+    wanted = read_wanted(scenario, want=want, free=free, between=between)
+    given = several_limits(limits, scenario)
+    over = read_draws(scenario, space, n=n, seed=seed, linear=linear)
+    most_added, most_between = (_FEW_ADDED, _FEW_ADDED) if is_long(scenario) else (MOST_ADDED, _BETWEEN)
+    evaluation = Evaluation(scenario, wanted, (free,))
+    function = _explored(evaluation, sparse=most_added == _FEW_ADDED, most=most_added, progress=progress)
+    sharpen_extremes(function, wanted.value)
+    is_settled = look_between(function, wanted.value, most_added=most_between)
+    roots, jumps, beyond = solutions(function, wanted.value)
+    limited = Limited(lambda at: checked(evaluation.scenario({free: at}), limits=list(given)))
+    each_compared = (FoundValue(each, limited(each.value), limited.problem(each.value)) for each in roots)
+    found = tuple(sorted(each_compared, key=lambda each: _order(each, wanted)))
+    near = None
+    if not any(each.is_allowed for each in found):
+        near = obtainable(function, limited, wanted.value, wanted.begin)
+    main = found[0].value if found else None
+    return DesignedParameter(
+        base=scenario,
+        wanted=wanted,
+        solutions=found,
+        explored=Explored.of(function, jumps, beyond=beyond, is_settled=is_settled),
+        obtainable=near,
+        influences=() if main is None or over is not None else _influences(scenario, wanted, main),
+        distribution=None
+        if main is None or over is None
+        else propagated(scenario, wanted, over, start=main, progress=progress),
+        diagnostics=_diagnostics(evaluation, wanted.begin if main is None else main),
+        limits=given,
+    )
+
+
+def is_long(scenario: Scenario) -> bool:
+    """Return whether an evaluation of a scenario takes long: over time steps, or by its counted parts."""
+    works = counted(scenario, np.linspace(0.0, last_time(scenario), _TIMES))
+    return chosen(scenario).method.is_marched or sum(work.time for work in works) > _LONG
+
+
+def _explored(
+    evaluation: Evaluation, *, sparse: bool, most: int, progress: Callable[[int, int], None] | None
+) -> Function:
+    """Compute the quantity over the range; refused where it is known nowhere, or is the same everywhere."""
+    wanted = evaluation.wanted
+    values = first_values(wanted.low, wanted.high, wanted.begin, sparse=sparse)
+    count, of = len(values), f"{len(values)} evaluations for {wanted.free}"
+    meter = Meter.of_cases(
+        "this design", of, count, numbers=0, remedy="narrow the range, --free PATH=LOW:HIGH"
+    )
+    report = meter.reporting(progress)
+
+    def compute(at: float) -> float:
+        report(min(len(searched.values), count), count)
+        return evaluation({wanted.free: at})
+
+    searched = Function(compute)
+    explore(searched, values, most_added=most)
+    points = searched.known
+    reach = f"at {{}} value from {wanted.parameter(wanted.low)} to {wanted.parameter(wanted.high)}"
+    if not points:
+        told = [*searched.refused.values(), *(each.text for each in _diagnostics(evaluation, wanted.begin))]
+        why = next(iter(told), "its signal is not known")
+        raise InputError(f"{wanted.name} is not known {reach.format('any')}: {why}", path=wanted.free)
+    reached = [value for _, value in points]
+    noise = max(_CONSTANT * max(map(abs, reached)), _FLAT_LEVEL if wanted.unit == "dB" else 0.0)
+    if len(points) > 1 and max(reached) - min(reached) <= noise:
+        low, high = wanted.parameter(points[0][0]), wanted.parameter(points[-1][0])
+        raise InputError(
+            f"{wanted.name} does not depend on it: it is {wanted.quantity(reached[0])} at every value from"
+            f" {low} to {high}; choose another parameter",
+            path=wanted.free,
+        )
+    return searched
+
+
+def _order(each: FoundValue, wanted: Wanted) -> tuple[bool, bool, float]:
+    """Return the order of solutions: allowed, of the sign of the present value, near to it."""
+    begin = wanted.begin
+    alike = each.value * begin > 0 or (begin == 0 and each.value >= 0)
+    distance = abs(math.log(each.value / begin)) if each.value * begin > 0 else abs(each.value - begin)
+    return (not each.is_allowed, not alike, distance)
+
+
+def _influences(scenario: Scenario, wanted: Wanted, value: float) -> tuple[Elasticity, ...]:
+    """Return the elasticities of a solution; none of a solution that is 0."""
+    if value == 0:
+        return ()
+    at = scenario.replace({wanted.free: value})
+    paths = inputs_of(at, wanted.free)
+    evaluation = Evaluation(at, wanted, (wanted.free, *paths))
+    numbers = {path: number for path, number, _ in at.parameters() if path in paths and number is not None}
+    return influences(evaluation, numbers | {wanted.free: value}, paths)
+
+
+def _diagnostics(evaluation: Evaluation, at: float) -> tuple[Diagnostic, ...]:
+    try:
+        return not_in_rows(evaluation.warnings({evaluation.wanted.free: at}))
+    except ElectrovibError:  # the check states why
+        return ()
+
+
 FORMS: Final = (
     DesignForm(
         "a parameter",
@@ -154,25 +336,3 @@ FORMS: Final = (
     ),
 )
 """The last form whose deciding argument is given is the one that is meant."""
-
-
-def form_of(given: Mapping[str, Any]) -> DesignForm:
-    """Return the form that is meant by the given arguments, all that it needs and nothing else among them."""
-    form = next((each for each in reversed(FORMS) if each.needs[0] in given), None)
-    form = form or next((each for each in FORMS if set(each.needs) & given.keys()), None)
-    if form is None:
-        examples = "; or ".join(f"{each.name} by {each.example}" for each in FORMS)
-        raise InputError(f"design: state what is wanted: {examples}")
-    missing = [name for name in form.needs if name not in given]
-    if missing:
-        raise InputError(
-            f"{missing[0]}: not given, but the design of {form.name} needs it, for instance {form.example}"
-        )
-    accepted = form.accepts
-    foreign = [name for name in given if name not in accepted]
-    if foreign:
-        raise InputError(
-            f"{name}: does not belong to the design of {form.name}, which takes {', '.join(accepted)}; omit it"
-            for name in foreign
-        )
-    return form

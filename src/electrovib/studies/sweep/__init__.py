@@ -1,8 +1,6 @@
 """Sweeps: an experiment at every combination of the values of some parameters."""
 
-from electrovib.studies.sweep.asked import read_quantities
-from electrovib.studies.sweep.ranges import parse_over
-from electrovib.studies.sweep.run import Cases, sweep, sweep_cases
+from electrovib.studies.sweep.run import Cases, parse_over, read_quantities, sweep, sweep_cases
 from electrovib.studies.sweep.table import Case
 
 __all__ = ["Case", "Cases", "parse_over", "read_quantities", "sweep", "sweep_cases"]

@@ -1,10 +1,11 @@
-"""Sweeps: every case is solved on its own, at the times that its drive needs, and gives numbers."""
+"""Sweeps: what is asked for is read, and every case solved on its own, at the times that its drive needs."""
 
 from __future__ import annotations
 
 import functools
 import itertools
 import math
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -21,16 +22,18 @@ from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.effort import counted
 from electrovib.solve.meter import Meter, measured
-from electrovib.solve.quantities import DEFAULTS, Together
+from electrovib.solve.quantities import DEFAULTS, Named, Together, read_name
 from electrovib.solve.simulate import simulate
-from electrovib.studies.sweep.asked import Asked, read_quantities
-from electrovib.studies.sweep.felt import felt
+from electrovib.studies.sweep.felt import FELT, felt
 from electrovib.studies.sweep.table import Case, dataset
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     import xarray
+
+    from electrovib.scenario import Scenario
+
 
 CASE_NUMBERS: Final = 5000
 """Numbers that a case takes at least, its scenario included."""
@@ -244,3 +247,75 @@ def _solved(
 def _words(units: Mapping[str, str], point: Mapping[str, float]) -> str:
     shown = (f"{path} = {format_quantity(value, units[path], digits=4)}" for path, value in point.items())
     return ", ".join(shown)
+
+
+_RANGE = re.compile(r"([^=]+)=(.+):(.+):(\d+)(log)?")
+_FORM = "expected PATH=FROM:TO:N or PATH=FROM:TO:Nlog, for instance drive.rise=1ms:100ms:30log"
+
+
+def parse_over(scenario: Scenario, texts: Sequence[str]) -> dict[str, Real]:
+    """Read ``path=from:to:n``, or ``path=from:to:nlog`` for even spacing in the logarithm, as values in SI by path."""
+    found: dict[str, Real] = {}
+    problems: list[str] = []
+    for text in texts:
+        try:
+            path, values = _parse_one(scenario, text)
+            if path in found:
+                problems.append(f"--over {text}: '{path}' is swept twice")
+            found[path] = values
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def _parse_one(scenario: Scenario, text: str) -> tuple[str, Real]:
+    match = _RANGE.fullmatch(text.strip())
+    if match is None:
+        raise InputError(f"--over {text}: {_FORM}")
+    path, count = match[1].strip(), int(match[4])
+    quantity = quantity_at(scenario, path)
+    if path.startswith("frequency."):
+        raise InputError(f"--over {path}: all cases share the grid of frequencies; use --set")
+    if not 2 <= count <= 10**5:
+        raise InputError(f"--over {text}: n must be a whole number from 2 to 100000")
+    ends = []
+    for end in (match[2], match[3]):
+        try:
+            ends.append(parse_quantity(end, quantity.unit))
+        except ValueError:
+            raise InputError(f"--over {path}: '{end}': {expected(quantity.unit)}") from None
+    if match[5] and min(ends) <= 0:
+        raise InputError(f"--over {text}: a logarithmic range needs both ends above 0")
+    spacing = np.geomspace if match[5] else np.linspace
+    return path, spacing(ends[0], ends[1], count)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Quantities of the solution and of perception, and unit and meaning of each in the given order."""
+
+    solved: tuple[Named, ...]
+    felt: tuple[str, ...]
+    units: dict[str, tuple[str, str]]
+
+
+def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
+    """Read the names of quantities."""
+    solved: list[Named] = []
+    units: dict[str, tuple[str, str]] = {}
+    problems: list[str] = []
+    layers = tuple(scenario.stack.layers)
+    for text in [names] if isinstance(names, str) else names:
+        plain = " ".join(text.split())
+        if plain in FELT:
+            units[plain] = FELT[plain]
+            continue
+        with gathered(problems):
+            named = read_name(plain, layers, others=FELT)
+            units[named.name] = named.unit, named.meaning
+            solved.append(named)
+    if problems:
+        raise InputError(problems)
+    return Asked(tuple(dict.fromkeys(solved)), tuple(each for each in units if each in FELT), units)

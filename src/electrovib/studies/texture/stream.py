@@ -1,25 +1,32 @@
-"""Texture as a stream: blocks of samples while the finger moves, each checked against the limits."""
+"""Texture as a stream: blocks of samples while the finger moves, each checked, and a ramp to 0 V at the end whatever raises."""
 
 from __future__ import annotations
 
 import math
+import signal
+import sys
+import threading
+import traceback
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.studies.texture.added import place_across
-from electrovib.studies.texture.playing import play
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Iterator
+    from types import FrameType
 
     from numpy.typing import ArrayLike
 
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
+    from electrovib.physics.texture.base import RenderingPlate, Texture
     from electrovib.studies.check import CheckResult
     from electrovib.studies.texture.synthesis import Synthesis
+
 
 _TICK: Final = 1e-6
 """Share of a sample by which a time stamp may be early or late."""
@@ -308,3 +315,163 @@ class TextureStream:
                 )
         self._time, self._place = now, places[-1]
         return count, found
+
+
+_STOPPING: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+
+
+class Stopping:
+    """Request to end, by a signal to the process, whose `number` is 0 without one.
+
+    With `may_raise` a signal raises at once, because no block waits to be written; a second one does so at
+    any time. `is_over` is set for the ramp, during which none raises.
+    """
+
+    def __init__(self) -> None:
+        self.number, self.may_raise, self.is_over = 0, False, False
+
+    def requested(self, number: int, frame: FrameType | None) -> None:
+        """Note a signal."""
+        del frame
+        again, self.number = bool(self.number), self.number or number
+        if not self.is_over and (self.may_raise or again):
+            raise self.error()
+
+    def error(self) -> BaseException:
+        """Return what ends the caller: KeyboardInterrupt after SIGINT, else SystemExit with the code of a shell."""
+        return KeyboardInterrupt() if self.number == signal.SIGINT else SystemExit(128 + self.number)
+
+    def check(self) -> None:
+        """Raise if an end was requested."""
+        if self.number:
+            raise self.error()
+
+
+@contextmanager
+def stopping_signals() -> Iterator[Stopping]:
+    """Note signals that ask the process to end, in place of what they did before; in the main thread only."""
+    found = Stopping()
+    if threading.current_thread() is not threading.main_thread():
+        yield found
+        return
+    known = [getattr(signal, name) for name in _STOPPING if hasattr(signal, name)]
+    before = {number: signal.signal(number, found.requested) for number in known}
+    try:
+        yield found
+    finally:
+        for number, former in before.items():
+            signal.signal(number, former)
+
+
+def play(
+    stream: TextureStream, moves: Iterable[tuple[ArrayLike, float]], write: Callable[[Real], object]
+) -> None:
+    """Render and write a stream until the positions end, and its ramp to 0 V, before anything is raised."""
+    with stopping_signals() as stopping:
+        ended: BaseException | None = None
+        try:
+            _blocks(stream, moves, write, stopping)
+            if stream.error is not None:
+                ended = stream.closed()
+        except BaseException as error:  # noqa: BLE001 - raised again after the ramp
+            ended = error
+            reason = signal.Signals(stopping.number).name if stopping.number else _words(error)
+            stream.end(InputError(f"interrupted by {reason}. The stream ends at 0 V"))
+        stopping.is_over = True
+        try:
+            if len(last := stream.close()):
+                write(last)
+                stream.blocks.append(last)
+        except BaseException as error:  # noqa: BLE001 - joined to the exception that came before it
+            ended = ended or error
+            ended.add_note(f"The output was not brought to 0 V by the ramp: {_words(error)}")
+        if ended is None and stopping.number:
+            ended = stopping.error()
+        if ended is not None:
+            raise ended
+
+
+def _blocks(
+    stream: TextureStream,
+    moves: Iterable[tuple[ArrayLike, float]],
+    write: Callable[[Real], object],
+    stopping: Stopping,
+) -> None:
+    """Render and write block after block; a block that is not written does not count as rendered."""
+    following = iter(moves)
+    while True:
+        stopping.may_raise = True
+        try:
+            stopping.check()
+            position, time = next(following)
+        except StopIteration:
+            return
+        finally:
+            stopping.may_raise = False
+        before = stream.state
+        try:
+            block = stream.render(position, time)
+            write(block)
+        except BaseException:
+            stream.state = before
+            raise
+        stream.blocks.append(block)
+
+
+def _words(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+
+
+def added_friction(texture: Texture, position: Real, velocity: Real, plate: RenderingPlate) -> Real:
+    """Return the added friction of a texture, which is given copies; NaN where the model returned NaN or infinity."""
+    try:
+        found: Any = texture.added_friction(position.copy(), velocity.copy(), plate)
+    except Exception as error:
+        raise failure(texture, error) from error
+    try:
+        force = np.asarray(found)
+    except Exception as error:
+        raise _unsuitable(texture, f"a {type(found).__name__} that is no array of numbers") from error
+    if force.dtype.kind not in "buif":
+        what = "complex numbers" if force.dtype.kind == "c" else f"a {type(found).__name__}"
+        raise _unsuitable(texture, what)
+    if force.shape != (len(position),):
+        raise _unsuitable(texture, f"an array of shape {force.shape}")
+    force = force.astype(float)
+    force[~np.isfinite(force)] = np.nan
+    return force
+
+
+def _unsuitable(texture: Texture, what: str) -> InputError:
+    """Return the error of a texture that returned something else than one real number for each position."""
+    return InputError(
+        f"the model '{type(texture).__name__}' returned {what}, and an array of real numbers, one force for each position, is"
+        " needed",
+        path="texture",
+    )
+
+
+def failure(texture: Texture, error: Exception) -> InputError:
+    """Return the error of a texture that raised an exception, with the last line of the model's file that led to it."""
+    kind = type(texture)
+    file = getattr(sys.modules.get(kind.__module__), "__file__", None)
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    where = f" ({Path(str(file)).name}, line {lines[-1]})" if lines else ""
+    words = f": {error}" if str(error) else ""
+    return InputError(
+        f"the model '{kind.__name__}' raised {type(error).__name__}{words}{where}", path="texture"
+    )
+
+
+def place_across(texture: Texture) -> float:
+    """Return the place y of a stroke along x where no other is given [m]."""
+    try:
+        found = float(texture.across)
+    except Exception as error:
+        raise failure(texture, error) from error
+    if not math.isfinite(found):
+        name = type(texture).__name__
+        raise InputError(
+            f"the model '{name}' has across = {found}, and a place in metres is needed", path="texture"
+        )
+    return found

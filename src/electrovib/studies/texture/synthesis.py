@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.units import format_quantity
-from electrovib.studies.texture.added import added_friction
+from electrovib.studies.texture.stream import added_friction
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.physics.texture.base import Texture
-    from electrovib.studies.texture.friction import AttractionOfFriction
-    from electrovib.studies.texture.hardware import RenderingHardware
+    from electrovib.studies.texture.set_up import AttractionOfFriction, RenderingHardware
 
 _ROUNDED: Final = 1e-9
 """Relative excess that counts as rounding."""

@@ -13,8 +13,15 @@ from electrovib.core.status import UNVERIFIED
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits
 from electrovib.physics.safety import AIR
 from electrovib.studies.check import CheckRow, checked
-from electrovib.studies.check.result import FAIL, PASS, UNKNOWN
-from electrovib.studies.check.rows import ONLY_DECLARED, breakdown_row, limit_row, limited_quantity
+from electrovib.studies.check.result import (
+    FAIL,
+    ONLY_DECLARED,
+    PASS,
+    UNKNOWN,
+    breakdown_row,
+    limit_row,
+    limited_quantity,
+)
 from electrovib.studies.percept import verdict
 from electrovib.studies.sweep import sweep_cases
 

@@ -17,8 +17,7 @@ from electrovib.core.units import KINDS, format_quantity
 from electrovib.data.csv_text import csv_text
 from electrovib.data.marks import Form
 from electrovib.solve.quantities.answer import validity
-from electrovib.studies.check.result import UNKNOWN, not_in_rows
-from electrovib.studies.check.rows import not_compared
+from electrovib.studies.check.result import UNKNOWN, not_compared, not_in_rows
 from electrovib.studies.design.plate.candidates import Objective, PlateCandidate
 from electrovib.studies.design.result import Designed
 
