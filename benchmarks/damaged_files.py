@@ -23,7 +23,7 @@ import xarray
 
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.data.columns import read_columns
 from electrovib.data.traces import open_if_trace, save_csv, save_mat, save_nc
 from electrovib.scenario import read_scenario, sweep_of

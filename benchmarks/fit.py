@@ -15,7 +15,7 @@ from scipy.signal import lsim
 
 import electrovib as ev
 from electrovib.core.constants import eps0
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.recordings.fit import fit_scenario
 
 SAMPLES, NOISE = 10_000, 0.01

@@ -16,7 +16,7 @@ import numpy as np
 
 from electrovib.data.columns import read_columns
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase
-from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.physics.relaxation import release_seen_by_sensor
 from electrovib.recordings.release import FittedRelease, fit_release
 
 if TYPE_CHECKING:

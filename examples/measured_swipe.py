@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from electrovib.core.model import read_model
-from electrovib.physics.rig_channels import TribometerChannels
+from electrovib.physics.rig import TribometerChannels
 from electrovib.recordings.recording import read_recording
 from electrovib.recordings.swipe import SwipeResult, reduce_swipe
 

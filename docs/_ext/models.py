@@ -11,10 +11,9 @@ from typing import Any, Final, get_type_hints
 import formula
 from rst import fields, grid, hidden_contents, items, joined, literal, plain, shown, title
 
-from electrovib.core.checks import Check
+from electrovib.core.citation import STATUSES_EXPLAINED, Check, status_text
 from electrovib.core.discovery import paper_of
 from electrovib.core.model import Model
-from electrovib.core.status import STATUSES_EXPLAINED, status_text
 from electrovib.studies import catalogue
 from electrovib.studies.catalogue.items import Item, everything
 

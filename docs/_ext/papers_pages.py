@@ -8,7 +8,7 @@ from typing import Any
 from models import checks, is_model, place
 from rst import fields, grid, hidden_contents, items, joined, linked, literal, plain, shown, title
 
-from electrovib.core.status import STATUSES_EXPLAINED, status_text
+from electrovib.core.citation import STATUSES_EXPLAINED, status_text
 from electrovib.studies import catalogue
 from electrovib.studies.catalogue.items import Item, everything, paper_items, scenario_items
 

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 from electrovib.apps.changes import readable_changes
 from electrovib.apps.progress import tracked
 from electrovib.core.budget import listening
-from electrovib.core.changes import stored_changes
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.paths import value_at
-from electrovib.core.trace import is_trace
+from electrovib.core.signals import is_trace
+from electrovib.core.tables import stored_changes
 from electrovib.data.traces import open_if_trace
 from electrovib.scenario import DEFAULT, Scenario, Source, changed_models, read_scenario, sweep_of
 from electrovib.solve.simulate import simulate

@@ -16,7 +16,7 @@ import numpy as np
 from electrovib.bench.faults import BenchError
 from electrovib.bench.sequence import RunRecord
 from electrovib.core.errors import ElectrovibError, printable
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.exports.save import save
 from electrovib.solve.simulate import provenance
 

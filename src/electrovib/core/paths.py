@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from electrovib.core.changes import derived_at, number_at, stored_changes
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.meant import explained, meant
-from electrovib.core.tables import place_of, unknown
+from electrovib.core.tables import derived_at, number_at, place_of, stored_changes, unknown
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model

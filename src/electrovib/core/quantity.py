@@ -2,17 +2,46 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import numbers
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
+from pydantic import AfterValidator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from electrovib.core.units import KINDS, expected, format_quantity, parse_quantity
 
 if TYPE_CHECKING:
     from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
+
+
+def column_unit(kind: str) -> AfterValidator:
+    """Declare that a text has to be a unit of a given kind, for instance ``"us"`` for ``"s"``."""
+    return AfterValidator(functools.partial(_checked, kind))
+
+
+def is_unit_of(kind: str, text: object) -> bool:
+    """Return whether a text is a unit of a kind, with or without a prefix; ``"1"`` and ``"-"`` stand for no unit."""
+    if kind == "1" and text in ("1", "-"):
+        return True
+    if not isinstance(text, str) or not text.strip() or text.strip()[0].isdigit():
+        return False
+    try:
+        parse_quantity(f"1 {text}", kind)
+    except ValueError:
+        return False
+    return True
+
+
+def _checked(kind: str, text: str) -> str:
+    if not is_unit_of(kind, text):
+        what = "no unit" if kind == "1" else KINDS[kind][0]
+        why = f"the column holds {what}: expected a unit such as '{kind}'"
+        raise PydanticCustomError("unit", "{why}", {"why": why})
+    return text
+
 
 Number: TypeAlias = float
 """A physical parameter: a finite float in SI."""

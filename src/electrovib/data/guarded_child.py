@@ -29,7 +29,7 @@ def main() -> None:
     sys.path[:] = request["search"]
     module, _, name = request["function"].partition(":")
     function = getattr(importlib.import_module(module), name)
-    for needed in (*request["needs"], "electrovib.data.faults"):
+    for needed in (*request["needs"], "electrovib.data.registry"):
         importlib.import_module(needed)
     limit(memory=request["memory"], processor_time=request["processor_time"])
     answer(answers, function, request)

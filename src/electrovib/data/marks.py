@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import io
 import json
 import re
 from enum import StrEnum
 from typing import TYPE_CHECKING, BinaryIO, Final
 
+from electrovib.core.diagnostics import comment_lines
+
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
+
+    from electrovib.core.diagnostics import Diagnostic
 
 
 class Form(StrEnum):
@@ -82,3 +88,26 @@ def _checksum(file: BinaryIO, place: int) -> bytes:
     while block := file.read(_BLOCK):
         hashed.update(block)
     return hashed.hexdigest()[: len(_EMPTY)].encode()
+
+
+def csv_text(
+    headings: Sequence[object],
+    rows: Iterable[Iterable[object]],
+    *,
+    remarks: Iterable[str] = (),
+    diagnostics: Iterable[Diagnostic] = (),
+    marked: bool = True,
+) -> str:
+    """Write a table, `marked` as one that a later run may replace; a cell None stays empty, and empty remarks are omitted."""
+    text = io.StringIO()
+    said = (" ".join(each.split()) for each in remarks if each)
+    text.writelines(f"# {line}\n" for line in ([unsigned(Form.TABLE)] if marked else []) + list(said))
+    text.write(comment_lines(diagnostics))
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(headings)
+    table.writerows([_cell(each) for each in row] for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: object) -> object:
+    return "" if value is None else repr(float(value)) if isinstance(value, float) else value

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from electrovib.core.answer import Answer
 from electrovib.core.errors import InputError, suggestion
-from electrovib.core.trace import is_study_result, is_trace
+from electrovib.core.signals import is_study_result, is_trace
 from electrovib.data.atomic import check_writable
 from electrovib.data.marks import Form
 from electrovib.data.traces import csv_files, csv_forms, save_csv, save_nc

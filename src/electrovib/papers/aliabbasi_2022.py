@@ -20,12 +20,11 @@ import math
 
 import numpy as np
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.papers import aliabbasi_2024, gabriel_1996, palmar_1995, plutchik_1963
 from electrovib.physics.material import Material
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.notes import PresetNote
+from electrovib.scenario.sources import PresetNote
 from electrovib.solve.electrics.attraction import mean_force
 from electrovib.solve.stack.expand import phasors
 

@@ -13,8 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.physics.roughness import GaussianGaps, PullingSpots, contact_fraction, mean_pull
 
 CITATIONS = (

@@ -13,8 +13,7 @@ with mass and stiffness at one speed, `MassSpringDamper` with its `growth` is th
 
 from __future__ import annotations
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.physics.finger import GrowthWithSpeed
 
 CITATIONS = (

@@ -20,8 +20,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import eps0
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.contact.rough_surface import (

@@ -10,8 +10,7 @@ the time constant of the voltage, and twice as far below if they are the decay o
 
 from __future__ import annotations
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.physics.material import ColeCole
 from electrovib.physics.skin import Skin, time_constant
 

@@ -21,8 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import ElectrovibError
@@ -30,7 +29,7 @@ from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.drive.edges import Trapezium
 from electrovib.physics.force import ForceLaw
 from electrovib.scenario import Scenario, preset, sourced
-from electrovib.scenario.notes import PresetNote
+from electrovib.scenario.sources import PresetNote
 from electrovib.solve.simulate import simulate
 
 CITATIONS = (

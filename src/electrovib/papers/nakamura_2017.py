@@ -20,12 +20,11 @@ from typing import Any
 
 import numpy as np
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.notes import PresetNote
+from electrovib.scenario.sources import PresetNote
 from electrovib.solve.simulate import simulate
 from electrovib.solve.stack.expand import modes
 

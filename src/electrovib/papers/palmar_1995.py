@@ -10,8 +10,7 @@ skin conductance level of 2 to 20 uS, assumed for 1 cm2.
 
 from __future__ import annotations
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin, time_constant

@@ -20,8 +20,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
@@ -38,7 +37,7 @@ from electrovib.physics.roughness import (
 )
 from electrovib.physics.stack import Layer, Linear, Section
 from electrovib.scenario import Scenario, preset, sourced
-from electrovib.scenario.notes import PresetNote
+from electrovib.scenario.sources import PresetNote
 from electrovib.solve.stack.section import field_in_gap
 
 CITATIONS = (

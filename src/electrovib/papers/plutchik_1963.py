@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.physics.material import ConstantPhase
 from electrovib.physics.skin import Skin

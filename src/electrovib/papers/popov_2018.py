@@ -12,8 +12,7 @@ parameters were not read. Only the abstracts were read; the numbers here are der
 
 from __future__ import annotations
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.physics.adhesion import adhesive_range, adhesive_strength, contact_area, separation_energy
 
 CITATIONS = (

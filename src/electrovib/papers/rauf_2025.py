@@ -16,12 +16,11 @@ import functools
 
 import numpy as np
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import eps0
 from electrovib.physics.material import ColeCole, Material
 from electrovib.scenario import Scenario, preset, sourced
-from electrovib.scenario.notes import PresetNote
+from electrovib.scenario.sources import PresetNote
 from electrovib.solve.simulate import simulate
 
 CITATIONS = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from electrovib.core.status import UNVERIFIED
+from electrovib.core.citation import UNVERIFIED
 
 SECOND_HAND: Final = "second-hand"
 """Status of a value that was read in a publication which quotes the source."""

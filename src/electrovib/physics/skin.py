@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.core.checks import STATUSES
+from electrovib.core.citation import STATUSES
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,7 @@ class Skin:
     """Electrical values of stratum corneum, or of skin that is used in its place.
 
     `name` is for legends; `status` says how far the `source` was read: one of
-    `electrovib.core.checks.STATUSES`; `note` gives site, assumptions and limits of use. With
+    `electrovib.core.citation.STATUSES`; `note` gives site, assumptions and limits of use. With
     `reproduces_force` false the time constant may be shown, but the set must not be used to predict a force.
     """
 

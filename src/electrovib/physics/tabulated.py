@@ -10,14 +10,13 @@ from pydantic import Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Complex
-from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity
+from electrovib.core.quantity import Number, Quantity, column_unit, is_unit_of
 from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.kramers_kronig import kramers_kronig_residual

@@ -14,7 +14,7 @@ from electrovib.core.files import note_input
 from electrovib.core.model import read_model
 from electrovib.data.columns import read_columns
 from electrovib.data.toml_file import read_toml_file
-from electrovib.physics.rig_channels import EvenSamples, TimeColumn, TribometerChannels
+from electrovib.physics.rig import EvenSamples, TimeColumn, TribometerChannels
 from electrovib.recordings.rail import at_rail
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.physics.drive.sampled import StampTreatment
-    from electrovib.physics.rig_channels import Clock
+    from electrovib.physics.rig import Clock
 
     Recorded: TypeAlias = "Recording | xarray.Dataset | str | Path"
     Channels: TypeAlias = "TribometerChannels | Mapping[str, Any] | str | Path"

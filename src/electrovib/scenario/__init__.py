@@ -3,16 +3,18 @@
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import AtRest, FrequencyGrid, InitialState, PeriodicState, TimeGrid
-from electrovib.scenario.of_trace import changed_models, scenario_of, sweep_of
 from electrovib.scenario.offers import skins
 from electrovib.scenario.presets import AIR, plain, preset, sourced
 from electrovib.scenario.reading import (
     DEFAULT,
     Source,
+    changed_models,
     load,
     paper_of_preset,
     paper_scenario,
     read_scenario,
+    scenario_of,
+    sweep_of,
 )
 from electrovib.scenario.sources import is_default, not_in_paper
 from electrovib.scenario.toml import SCHEMA

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from electrovib.core.changes import stored_changes
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import Problem, suggestion
 from electrovib.core.model import Model, read_model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
-from electrovib.core.tables import put
+from electrovib.core.tables import put, stored_changes
 from electrovib.core.units import format_quantity
 from electrovib.physics.circuit import Circuit
 from electrovib.physics.contact import Contact

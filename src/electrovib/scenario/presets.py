@@ -6,9 +6,9 @@ import functools
 from collections.abc import Mapping
 from typing import Any, Final
 
-from electrovib.core.changes import stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
+from electrovib.core.tables import stored_changes
 from electrovib.scenario.experiment import Scenario
 from electrovib.scenario.files import read_part
 from electrovib.scenario.offers import with_offers

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.discovery import find_members, offers, papers
+from electrovib.core.errors import Problem, closest, nearest
+from electrovib.core.search import Searchable, as_question, suggestions
+from electrovib.core.tables import place_of
 from electrovib.core.units import format_quantity
+from electrovib.physics.interface import IMPLIED
+from electrovib.physics.stack import Stack
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model
     from electrovib.scenario.experiment import Scenario
+
 
 BY_THE_USER = "set by the user"
 """Source of a value that the user has changed."""
@@ -39,3 +48,119 @@ def not_in_paper(scenario: Scenario, paper: str) -> dict[str, str]:
         if value != 0 or not is_default(scenario, path, value):
             found[path] = format_quantity(value, quantity.unit, digits=4)
     return found
+
+
+_MOST: Final = 3
+"""Most paths that are proposed."""
+
+
+def wrong_sources(kind: type[Model], content: Mapping[str, Any]) -> list[Problem]:
+    """Find the sources of a scenario whose dotted path no parameter can have.
+
+    A path may lead to a table, to a parameter that is not given, to an optional part or layer that is not
+    there, and to a parameter of another model than the chosen one: such sources remain where a table is
+    changed or removed. Sources that electrovib wrote for values set by the user are not examined.
+    """
+    sources = content.get("sources")
+    if not isinstance(sources, Mapping):
+        return []
+    problems = []
+    for path, text in sources.items():
+        if isinstance(text, Mapping):
+            whole = next(_paths({path: text}), path)
+            why = f'a path with full stops is one name in quotation marks: "{whole}" = "..."'
+            problems.append(Problem(why, path=f"sources.{path}"))
+        written_by_us = isinstance(text, str) and text.startswith(BY_THE_USER)
+        if written_by_us or not isinstance(text, str):
+            continue
+        if why := _fault(kind, content, path):
+            problems.append(Problem(f"no parameter has this path; {why}", path=f'sources."{path}"'))
+    return problems
+
+
+def _fault(kind: type[Model], content: Mapping[str, Any], path: str) -> str:
+    """Explain why no parameter has a path; empty if one has, or where the tables do not state their model."""
+    keys = path.split(".")
+    table: Any = content
+    kinds = [kind]
+    for depth, key in enumerate(keys):
+        where = ".".join(keys[:depth])
+        if isinstance(table, (list, tuple)):
+            place = place_of(table, key)
+            if place is None:
+                return f"'{where}' has entries 0 to {len(table) - 1}"
+            parts, table = kinds, table[place]
+        elif not kinds:
+            return "" if isinstance(table, Mapping) else f"'{where}' is a single value"
+        else:
+            names = _names(kinds, table)
+            if key not in names:
+                owner = f"'{where}'" if where else "a scenario"
+                return f"{owner} has no '{key}'.{_meant(content, keys, depth, names)}"
+            parts = [part for each in kinds if (part := each.part(key)) is not None]
+            table = table.get(key) if isinstance(table, Mapping) else None
+        is_list = isinstance(table, (list, tuple))
+        kinds = parts if is_list else [member for part in parts for member in _members(part, table)]
+        if parts and not kinds:
+            return ""  # an unknown model, which is a mistake of its own
+    return ""
+
+
+def _members(part: type[Model], table: Any) -> list[type[Model]]:
+    """Return the models that a table can be of: every member of a family, because sources outlast a change of the model."""
+    if not part.is_family:
+        return [part]
+    if isinstance(table, Mapping) and part.chosen(table) is None:
+        return []
+    return list(find_members(part).values())
+
+
+def _names(kinds: list[type[Model]], table: Any) -> set[str]:
+    if kinds[0] is Stack:
+        return {*IMPLIED, *(table if isinstance(table, Mapping) else ())}
+    own = (name for each in kinds for name in (*each.model_fields, *each.derived))
+    return {"model", *own}
+
+
+def _meant(content: Mapping[str, Any], keys: list[str], depth: int, names: set[str]) -> str:
+    near = closest(keys[depth], names)
+    if near is not None:
+        return f" Did you mean '{'.'.join([*keys[:depth], near, *keys[depth + 1 :]])}'?"
+    same = [path for path in _paths(content) if path.rpartition(".")[2] == keys[-1]][:_MOST]
+    if same:
+        return f" Did you mean {' or '.join(repr(path) for path in same)}?"
+    return nearest(keys[depth], names)
+
+
+def _paths(table: Any, start: str = "") -> Iterator[str]:
+    for key, item in table.items():
+        if isinstance(item, Mapping) and key != "sources":
+            yield from _paths(item, f"{start}{key}.")
+        else:
+            yield f"{start}{key}"
+
+
+@dataclass(frozen=True)
+class PresetNote:
+    """What a ready-made scenario shows, and words that a user may search for and that neither title nor stack has."""
+
+    reproduces: str
+    keywords: str = ""
+
+
+def note_of(name: str) -> PresetNote:
+    """Return what a paper declares of a ready-made scenario; empty words where it declares nothing."""
+    author_year, _, key = name.partition("/")
+    declared: dict[str, PresetNote] = getattr(papers()[author_year], "PRESETS", {})
+    return declared.get(key, PresetNote(""))
+
+
+def near_presets(name: str) -> str:
+    """Ask for the three ready-made scenarios that a wrong name or word is most like, with the title of each."""
+    entries = [
+        Searchable(
+            name=key, kind="scenario", meaning=scenario.title, texts={"keywords": note_of(key).keywords}
+        )
+        for key, scenario in offers(("scenarios",)).items()
+    ]
+    return f"{as_question(suggestions(name, entries))} 'electrovib list scenarios' lists all."

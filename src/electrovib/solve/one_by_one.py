@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.core.changes import is_stored_as_given, stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.signals import SIGNALS
+from electrovib.core.tables import is_stored_as_given, stored_changes
 from electrovib.solve.closed_form.repeated import Repeated
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.stack.expand import phasors

@@ -16,8 +16,7 @@ from electrovib.core.errors import InputError, nearest
 from electrovib.core.model import Model
 from electrovib.core.own_models import ATTRIBUTE as OWN_MODELS
 from electrovib.core.own_models import origins
-from electrovib.core.signals import SIGNALS
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import SIGNALS, make_trace
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling
 from electrovib.solve.electrics.over_frequency import over_frequency

@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.diagnostics import diagnostics_of
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
-from electrovib.core.trace import is_trace
+from electrovib.core.signals import is_trace
 from electrovib.data.traces import open_if_trace
 from electrovib.physics.perception import (
     BEST_FREQUENCIES,

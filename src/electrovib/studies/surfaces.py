@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from electrovib.core.answer import Table
-from electrovib.core.checks import STATUSES
+from electrovib.core.citation import STATUSES
 from electrovib.core.units import format_quantity
 from electrovib.physics.safety import FIELD_EMISSION
 from electrovib.scenario import Scenario

@@ -11,8 +11,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.drive.extremes import extremes
-from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Linear
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -10,8 +10,7 @@ import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
 from electrovib.core.signals import SIGNALS
-from electrovib.data.csv_text import csv_text
-from electrovib.data.marks import WRITTEN_BY, Form, unsigned
+from electrovib.data.marks import WRITTEN_BY, Form, csv_text, unsigned
 from electrovib.recordings.fit.misfit import LEVEL
 from electrovib.recordings.fit.result import omitted_from_space, space_correlations, space_tables
 from electrovib.recordings.interval import MISFIT

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Panel, Table
-from electrovib.data.csv_text import csv_text
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.marks import Form, csv_text, unsigned
 from electrovib.recordings.fit.separate import FAILED
 from electrovib.view.fitted import DETERMINED, REFERENCES, by_calibration, cited_of
 from electrovib.view.units import pretty_quantity

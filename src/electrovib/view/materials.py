@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from electrovib.core.checks import STATUSES
+from electrovib.core.citation import STATUSES
 from electrovib.core.constants import VACUUM_PERMITTIVITY
 from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material

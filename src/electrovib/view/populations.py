@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from electrovib.core.status import STATUSES_EXPLAINED
+from electrovib.core.citation import STATUSES_EXPLAINED
 from electrovib.scenario.space.shipped import shipped_names
 from electrovib.studies.catalogue.populations import HEADINGS, caption_of, entries_of, title_of
 

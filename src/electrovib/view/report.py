@@ -11,8 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError, gathered
 from electrovib.core.files import inputs_noted
-from electrovib.core.signals import signal
-from electrovib.core.trace import is_study_result, is_trace
+from electrovib.core.signals import is_study_result, is_trace, signal
 from electrovib.data.atomic import write_text
 from electrovib.data.marks import Form
 from electrovib.recordings.importing.beside import is_measured, residuals

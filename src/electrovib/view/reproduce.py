@@ -15,8 +15,7 @@ from electrovib.core.errors import InputError, gathered
 from electrovib.core.files import inputs_noted
 from electrovib.core.items import each_item
 from electrovib.data.atomic import check_writable, left_by_a_kill, writing
-from electrovib.data.csv_text import csv_text
-from electrovib.data.marks import Form, is_ours
+from electrovib.data.marks import Form, csv_text, is_ours
 from electrovib.studies.reproduction import COMPARED
 from electrovib.view.documents import drawn, on_page
 from electrovib.view.units import pretty_unit

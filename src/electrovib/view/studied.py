@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.answer import Document, Drawing, Page, Table
+from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
-from electrovib.core.status import UNVERIFIED, status_text
 from electrovib.studies.population.words import method_words, nominal_words, signal_words
 from electrovib.view.documents import on_page
 

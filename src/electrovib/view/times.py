@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 import numpy as np
 
 from electrovib.core.answer import REFERENCE, Answer, Curve, Document, Page, Panel, Table
-from electrovib.data.csv_text import csv_text
-from electrovib.data.marks import Form
+from electrovib.data.marks import Form, csv_text
 from electrovib.recordings.transitions.table import time_rows
 from electrovib.view.units import pretty_quantity
 

@@ -9,7 +9,8 @@ from scipy.io import wavfile
 from electrovib.core.errors import DataFileError, NoColumnError
 from electrovib.data import readers, registry
 from electrovib.data.columns import read_columns
-from electrovib.data.registry import FORMATS, CanRead, format_of, read_recorded
+from electrovib.data.file_format import CanRead
+from electrovib.data.registry import FORMATS, format_of, read_recorded
 
 
 @pytest.mark.parametrize("kind", ["int16", "int32", "uint8", "float32"])

@@ -46,7 +46,7 @@ def command(
 def _answers(shown: Mapping[str, xarray.Dataset], output: str) -> list[str]:
     """Return a line with the answer of each result that the report shows, then the warnings of all, each once."""
     from electrovib.apps.cli.map_lines import is_map, judged
-    from electrovib.core.trace import is_study_result
+    from electrovib.core.signals import is_study_result
     from electrovib.studies.population.words import signal_words
     from electrovib.view.summary import opening
 
@@ -88,7 +88,7 @@ def _imported(names: list[str], recipe: dict[str, Any]) -> dict[str, Any]:
 def _without_parameters(traces: list[str]) -> list[str]:
     """Explain for which Traces the report shows signals only, because a model of their scenario is missing."""
     from electrovib.core.errors import InputError
-    from electrovib.core.trace import is_trace
+    from electrovib.core.signals import is_trace
     from electrovib.data.traces import open_if_trace
     from electrovib.scenario import scenario_of
 

@@ -80,7 +80,7 @@ def command(
 
 def _is_measured(source: str) -> bool:
     """Tell whether a file is a Trace without a scenario, which cannot be run again."""
-    from electrovib.core.trace import is_trace
+    from electrovib.core.signals import is_trace
     from electrovib.data.traces import open_if_trace
 
     found = open_if_trace(source)

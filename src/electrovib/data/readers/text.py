@@ -33,8 +33,7 @@ from electrovib.data.text.preamble import (
     settings_of,
     timing,
 )
-from electrovib.data.text.table import read_columns
-from electrovib.data.text.tables import one_table, repeated_table
+from electrovib.data.text.table import one_table, read_columns, repeated_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -14,7 +14,7 @@ import numpy as np
 
 from electrovib.core.errors import DataFileError, InputError
 from electrovib.core.files import note_input
-from electrovib.core.trace import FORMAT
+from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import left_by_a_kill, writing
 from electrovib.data.faults import DAMAGE, check_file, damaged
 from electrovib.data.marks import WRITTEN_BY, Form, unsigned

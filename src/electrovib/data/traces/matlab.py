@@ -12,7 +12,7 @@ import numpy as np
 
 from electrovib.core.budget import content_allowed
 from electrovib.core.errors import InputError
-from electrovib.core.trace import FORMAT
+from electrovib.core.signals import FORMAT
 from electrovib.data.atomic import writing
 from electrovib.data.faults import DAMAGE, damaged
 from electrovib.data.marks import Form, unsigned

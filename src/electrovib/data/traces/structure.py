@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import DataFileError, InputError
-from electrovib.core.trace import FORMAT, stamp
+from electrovib.core.signals import FORMAT, stamp
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping

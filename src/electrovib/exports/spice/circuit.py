@@ -15,8 +15,7 @@ from electrovib.exports.spice.formula import Formula
 from electrovib.exports.spice.ladder import LayerElements
 from electrovib.exports.spice.start import Start
 from electrovib.exports.spice.text import Names, continued, number, remark
-from electrovib.physics.drive.parts import Smooth, Tones
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear, Smooth, Tones
 from electrovib.solve.stack.expand import Surroundings, reductions
 from electrovib.solve.stack.modes import merged_terms
 from electrovib.solve.stack.prony import Reduction

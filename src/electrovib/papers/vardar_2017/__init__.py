@@ -18,7 +18,7 @@ much on skin and edges.
 
 from __future__ import annotations
 
-from electrovib.core.checks import Check
+from electrovib.core.citation import Check
 from electrovib.papers.vardar_2017.reproduction import reproduce
 from electrovib.papers.vardar_2017.scenarios import FREQUENCIES, PRESETS, first_order_skin, scenarios
 from electrovib.papers.vardar_2017.thresholds import crossover, felt_level, sine_over_square, weight

@@ -9,7 +9,7 @@ from electrovib.papers import plutchik_1963
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.physics.material import Constant
 from electrovib.scenario import Scenario, preset
-from electrovib.scenario.notes import PresetNote
+from electrovib.scenario.sources import PresetNote
 
 FREQUENCIES = (15.0, 30.0, 60.0, 120.0, 240.0, 480.0, 1920.0)
 """Fundamental frequencies of the 2016 experiment, abstract [Hz]."""

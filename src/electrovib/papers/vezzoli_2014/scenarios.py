@@ -8,7 +8,7 @@ from typing import Any, Final
 from electrovib.papers.palmar_1995 import MEN, palmar
 from electrovib.papers.vezzoli_2014 import values
 from electrovib.scenario import AIR, Scenario, preset
-from electrovib.scenario.notes import PresetNote
+from electrovib.scenario.sources import PresetNote
 
 PRESETS = {
     "fig2": PresetNote("figure 2", "no contact, finger held off a plastic film by hand, constant voltage"),

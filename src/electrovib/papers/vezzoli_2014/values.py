@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from electrovib.core.checks import Check
-from electrovib.core.citation import Citation, cited
+from electrovib.core.citation import Check, Citation, cited
 from electrovib.core.constants import VACUUM_PERMITTIVITY as eps0
 from electrovib.papers.palmar_1995 import MEN, WOMEN
 from electrovib.physics.material import Constant, ConstantPhase, Material

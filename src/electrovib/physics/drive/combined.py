@@ -11,8 +11,7 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive, common_period
-from electrovib.physics.drive.parts import Part
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear, Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

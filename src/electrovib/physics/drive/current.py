@@ -12,8 +12,7 @@ from electrovib.core.arrays import Real
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.levels import IN_PLACE_OF_SWING, Swing
-from electrovib.physics.drive.parts import Chirped, Part, Tones
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Tones
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

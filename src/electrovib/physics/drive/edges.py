@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from electrovib.core.quantity import Number, Quantity
 from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.levels import Levels
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Smooth, Tones
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import LOOKS, MOST_LOOKS, Linear, Smooth, Tones
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -12,7 +12,7 @@ from electrovib.core.errors import InputError, Problem
 from electrovib.core.mistakes import shown
 from electrovib.core.quantity import Number, Quantity, quantity_of
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 
 if TYPE_CHECKING:
     from pydantic import ModelWrapValidatorHandler

@@ -11,19 +11,20 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from electrovib.core.arrays import Real
-from electrovib.core.column_unit import column_unit, is_unit_of
 from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
-from electrovib.core.quantity import Quantity
+from electrovib.core.quantity import Number, Quantity, column_unit, is_unit_of
 from electrovib.core.samples import Samples
 from electrovib.physics.drive.base import Drive
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 from electrovib.physics.drive.readback import Readback, WholeVoltage
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
+
+    from electrovib.core.arrays import Real
 
 
 _VOLTAGE: Final = Quantity("V", -1e5, 1e5, "voltage of a sample")
@@ -201,3 +202,64 @@ def _check_times(time: Real) -> None:
     if time[shortest + 1] - time[shortest] < _SHORTEST_STEP:
         why = f"samples {shortest} and {shortest + 1} of those kept are less than {_SHORTEST_STEP:g} s apart; omit one"
         raise ValueError(why)
+
+
+_ROUNDED: Final = 1e-9
+"""Difference over a time that counts as rounding."""
+
+
+class Held(Drive):
+    """A voltage that is held from each sample to the next, with a straight edge between two levels.
+
+    Notes
+    -----
+    The edge to each level begins at the time stamp of its sample; the first one is from 0 V. `edge` is the height of a step
+    over its steepest slope: for one pole at the frequency f that is 1/(2 pi f), and the straight edge then takes up at least
+    as much current as that pole, because it keeps the steepest slope for the whole edge. An edge of one interval joins the
+    samples by straight lines, one interval later.
+    """
+
+    example: ClassVar[Mapping[str, Any]] = {"samples": Sampled.example, "edge": 1e-5}
+
+    samples: Annotated[Sampled, Field(description="the samples, as a table of the drive Sampled")]
+    edge: Annotated[
+        Number, Quantity("s", 0, 1e3, "height of a step over its steepest slope; 0 for a discontinuity")
+    ] = 0.0
+
+    @model_validator(mode="after")
+    def _ends_before_the_next(self) -> Self:
+        shortest = float(np.min(np.diff(self.samples.time_stamps)))
+        if self.edge > shortest * (1 + _ROUNDED):
+            why = "the edge of {edge} s is longer than the shortest interval between samples, {shortest} s"
+            raise PydanticCustomError(
+                "edge", why, {"edge": f"{self.edge:.9g}", "shortest": f"{shortest:.9g}"}
+            )
+        return self
+
+    @functools.cached_property
+    def _pieces(self) -> Linear:
+        """Levels and edges, or levels alone where an edge takes no time."""
+        (record,) = self.samples.parts()
+        time, voltage = record.times, record.after
+        last = np.append(0.0, voltage[:-1])
+        if self.edge == 0:
+            return Linear(time, last, voltage, step=record.step)
+        times = np.stack([time, time + self.edge], axis=1).ravel()
+        values = np.stack([last, voltage], axis=1).ravel()
+        apart = np.append(np.diff(times) > _ROUNDED * self.edge, True)  # one edge ends where the next begins
+        times, values = times[apart], values[apart]
+        return Linear(times, values, values)
+
+    def parts(self) -> tuple[Linear, ...]:
+        """Return the levels and the edges between them."""
+        return (self._pieces,)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the end of the edge to the last [s]."""
+        return float(self._pieces.times[-1])
+
+    @property
+    def time_stamps(self) -> Real:
+        """Times at which levels begin and edges end, counted from the first sample [s]."""
+        return self._pieces.times

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.physics.drive.parts import Part
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear, Part
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Final
 
-from electrovib.core.checks import Check
+from electrovib.core.citation import Check
 from electrovib.core.constants import eps0
 from electrovib.physics.force.base import ForceLaw, layer_of
 from electrovib.physics.interface import Role

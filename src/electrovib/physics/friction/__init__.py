@@ -2,8 +2,7 @@
 
 from electrovib.physics.friction.base import FollowingFriction, Friction, Load, SteadyFriction
 from electrovib.physics.friction.bristle import BristleFriction, Bristles, Dahl, LuGre
-from electrovib.physics.friction.memory import Creep, FirstOrderLag
-from electrovib.physics.friction.steady import AdhesiveShear, Coulomb, PowerLaw
+from electrovib.physics.friction.steady import AdhesiveShear, Coulomb, Creep, FirstOrderLag, PowerLaw
 
 __all__ = [
     "AdhesiveShear",

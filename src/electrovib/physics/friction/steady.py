@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from electrovib.core.arrays import Real
+from electrovib.core.model import Model
 from electrovib.core.quantity import Number, Quantity
-from electrovib.physics.friction.base import SteadyFriction
+from electrovib.physics.friction.base import FollowingFriction, SteadyFriction
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -82,3 +84,116 @@ class AdhesiveShear(SteadyFriction):
         """Return the friction force [N]."""
         del normal_force, electrostatic_force
         return self.shear_strength * real_contact_area
+
+
+_COULOMB: Mapping[str, Any] = {"model": "Coulomb", "coefficient": 0.5}
+
+
+class FirstOrderLag(FollowingFriction):
+    """Friction that follows a steady law as a first-order low-pass, whose corner may rise with the sliding speed.
+
+    Notes
+    -----
+    `steady_friction` is the friction of the law `steady`, and `speed` the sliding speed. Balasubramanian et al. 2025
+    measured a first-order response whose corner rises by 13.8 Hz for each mm/s, a renewal length of 72.5 um,
+    between 20 and 100 mm/s; the corner at one speed is not known from a source and has no default.
+    """
+
+    equation: ClassVar[Mapping[str, str]] = {
+        "corner": "cut_off + (speed - at_speed)/renewal_length",
+        "friction'": "2*pi*corner(speed)*(steady_friction - friction)",
+    }
+    example: ClassVar[Mapping[str, Any]] = {
+        "steady": _COULOMB,
+        "cut_off": 500.0,
+        "at_speed": 0.02,
+        "renewal_length": 72.5e-6,
+    }
+
+    cut_off: Annotated[
+        Number, Quantity("Hz", 1e-3, 1e9, "corner frequency of the friction response at the speed at_speed")
+    ]
+    at_speed: Annotated[Number, Quantity("m/s", 0, 100, "sliding speed to which the corner applies")] = 0.0
+    renewal_length: Annotated[
+        Number | None,
+        Quantity(
+            "m",
+            1e-9,
+            1e3,
+            "length that divides the change of speed to give the change of the corner; none if absent",
+        ),
+    ] = None
+
+    def corner(self, speed: Real) -> Real:
+        """Return the corner frequency of the response.
+
+        Parameters
+        ----------
+        speed : float or ndarray
+            Sliding speed [m/s]; NaN gives NaN.
+
+        Returns
+        -------
+        corner : float or ndarray, same shape
+            Corner frequency [Hz]; negative where the linear law is extrapolated too far below `at_speed`.
+        """
+        growth = 0.0 if self.renewal_length is None else 1 / self.renewal_length
+        return np.asarray(self.cut_off + (speed - self.at_speed) * growth)[()]
+
+    def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
+        """Return one part, the whole friction."""
+        where = np.full(np.shape(speed), self.at_speed) if self.renewal_length is None else speed
+        return ((1.0, 2 * np.pi * self.corner(where)),)
+
+
+class Relaxation(Model):
+    """One relaxation of friction.
+
+    Notes
+    -----
+    `friction`, of which the share `share` counts, follows `steady_friction`, that of a law without memory.
+    """
+
+    equation: ClassVar[Mapping[str, str]] = {"friction'": "(steady_friction - friction)/time"}
+    example: ClassVar[Mapping[str, Any]] = {"share": 0.2, "time": 70e-3}
+
+    share: Annotated[Number, Quantity("1", 0, 1, "share of the friction that relaxes")]
+    time: Annotated[Number, Quantity("s", 1e-9, 1e5, "relaxation time")]
+
+
+class Creep(FollowingFriction):
+    """Friction part of which follows a steady law by slow relaxations, as viscoelastic skin does.
+
+    Notes
+    -----
+    `steady_friction` is the friction of the law `steady`; the friction `part.friction` of each relaxation follows it, and
+    the share `part.share` of it counts. Real contact grows while skin relaxes under a load: finger pads relax with about
+    4 ms, 70 ms and 1.4 s in normal indentation (Pawluk and Howe 1999, doi:10.1115/1.2835100); the shares of friction have
+    to be given.
+    """
+
+    equation: ClassVar[Mapping[str, str]] = {
+        "part.friction'": "(steady_friction - part.friction)/part.time",
+        "friction": "steady_friction + sum(part.share*(part.friction - steady_friction) for part in relaxations)",
+    }
+    example: ClassVar[Mapping[str, Any]] = {
+        "steady": _COULOMB,
+        "relaxations": ({"share": 0.2, "time": 4e-3}, {"share": 0.2, "time": 70e-3}),
+    }
+
+    relaxations: Annotated[
+        tuple[Relaxation, ...], Field(description="relaxations, in the order of their times")
+    ]
+
+    def memory(self, speed: Real) -> tuple[tuple[float, Real], ...]:
+        """Return the relaxing parts, the same at every speed."""
+        return tuple((each.share, np.full(np.shape(speed), 1 / each.time)) for each in self.relaxations)
+
+    @model_validator(mode="after")
+    def _at_most_all(self) -> Self:
+        if not self.relaxations or sum(each.share for each in self.relaxations) > 1:
+            raise ValueError("relaxations must be at least one, with shares that add up to 1 at most")
+        times = [each.time for each in self.relaxations]
+        if sorted(set(times)) != times:
+            raise ValueError("relaxations must be in the order of their times, each once")
+        return self

@@ -1,10 +1,11 @@
 """Dielectrics: relative permittivity over frequency, with conduction declared separately."""
 
 from electrovib.physics.material.base import Material
-from electrovib.physics.material.plain import Constant, ConstantPhase
 from electrovib.physics.material.relaxations import (
     ColeCole,
     ColeColeTerm,
+    Constant,
+    ConstantPhase,
     Debye,
     DebyeTerm,
     HavriliakNegami,

@@ -14,14 +14,18 @@ from electrovib.physics.perception.channels import (
     NonPacinian,
     Pacinian,
 )
-from electrovib.physics.perception.compliance import (
+from electrovib.physics.perception.person import (
     COMPLIANCES,
+    MOTION,
     UNVERIFIED_CORNER,
     ElasticSkin,
     ElasticViscousSkin,
+    Perception,
     SkinCompliance,
+    decibels,
+    felt_amplitude,
+    strongest,
 )
-from electrovib.physics.perception.person import MOTION, Perception, decibels, felt_amplitude, strongest
 
 __all__ = [
     "BEST_FREQUENCIES",

@@ -10,10 +10,9 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from electrovib.core.column_unit import column_unit
 from electrovib.core.files import UNREAD, FileColumn
 from electrovib.core.model import Model
-from electrovib.core.quantity import Number, Quantity
+from electrovib.core.quantity import Number, Quantity, column_unit
 from electrovib.core.samples import Samples
 
 if TYPE_CHECKING:

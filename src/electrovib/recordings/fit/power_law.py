@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError, gathered
-from electrovib.data.csv_text import csv_text
+from electrovib.data.marks import csv_text
 from electrovib.data.registry import read_recorded
 from electrovib.data.unit_words import kind_and_factor
 from electrovib.recordings.fit.sessions import RandomEffects, random_effects

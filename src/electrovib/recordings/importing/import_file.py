@@ -14,8 +14,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import DataFileError, InputError, gathered
 from electrovib.core.files import note_input
-from electrovib.core.signals import SIGNALS
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import SIGNALS, make_trace
 from electrovib.core.units import format_quantity, parse_quantity
 from electrovib.data.faults import check_file
 from electrovib.data.registry import format_of, read_recorded

@@ -11,7 +11,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity
 from electrovib.recordings.importing.periods import find_edges
 from electrovib.recordings.importing.steps import resampled, seconds

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.core.trace import make_trace
+from electrovib.core.signals import make_trace
 from electrovib.recordings.interval import Interval, NumberRow
 from electrovib.recordings.rail import about_rails
 from electrovib.recordings.recording import recording_of

@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.physics.relaxation import stretched_exponential, stretched_seen_by_sensor, time_of_progress
-from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.physics.relaxation import (
+    release_seen_by_sensor,
+    stretched_exponential,
+    stretched_seen_by_sensor,
+    time_of_progress,
+)
 from electrovib.recordings.correlated import autocovariance
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters

@@ -11,7 +11,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import parse_quantity
-from electrovib.physics.resonance import release_seen_by_sensor
+from electrovib.physics.relaxation import release_seen_by_sensor
 
 INSTANT: Final = 1e-6
 """Fall time over the period of the sensor that stands for an instantaneous change; its effect is of this order."""

@@ -1,12 +1,13 @@
 """Probability distributions of parameters."""
 
-from electrovib.scenario.distributions.base import Distribution, Truncated
 from electrovib.scenario.distributions.normal import (
+    Distribution,
     Empirical,
     LogNormal,
     LogUniform,
     Normal,
     Triangular,
+    Truncated,
     Uniform,
 )
 

@@ -20,12 +20,10 @@ from electrovib.data.columns import read_columns
 from electrovib.data.toml_file import read_toml_file
 from electrovib.scenario.distributions import Distribution, Empirical, Normal, Truncated
 from electrovib.scenario.reading import Source, read_scenario
-from electrovib.scenario.space.groups import Group, Grouping
-from electrovib.scenario.space.origin import KEYS, Origin, read_origin
-from electrovib.scenario.space.relations import check_relations
+from electrovib.scenario.space.relations import Group, Grouping, check_relations
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.scenario.space.space import Space
-from electrovib.scenario.space.writing import SCHEMA, WITHOUT_UNIT
+from electrovib.scenario.space.writing import KEYS, SCHEMA, WITHOUT_UNIT, Origin, read_origin
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping

@@ -11,9 +11,8 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.errors import InputError
-from electrovib.scenario.space.connected import connected
 from electrovib.scenario.space.counter import checked_seed, uniform_shares
-from electrovib.scenario.space.relations import fulfil
+from electrovib.scenario.space.relations import connected, fulfil
 from electrovib.scenario.space.writing import space_lines, space_table, space_toml
 
 if TYPE_CHECKING:
@@ -22,8 +21,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.scenario.distributions import Distribution
-    from electrovib.scenario.space.groups import Grouping
-    from electrovib.scenario.space.origin import Origin
+    from electrovib.scenario.space.relations import Grouping
+    from electrovib.scenario.space.writing import Origin
 
 _OF_GROUP: Final = "groups of "
 """Begin of the name of the stream that chooses the group."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.signals import without
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 from electrovib.solve.choice import chosen
 from electrovib.solve.closed_form.sums import (
     Decays,

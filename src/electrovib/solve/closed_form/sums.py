@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Numbers, Real

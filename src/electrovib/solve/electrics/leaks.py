@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 from electrovib.physics.stack import pieces
 from electrovib.solve.electrics.solution import LEAK, Solution
 from electrovib.solve.electrics.steps import halved, jump_heights, step_grid

@@ -15,7 +15,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.amplifier import IDEAL, Amplifier
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 from electrovib.solve.electrics.solution import MOVING_GAP, Solution
 from electrovib.solve.electrics.steps import halved, jump_heights, smooth_grid, with_outputs
 from electrovib.solve.electrics.transient import transient

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.core.arrays import Indices, Real
-    from electrovib.physics.drive.pieces import Linear
+    from electrovib.physics.drive.parts import Linear
 
 CHUNK = 1 << 16
 """Largest number of states in memory, so that a million samples need no gigabyte."""

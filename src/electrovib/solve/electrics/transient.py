@@ -13,8 +13,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
-from electrovib.physics.drive.parts import Chirped, Part, Tones, circling
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Chirped, Linear, Part, Tones, circling
 from electrovib.solve.electrics.formulas import chirp_response, smooth_states
 from electrovib.solve.electrics.solution import CURRENT_DRIVE, PERIODIC, TRANSIENT, Solution
 from electrovib.solve.electrics.straight import SharedModes, fading

@@ -18,7 +18,7 @@ from electrovib.solve.recursion import march
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from electrovib.physics.drive.pieces import Linear
+    from electrovib.physics.drive.parts import Linear
     from electrovib.physics.stages import Stage
 
 CRITICAL = 1e-6

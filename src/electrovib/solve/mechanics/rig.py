@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear
 from electrovib.solve.mechanics.filters import cascade, finite, of_stages, through_pieces
 from electrovib.solve.mechanics.response import MOST, increasing, respond_mechanically
 

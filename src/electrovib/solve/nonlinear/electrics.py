@@ -15,8 +15,7 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.physics.amplifier import IDEAL, Amplifier
-from electrovib.physics.drive.parts import Tones
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear, Tones
 from electrovib.solve.nonlinear.integrate import System
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
-from electrovib.physics.drive.parts import Smooth, Tones, circling
-from electrovib.physics.drive.pieces import SLACK, Linear
+from electrovib.physics.drive.parts import SLACK, Linear, Smooth, Tones, circling
 from electrovib.solve.population.kernels import TimeSteps, first_order_hold_many, time_steps
 from electrovib.solve.recursion import hold_weights
 from electrovib.solve.stack.harmonics import drive_mean, settled_integral

@@ -8,8 +8,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.physics.drive.parts import Part, Tones
-from electrovib.physics.drive.pieces import Linear
+from electrovib.physics.drive.parts import Linear, Part, Tones
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Complex, Real

@@ -9,11 +9,11 @@ from types import ModuleType
 from typing import Final
 
 from electrovib.core.answer import Table, laid_out, terminal_width
+from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
-from electrovib.core.status import UNVERIFIED, status_text
 from electrovib.studies.catalogue.families import families, kind_of, places
 from electrovib.studies.catalogue.items import (
     LIBRARY,

@@ -17,7 +17,7 @@ from electrovib.core.units import format_quantity
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import materials
 from electrovib.scenario import Scenario
-from electrovib.scenario.notes import note_of
+from electrovib.scenario.sources import note_of
 from electrovib.studies.catalogue.families import families, first_sentence, kind_of, plain_text
 from electrovib.studies.catalogue.listed import Listed
 

@@ -17,7 +17,7 @@ class Listed:
     - `name`: what is written to use it; `kind`: ``force law``, ``paper``, ``scenario``; `meaning`: one line.
     - `group`: what the members of its family compute; ``papers`` and ``scenarios`` for these.
     - `paper`: ``author_year``, or empty for a model of the textbook.
-    - `status`: how its source was read, one of `electrovib.core.status.STATUSES`; empty for a definition.
+    - `status`: how its source was read, one of `electrovib.core.citation.STATUSES`; empty for a definition.
     - `checks`: how many numbers of sources it is checked against.
     - `runnable`: ``"yes"``, or why it cannot be run.
     - `reproduces`: of a scenario, the figure of its paper or the statement; `reason`: why a search found it.

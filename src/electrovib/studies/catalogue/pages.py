@@ -10,14 +10,13 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.core.answer import Table, laid_out, terminal_width
-from electrovib.core.citation import bibtex_of
+from electrovib.core.citation import bibtex_of, status_text
 from electrovib.core.discovery import paper_of, papers
 from electrovib.core.errors import ElectrovibError
 from electrovib.core.formulas import formula_lines
 from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
-from electrovib.core.status import status_text
 from electrovib.core.units import format_quantity
 from electrovib.physics.material.library import SourcedValue, Substance
 from electrovib.scenario import Scenario
@@ -25,7 +24,7 @@ from electrovib.studies.catalogue.families import families, first_sentence, plac
 from electrovib.studies.catalogue.items import Item, stack_text
 
 if TYPE_CHECKING:
-    from electrovib.core.checks import Check
+    from electrovib.core.citation import Check
 
 
 _LABEL: Final = 16

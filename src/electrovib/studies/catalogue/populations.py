@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from electrovib.core.answer import Table, laid_out, terminal_width
+from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.errors import InputError, nearest
-from electrovib.core.status import UNVERIFIED, status_text
-from electrovib.scenario.space.origin import KEYS
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
+from electrovib.scenario.space.writing import KEYS
 from electrovib.studies.catalogue.listed import Listed, Listing
 
 USE: Final = (
@@ -29,7 +29,7 @@ class PopulationEntry:
     - `parameter`: dotted path; ``share`` for the share of a group.
     - `group`: division and group, ``moisture: dry``; ``all`` for every finger.
     - `distribution`: its model with the numbers as declared.
-    - `status`: how the source was read, one of `electrovib.core.status.STATUSES`; empty without a source.
+    - `status`: how the source was read, one of `electrovib.core.citation.STATUSES`; empty without a source.
     - `confidence`: how far the numbers are those of fingertips, as the author of the population judges.
     - `source`: where the numbers are from; `choice`: what no source gives.
     - `optional`: whether scenarios without the parameter can be used.

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from electrovib.core.citation import UNVERIFIED
 from electrovib.core.errors import InputError
 from electrovib.core.model import read_model
-from electrovib.core.status import UNVERIFIED
 from electrovib.core.units import format_quantity
 from electrovib.physics.body_current import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
-from electrovib.physics.drive.held import Held
+from electrovib.physics.drive.sampled import Held
 from electrovib.physics.limits import MEAN_SQUARES, WORDS
 from electrovib.scenario import Source, read_scenario
 from electrovib.studies.check.declared import (

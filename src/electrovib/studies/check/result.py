@@ -7,11 +7,10 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from electrovib.core.answer import Answer, Document, Table
+from electrovib.core.citation import UNVERIFIED
 from electrovib.core.errors import InputError
-from electrovib.core.status import UNVERIFIED
 from electrovib.core.units import format_quantity
-from electrovib.data.csv_text import csv_text
-from electrovib.data.marks import Form, json_text
+from electrovib.data.marks import Form, csv_text, json_text
 from electrovib.physics.limits import MEAN_SQUARES, PEAKS, TITLES, WORDS, unit_of_limit
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.declared import NEEDED, unlimited_words

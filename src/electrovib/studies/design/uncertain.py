@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.arrays import Real
-from electrovib.core.changes import stored_changes
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.tables import stored_changes
 from electrovib.scenario.space import read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter

@@ -13,13 +13,12 @@ from electrovib.core.budget import amount_of_memory
 from electrovib.core.errors import InputError, gathered, nearest
 from electrovib.core.own_models import use_models, used_files
 from electrovib.core.samples import Samples
-from electrovib.core.signals import SIGNALS
-from electrovib.core.trace import STUDY_FORMAT
+from electrovib.core.signals import SIGNALS, STUDY_FORMAT
 from electrovib.core.units import parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.scenario.space import Space, SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed
-from electrovib.scenario.space.origin import KEYS as ORIGIN_KEYS
+from electrovib.scenario.space.writing import KEYS as ORIGIN_KEYS
 from electrovib.scenario.toml import SCHEMA
 
 FORMAT: Final = f"{STUDY_FORMAT} 3"

@@ -13,8 +13,7 @@ from electrovib.core.errors import InputError, printable
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.units import format_quantity
 from electrovib.data.atomic import check_writable, write_text
-from electrovib.data.csv_text import csv_text
-from electrovib.data.marks import Form
+from electrovib.data.marks import Form, csv_text
 from electrovib.scenario import read_scenario
 from electrovib.scenario.space import read_space
 

@@ -14,8 +14,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.paths import quantity_at
 from electrovib.core.units import format_quantity
-from electrovib.data.csv_text import csv_text
-from electrovib.data.marks import Form, unsigned
+from electrovib.data.marks import Form, csv_text, unsigned
 from electrovib.scenario import Source, read_scenario
 from electrovib.scenario.space import SpaceSource, read_space
 from electrovib.scenario.space.counter import checked_seed

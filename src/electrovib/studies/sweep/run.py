@@ -13,10 +13,10 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
-from electrovib.core.changes import stored_changes
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
 from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at
+from electrovib.core.tables import stored_changes
 from electrovib.core.units import expected, format_quantity, parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
 from electrovib.solve.diagnostics.assumptions import sampling

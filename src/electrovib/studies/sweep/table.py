@@ -11,7 +11,7 @@ import numpy as np
 
 from electrovib.core.diagnostics import STATES, Diagnostic
 from electrovib.core.paths import quantity_at
-from electrovib.core.trace import FORMAT, stamp
+from electrovib.core.signals import FORMAT, stamp
 from electrovib.solve.quantities.resolve import window
 from electrovib.solve.simulate import provenance
 

@@ -6,10 +6,9 @@ import base64
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from electrovib.core.citation import UNVERIFIED
 from electrovib.core.diagnostics import STATES
-from electrovib.core.signals import SIGNALS
-from electrovib.core.status import UNVERIFIED
-from electrovib.core.trace import FORMAT
+from electrovib.core.signals import FORMAT, SIGNALS
 from electrovib.view import plots, summary, tables
 from electrovib.view.pages import filled, to_png
 from electrovib.view.plots.layers import values as values_of

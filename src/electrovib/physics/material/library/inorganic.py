@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Final
 
-from electrovib.physics.material.library.record import Substance
-from electrovib.physics.material.library.values import (
+from electrovib.physics.material.library.polymers import (
     MEGAVOLT_PER_METRE,
     OHM_CENTIMETRE,
     from_resistivity,
     permittivity,
     strength,
 )
+from electrovib.physics.material.library.record import Substance
 
 _DEAL = "Brigham Young University cleanroom, constants of thermal oxide after B. E. Deal, cleanroom.byu.edu/OxideTimeCalc"
 _MCPHERSON = "J. W. McPherson, World J. Condens. Matter Phys. 2016, no. 2, 152"

@@ -6,16 +6,40 @@ import math
 from typing import Final
 
 from electrovib.core.units import format_quantity
-from electrovib.physics.material.library.record import Dispersion, Substance
-from electrovib.physics.material.library.values import (
-    MEGAVOLT_PER_METRE,
-    MICROMETRE,
-    OHM_CENTIMETRE,
-    VOLT_PER_MIL,
-    from_resistivity,
-    permittivity,
-    strength,
-)
+from electrovib.physics.material.library.record import BreakdownStrength, Dispersion, SourcedValue, Substance
+
+MICROMETRE: Final = 1e-6
+MEGAVOLT_PER_METRE: Final = 1e6
+VOLT_PER_MIL: Final = 1 / 25.4e-6
+"""V/m."""
+OHM_CENTIMETRE: Final = 1e-2
+"""Ohm m."""
+
+
+def permittivity(value: float, conditions: str, source: str, status: str) -> SourcedValue:
+    """Declare a relative permittivity."""
+    return SourcedValue(value=value, unit="1", conditions=conditions, source=source, status=status)
+
+
+def from_resistivity(resistivity: float, conditions: str, source: str, status: str) -> SourcedValue:
+    """Declare a conductivity [S/m] by the resistivity [ohm m] that a source prints."""
+    return SourcedValue(
+        value=1 / resistivity, unit="S/m", conditions=conditions, source=source, status=status
+    )
+
+
+def strength(
+    value: float, thickness: float | tuple[float, float] | None, conditions: str, source: str, status: str
+) -> BreakdownStrength:
+    """Declare a breakdown strength [V/m] with the thickness at which it was measured [m].
+
+    `thickness` is one, or the thinnest and the thickest; None if the source does not state it.
+    """
+    edges = (thickness, thickness) if isinstance(thickness, float) else thickness
+    return BreakdownStrength(
+        value=value, unit="V/m", thickness=edges, conditions=conditions, source=source, status=status
+    )
+
 
 _BOPET = "data sheet of 6020 universal PET film, bopet-film-china.com"
 _KMAC = "data sheet of Kapton HN, k-mac-plastics.net/data/technical/kapton-hn.htm"

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from electrovib.core.checks import STATUSES
+from electrovib.core.citation import STATUSES
 from electrovib.core.units import format_quantity
 
 UNVERIFIED: Final = STATUSES[-1]
@@ -19,7 +19,7 @@ class SourcedValue:
     """One number that a source gives.
 
     `value` in the SI `unit`; `conditions` are frequency, temperature and kind of the value, as far as the
-    source states them; `status` says how far the source was read: one of `electrovib.core.checks.STATUSES`.
+    source states them; `status` says how far the source was read: one of `electrovib.core.citation.STATUSES`.
     """
 
     value: float

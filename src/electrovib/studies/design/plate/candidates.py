@@ -8,8 +8,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from electrovib.core.citation import UNVERIFIED
 from electrovib.core.quantity import quantity_of
-from electrovib.core.status import UNVERIFIED
 from electrovib.physics.limits import SWITCH_ON, WORDS, Limits
 from electrovib.physics.safety import AIR
 from electrovib.studies.check import CheckRow, checked

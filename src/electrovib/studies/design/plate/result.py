@@ -14,8 +14,7 @@ import numpy as np
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.arrays import Real
 from electrovib.core.units import KINDS, format_quantity
-from electrovib.data.csv_text import csv_text
-from electrovib.data.marks import Form
+from electrovib.data.marks import Form, csv_text
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.result import UNKNOWN, not_compared, not_in_rows
 from electrovib.studies.design.plate.candidates import Objective, PlateCandidate
