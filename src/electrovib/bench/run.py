@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from electrovib.bench.clock import SystemClock
 from electrovib.bench.connections import connect
-from electrovib.bench.end import incomplete, rehearse, saved, tell
 from electrovib.bench.faults import BenchError, BenchStopped
 from electrovib.bench.instruments import Instruments
 from electrovib.bench.plan import BenchPlan, make_plan
-from electrovib.bench.sequence import BurstSequence
+from electrovib.bench.sequence import BurstSequence, incomplete, rehearse, saved, tell
 from electrovib.bench.settings import BenchSettings, read_settings
 from electrovib.bench.twin.simulated import SimulatedBench
 from electrovib.core.errors import ElectrovibError, InputError

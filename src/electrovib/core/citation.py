@@ -1,4 +1,4 @@
-"""A publication as data: one citation for people, one entry for BibTeX."""
+"""A publication as data, how it was read, and a number that it states beside ours."""
 
 from __future__ import annotations
 

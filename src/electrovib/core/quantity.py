@@ -1,4 +1,4 @@
-"""The declaration of a physical parameter: unit, range, meaning."""
+"""The declaration of a physical parameter: unit, range, meaning; and the unit of a column of a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The nomenclature: one name for each signal, with its unit, symbol and meaning.
+"""The nomenclature: one name for each signal, with unit, symbol and meaning; a Trace is a Dataset of such signals.
 
 The unit belongs to the name. xarray keeps attributes in arithmetic, so a squared voltage would still have the unit V;
 units are therefore written when a Trace is made and when it is saved, and not relied on in between.

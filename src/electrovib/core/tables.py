@@ -1,4 +1,4 @@
-"""Nested tables, as a scenario file has them, changed by dotted paths."""
+"""Nested tables, as a scenario file has them, changed by dotted paths, also of parameters that a model derives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Marks of the files that this package writes: each file holds a checksum of its own content."""
+"""Marks of the files that this package writes, each a checksum of its content; tables as CSV and JSON that carry one."""
 
 from __future__ import annotations
 

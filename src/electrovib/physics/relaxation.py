@@ -1,4 +1,4 @@
-"""Relaxation of a force over time, and its reading by a resonant sensor."""
+"""Relaxation of a force over time, and its reading by a resonant sensor, a mass on a spring."""
 
 from __future__ import annotations
 

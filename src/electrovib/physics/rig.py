@@ -1,4 +1,4 @@
-"""The tribometer: response of its sensors, conditioners and digitiser to the forces.
+"""The tribometer: response of its sensors, conditioners and digitiser, and the calibration of its channels.
 
 The rig of Vezzoli et al. 2014 has a Kistler 9217A piezoelectric sensor under the plate for the normal force, a floating
 table on a Honeywell FSG sensor with a Maxim max4209H conditioner for the lateral force, and a Tektronix 3014B

@@ -1,4 +1,4 @@
-"""Scenarios from TOML, papers, tables and Traces."""
+"""Scenarios from TOML, papers, tables and Traces, with the models of a user that they need."""
 
 from __future__ import annotations
 

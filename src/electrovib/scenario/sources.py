@@ -1,4 +1,4 @@
-"""Sources of the values of a ready-made scenario: which are found in its paper, and which are not."""
+"""Sources of the values of a scenario: which parameter each belongs to, which are in its paper, and what it shows of it."""
 
 from __future__ import annotations
 

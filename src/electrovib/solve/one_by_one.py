@@ -13,7 +13,7 @@ from electrovib.core.numbers import with_numbers
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.signals import SIGNALS
 from electrovib.core.tables import is_stored_as_given, stored_changes
-from electrovib.solve.closed_form.repeated import Repeated
+from electrovib.solve.closed_form import Repeated
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.stack.expand import phasors
 

@@ -9,8 +9,7 @@ import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.answers import answered
-from electrovib.apps.cli.completion import scenario_names
-from electrovib.apps.cli.options import Text, Texts, many, names_of, only, output
+from electrovib.apps.cli.options import Text, Texts, many, names_of, only, output, scenario_names
 from electrovib.apps.cli.terminal import say, show, show_answer
 
 if TYPE_CHECKING:

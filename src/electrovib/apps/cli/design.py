@@ -9,9 +9,20 @@ import typer
 
 from electrovib.apps.cli import options
 from electrovib.apps.cli.answers import answered
-from electrovib.apps.cli.completion import parameter_paths, quantity_names
 from electrovib.apps.cli.export import edge_of, waveform_lines
-from electrovib.apps.cli.options import Text, Texts, given, many, names_of, only, option, output, pair_of
+from electrovib.apps.cli.options import (
+    Text,
+    Texts,
+    given,
+    many,
+    names_of,
+    only,
+    option,
+    output,
+    pair_of,
+    parameter_paths,
+    quantity_names,
+)
 from electrovib.apps.cli.terminal import say, show_answer
 from electrovib.core.errors import InputError
 

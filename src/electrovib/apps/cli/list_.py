@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.cli.completion import model_names
+from electrovib.apps.cli.options import model_names
 from electrovib.apps.cli.terminal import show
 
 

@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from electrovib.apps.cli.completion import paper_names
-from electrovib.apps.cli.options import Force
+from electrovib.apps.cli.options import Force, paper_names
 from electrovib.apps.cli.terminal import say, warned
 
 

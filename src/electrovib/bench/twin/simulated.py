@@ -9,8 +9,7 @@ import numpy as np
 from electrovib.bench.clock import SimulatedClock
 from electrovib.bench.drivers.tektronix_tds3014b import DIVISIONS, LEVELS
 from electrovib.bench.twin.commands import TwinInstrument
-from electrovib.bench.twin.generator import TwinGenerator
-from electrovib.bench.twin.plant import TwinPlant
+from electrovib.bench.twin.generator import TwinGenerator, TwinPlant
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from electrovib.bench.clock import BenchClock
     from electrovib.bench.settings import BenchSettings, EnableLine
     from electrovib.bench.twin.commands import TwinInstrument
-    from electrovib.bench.twin.plant import TwinPlant
+    from electrovib.bench.twin.generator import TwinPlant
     from electrovib.scenario import Scenario
 
 

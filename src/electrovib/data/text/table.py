@@ -1,4 +1,4 @@
-"""Delimited text whose first row holds headings or numbers, read strictly: each field that is asked for has to be a number."""
+"""Text files with one table or several: the rows, the headings, and where a table ends."""
 
 from __future__ import annotations
 

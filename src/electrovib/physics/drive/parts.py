@@ -1,4 +1,4 @@
-"""The closed forms of which a drive is a sum: tones, formulas, and straight pieces (see `pieces`)."""
+"""The closed forms of which a drive is a sum: tones, formulas, and straight pieces, which may repeat."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drive from a recorded voltage."""
+"""A drive from a recorded voltage, or from samples that an output holds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Friction without memory, as a function of load and attraction or of the real contact area."""
+"""Steady friction laws, and friction that follows one of them with a linear delay."""
 
 from __future__ import annotations
 

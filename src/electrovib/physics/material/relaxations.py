@@ -1,4 +1,4 @@
-"""Dielectrics with one relaxation or several, of one time each or broadened."""
+"""Dielectrics: of one permittivity, of one loss angle, and with relaxations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Felt level of a vibration, by the most sensitive channel."""
+"""A person: detection threshold, lateral compliance of the skin under the finger, and what is felt of a vibration."""
 
 from __future__ import annotations
 

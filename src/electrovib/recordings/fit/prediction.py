@@ -14,7 +14,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.measured import MeasuredTrace, Observed, observed
-from electrovib.solve.closed_form.repeated import Repeated
+from electrovib.solve.closed_form import Repeated
 from electrovib.solve.electrics.over_frequency import over_frequency
 from electrovib.solve.mechanics.lateral import INDEPENDENT, proportional_to_friction
 from electrovib.solve.one_by_one import ParametricScenario

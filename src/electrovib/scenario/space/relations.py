@@ -1,4 +1,4 @@
-"""Draws that fulfil relations: those that do not are repeated, each from random numbers of its own."""
+"""Draws of a population: groups, parameters that depend on each other, and relations, for which draws are repeated."""
 
 from __future__ import annotations
 

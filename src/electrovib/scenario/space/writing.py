@@ -1,4 +1,4 @@
-"""A space as nested tables and as TOML."""
+"""A space as nested tables and as TOML, with the source of each distribution and how sure it is."""
 
 from __future__ import annotations
 

@@ -10,8 +10,16 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from electrovib.apps.explorer.choices import Choice, choices, chosen
-from electrovib.apps.explorer.controls import SECTIONS, STEPS, Control, controls
-from electrovib.apps.explorer.declared import Blank, Declared, blanks, parameters_of
+from electrovib.apps.explorer.controls import (
+    SECTIONS,
+    STEPS,
+    Blank,
+    Control,
+    Declared,
+    blanks,
+    controls,
+    parameters_of,
+)
 from electrovib.apps.explorer.state import PageState, scenario_of
 from electrovib.core.errors import InputError
 

@@ -19,9 +19,14 @@ from electrovib.apps.explorer.page.words import (
     safety_words,
     verdict_words,
 )
-from electrovib.apps.explorer.pictures.felt import felt, laws, recorded
-from electrovib.apps.explorer.pictures.over_frequency import over_frequency
-from electrovib.apps.explorer.pictures.over_time import over_time, unknown_signals
+from electrovib.apps.explorer.pictures.plots import (
+    felt,
+    laws,
+    over_frequency,
+    over_time,
+    recorded,
+    unknown_signals,
+)
 
 if TYPE_CHECKING:
     import xarray

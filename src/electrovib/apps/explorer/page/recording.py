@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, Final
 
 from nicegui import events, ui
 
-from electrovib.apps.explorer.fitting import RunningFit, fittable
 from electrovib.apps.explorer.limits import LARGEST_UPLOAD
 from electrovib.apps.explorer.page.words import fit_words
 from electrovib.apps.explorer.reading import (
     OVER_TIME,
     SCENARIO_SUFFIX,
+    RunningFit,
     Uploaded,
+    fittable,
     named,
     read_upload,
     read_uploaded_scenario,

@@ -16,7 +16,7 @@ from electrovib.papers.vezzoli_2014.population import closed_forms as forms
 from electrovib.papers.vezzoli_2014.scenarios import scenarios
 from electrovib.scenario.space import Space, read_space
 from electrovib.scenario.space.shipped import read_shipped
-from electrovib.studies.sensitivity.analysis import Indices, sobol
+from electrovib.studies.sensitivity import Indices, sobol
 
 SEED: Final = 2014
 SUBJECTS: Final = 8

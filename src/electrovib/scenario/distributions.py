@@ -1,4 +1,4 @@
-"""Normal and log-normal distributions."""
+"""Probability distributions of parameters: general, truncated, and groups of values."""
 
 from __future__ import annotations
 
