@@ -1,4 +1,4 @@
-"""The run of a bench: triggered burst, return to 0 V, and what every end does after it."""
+"""The order in which a drive is played: nothing is enabled before every setting was read back; and what every end does after 0 V."""
 
 from __future__ import annotations
 

@@ -1,14 +1,21 @@
-"""Dotted paths: the name of a parameter in files, options, fits and messages."""
+"""Dotted paths: the name of a parameter in files, options, fits and messages, and a model with the numbers at some of them replaced."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import functools
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from pydantic import ValidationError
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.meant import explained, meant
+from electrovib.core.model import Model
+from electrovib.core.quantity import quantity_of
 from electrovib.core.tables import derived_at, number_at, place_of, stored_changes, unknown
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from electrovib.core.model import Model
     from electrovib.core.quantity import Quantity
 
@@ -56,3 +63,87 @@ def followers(model: Model, path: str) -> list[str]:
         return []
     stored, _ = stored_changes(model, {path: 0.9 * value or 1.0})
     return [each for each, new in stored.items() if each != path and value_at(model, each) != new]
+
+
+M = TypeVar("M", bound=Model)
+
+
+def with_numbers(model: M, numbers: Mapping[str, float]) -> M:
+    """Return a valid copy with other numbers at some stored paths, as `Model.replace` does, only faster.
+
+    A part whose parameters have ranges and no rule among each other is not validated again when the new
+    numbers are in these ranges; parts without a change are shared with the original.
+    """
+    try:
+        return _rebuilt(model, nested(numbers))
+    except (ValidationError, LookupError, TypeError):
+        return model.replace(numbers)  # reports what is wrong with them
+
+
+def nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values by dotted path as tables within tables."""
+    tree: dict[str, Any] = {}
+    for path, value in values.items():
+        *parents, last = path.split(".")
+        branch = tree
+        for key in parents:
+            branch = branch.setdefault(key, {})
+        branch[last] = value
+    return tree
+
+
+def _rebuilt(model: M, tree: Mapping[str, Any]) -> M:
+    content = dict(model)
+    plain = _has_ranges_only(type(model))
+    for key, change in tree.items():
+        is_part = isinstance(change, dict)
+        content[key] = _put(content[key], change) if is_part else change
+        plain = plain and (is_part or _is_in_range(type(model), key, change))
+    return _copied(model, content) if plain else type(model).model_validate(content)
+
+
+@functools.cache
+def _has_ranges_only(kind: type[Model]) -> bool:
+    """Tell whether a model has no rules but the types and ranges of its parameters."""
+    rules = kind.__pydantic_decorators__
+    own = {*rules.model_validators, *rules.field_validators} - {
+        *Model.__pydantic_decorators__.model_validators,
+        *Model.__pydantic_decorators__.field_validators,
+    }
+    built = kind.complete.__func__ is Model.complete.__func__  # type: ignore[attr-defined]
+    return built and not own and not kind.__private_attributes__ and "model_post_init" not in vars(kind)
+
+
+def _is_in_range(kind: type[Model], name: str, value: Any) -> bool:
+    """Tell whether a number is what the validation of a physical parameter would keep unchanged."""
+    quantity = _declared(kind).get(name)
+    return (
+        quantity is not None
+        and type(value) is float
+        and quantity.low <= value <= quantity.high
+        and value != 0
+    )
+
+
+@functools.cache
+def _declared(kind: type[Model]) -> dict[str, Quantity]:
+    found = {name: quantity_of(kind, name) for name in kind.model_fields}
+    return {name: quantity for name, quantity in found.items() if quantity is not None}
+
+
+def _copied(model: M, content: dict[str, Any]) -> M:
+    copy = type(model).__new__(type(model))
+    object.__setattr__(copy, "__dict__", content)
+    object.__setattr__(copy, "__pydantic_fields_set__", set(content))
+    object.__setattr__(copy, "__pydantic_extra__", None)
+    object.__setattr__(copy, "__pydantic_private__", None)
+    return copy
+
+
+def _put(value: Any, tree: Mapping[str, Any]) -> Any:
+    if isinstance(value, tuple):
+        return tuple(
+            _rebuilt(item, tree[str(index)]) if str(index) in tree else item
+            for index, item in enumerate(value)
+        )
+    return _rebuilt(value, tree)

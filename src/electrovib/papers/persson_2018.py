@@ -27,7 +27,6 @@ from electrovib.core.errors import InputError
 from electrovib.core.quantity import Number, Quantity
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import ForceLaw
-from electrovib.physics.interface import roles_of
 from electrovib.physics.roughness import (
     ContactSpots,
     GaussianGaps,
@@ -35,7 +34,7 @@ from electrovib.physics.roughness import (
     local_pull,
     mean_pull,
 )
-from electrovib.physics.stack import Layer, Linear, Section
+from electrovib.physics.stack import Layer, Linear, Section, roles_of
 from electrovib.scenario import Scenario, preset, sourced
 from electrovib.scenario.sources import PresetNote
 from electrovib.solve.stack.section import field_in_gap

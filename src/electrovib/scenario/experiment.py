@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.discovery import find_members
-from electrovib.core.errors import Problem, suggestion
+from electrovib.core.errors import InputError, Problem, suggestion
 from electrovib.core.model import Model, read_model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.samples import Samples
@@ -21,24 +22,23 @@ from electrovib.physics.drive.base import Drive
 from electrovib.physics.finger import Finger
 from electrovib.physics.force import ForceLaw, needed_layer, wanted_layer
 from electrovib.physics.friction import Friction, Load
-from electrovib.physics.interface import IMPLIED, ORDER
 from electrovib.physics.limits import Limits
 from electrovib.physics.moisture import Moisture
 from electrovib.physics.motion import HeldOff, Motion
 from electrovib.physics.perception import Perception
 from electrovib.physics.rig import Rig
-from electrovib.physics.stack import Stack
+from electrovib.physics.stack import IMPLIED, ORDER, Stack, beside_interface
 from electrovib.scenario.files import read_part
 from electrovib.scenario.grids import FrequencyGrid, TimeGrid
-from electrovib.scenario.moisture import moistened, refuse_what_moisture_sets
 from electrovib.scenario.offers import with_offers
 from electrovib.scenario.sources import BY_THE_USER
 from electrovib.scenario.toml import SCHEMA, to_toml
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from electrovib.core.model import Model
+    from electrovib.physics.moisture import Moisture
 
 
 class Scenario(Model):
@@ -382,3 +382,50 @@ def how_to_add(kind: type[Model], content: Mapping[str, Any], path: str) -> str:
         return ""
     first = f'model = "{min(find_members(family))}", ' if family is not None else ""
     return f"'{part}' is not given. Add it, for instance with --set {part}='{{ {first}{last} = ... }}'"
+
+
+def moistened(scenario: Scenario, moisture: Moisture) -> dict[str, float]:
+    """Return the changes that bring a scenario to a moisture, for `Scenario.replace`; only of parameters that it has."""
+    layers, found = scenario.stack.layers, {}
+    known = {path for path, _, _ in scenario.parameters()}
+    skin, gap = _skin(scenario), scenario.stack.gap_name
+    if skin is not None:
+        conductivity = moisture.skin_conductivity(layers[skin].thickness)
+        found[f"stack.{skin}.material.conductivity"] = conductivity
+    for name in ("conductivity", "spot_conductivity") if gap else ():
+        found[f"stack.{gap}.material.{name}"] = 1 / moisture.gap_resistivity()
+    for where in ("friction", "friction.steady"):
+        found[f"{where}.coefficient"] = moisture.coefficient()
+    return {path: value for path, value in found.items() if path in known}
+
+
+def _skin(scenario: Scenario) -> str | None:
+    """Return the name of the layer that moisture acts on: that of the finger at the interface."""
+    return beside_interface(scenario.stack.roles, "finger")
+
+
+def moisture_diagnostic(scenario: Scenario) -> Diagnostic | None:
+    """List the values that moisture has set, in place of those in the tables, and what has no value to set."""
+    if scenario.moisture is None:
+        return None
+    units = {path: quantity.unit for path, _, quantity in scenario.parameters()}
+    moved = moistened(scenario, scenario.moisture)
+    shown = ", ".join(f"{path} = {format_quantity(value, units[path])}" for path, value in moved.items())
+    text = f"moisture.level = {scenario.moisture.level:g} sets {shown or 'nothing'}"
+    skin, gap = (f"stack.{name}." for name in (_skin(scenario), scenario.stack.gap_name))
+    starts = {skin: "the skin", gap: "the gap", "friction": "friction"}
+    idle = [name for start, name in starts.items() if not any(path.startswith(start) for path in moved)]
+    if idle:
+        text += f"; this scenario has no parameter of {' and '.join(idle)} that moisture sets"
+    return Diagnostic("moisture", "warning" if idle else "ok", text)
+
+
+def refuse_what_moisture_sets(scenario: Scenario, changes: Collection[str]) -> None:
+    """Refuse changes that moisture would undo."""
+    moisture = scenario.moisture
+    undone = [] if moisture is None else [path for path in moistened(scenario, moisture) if path in changes]
+    if undone:
+        raise InputError(
+            f"{path}: is set by moisture. Change moisture.level or its dry and wet values, or omit the table [moisture]"
+            for path in undone
+        )

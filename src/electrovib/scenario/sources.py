@@ -11,8 +11,7 @@ from electrovib.core.errors import Problem, closest, nearest
 from electrovib.core.search import Searchable, as_question, suggestions
 from electrovib.core.tables import place_of
 from electrovib.core.units import format_quantity
-from electrovib.physics.interface import IMPLIED
-from electrovib.physics.stack import Stack
+from electrovib.physics.stack import IMPLIED, Stack
 
 if TYPE_CHECKING:
     from electrovib.core.model import Model

@@ -9,8 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.numbers import with_numbers
-from electrovib.core.paths import quantity_at, value_at
+from electrovib.core.paths import quantity_at, value_at, with_numbers
 from electrovib.core.signals import SIGNALS
 from electrovib.core.tables import is_stored_as_given, stored_changes
 from electrovib.solve.closed_form import Repeated

@@ -1,4 +1,4 @@
-"""A recording on the page: read, compared with the scenario, and parameters fitted to it."""
+"""A recording on the page: read in a process of its own with limits of memory and time, and parameters fitted to it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Text files with one table or several: the rows, the headings, and where a table ends."""
+"""Delimited text whose first row holds headings or numbers, read strictly; and files that hold several such tables."""
 
 from __future__ import annotations
 

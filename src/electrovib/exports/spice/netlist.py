@@ -12,8 +12,8 @@ import numpy as np
 from electrovib.core.errors import InputError, NotCausalError
 from electrovib.data.marks import Form, unsigned
 from electrovib.exports.spice.circuit import BuiltCircuit, Timing
-from electrovib.exports.spice.equation import written
 from electrovib.exports.spice.formula import Formula
+from electrovib.exports.spice.ladder import written
 from electrovib.exports.spice.section import CAPACITANCE, MeterReading, ReadSection
 from electrovib.exports.spice.text import Names, continued, number, remark
 from electrovib.solve.stack.expand import Surroundings

@@ -9,14 +9,14 @@ import numpy as np
 
 from electrovib.exports.spice.ladder import LayerElements, between
 from electrovib.exports.spice.text import continued, number, remark
-from electrovib.physics.interface import beside_interface
+from electrovib.physics.stack import beside_interface
 from electrovib.solve.stack.section import StackLayer, inverse_root_thickness
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from electrovib.exports.spice.start import Start
-    from electrovib.physics.interface import Role
+    from electrovib.physics.stack import Role
     from electrovib.solve.stack.transfer import Transfer
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.physics.interface import interface_place
+from electrovib.physics.stack import interface_place
 from electrovib.scenario import PeriodicState, Scenario
 from electrovib.solve.electrics.transient import transient
 from electrovib.solve.stack.expand import Surroundings, modes

@@ -13,8 +13,7 @@ from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
 from electrovib.physics.force import SUMS, ForceLaw, equivalent_field, layer_of
-from electrovib.physics.interface import Role, beside_interface, roles_of
-from electrovib.physics.stack import Layer, Linear, Section
+from electrovib.physics.stack import Layer, Linear, Role, Section, beside_interface, roles_of
 
 READINGS_AGREE = 0.1
 """Relative difference of the effective voltage up to which both readings count as equal, a choice."""

@@ -9,7 +9,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.physics.interface import IMPLIED, ORDER, Role, beside_interface
+from electrovib.physics.stack import IMPLIED, ORDER, Role, beside_interface
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

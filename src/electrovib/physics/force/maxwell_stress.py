@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from electrovib.core.citation import Check
 from electrovib.core.constants import eps0
 from electrovib.physics.force.base import ForceLaw, layer_of
-from electrovib.physics.interface import Role
+from electrovib.physics.stack import Role
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

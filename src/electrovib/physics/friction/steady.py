@@ -1,4 +1,4 @@
-"""Steady friction laws, and friction that follows one of them with a linear delay."""
+"""Friction without memory, from load and attraction or from the real contact area, or following it with a linear delay."""
 
 from __future__ import annotations
 

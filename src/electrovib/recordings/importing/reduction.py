@@ -9,8 +9,8 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.units import format_quantity
-from electrovib.recordings.importing.periods import average_periods
 from electrovib.recordings.importing.steps import (
+    average_periods,
     resampled,
     seconds,
     shifted,

@@ -11,7 +11,7 @@ import numpy as np
 
 from electrovib.core.constants import eps0
 from electrovib.core.errors import ElectrovibError, InputError, nearest
-from electrovib.core.numbers import with_numbers
+from electrovib.core.paths import with_numbers
 from electrovib.physics.kramers_kronig import kramers_kronig_residual
 from electrovib.recordings.fit.least_squares import MOST_EVALUATIONS, FreeParameter, least_squares
 from electrovib.recordings.spectra.forms import FORMS, OFFERED

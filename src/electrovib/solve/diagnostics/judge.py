@@ -24,7 +24,7 @@ from electrovib.physics.safety import (
     sweat_diagnostic,
 )
 from electrovib.physics.stack import in_one_piece
-from electrovib.scenario.moisture import moisture_diagnostic
+from electrovib.scenario.experiment import moisture_diagnostic
 from electrovib.solve.choice import chosen, solve, solve_fields
 from electrovib.solve.diagnostics.assumptions import (
     contact_diagnostics,

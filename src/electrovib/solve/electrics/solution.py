@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from electrovib.core.constants import eps0
-from electrovib.physics.interface import INTERFACE
+from electrovib.physics.stack import INTERFACE
 from electrovib.solve.stack.expand import Surroundings
 from electrovib.solve.stack.harmonics import drive_mean
 from electrovib.solve.stack.keys import AmplitudeOf, DisplacementOf, FieldOf, Key, amplitudes_among

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.physics.force import MaxwellStressInGap
-from electrovib.physics.interface import INTERFACE
+from electrovib.physics.stack import INTERFACE
 from electrovib.solve.electrics.attraction import pressed
 from electrovib.solve.electrics.leaks import leaking_slabs
 from electrovib.solve.stack.expand import Surroundings

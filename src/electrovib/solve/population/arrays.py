@@ -10,7 +10,7 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.tables import derived_at
-from electrovib.physics.interface import INTERFACE
+from electrovib.physics.stack import INTERFACE
 from electrovib.solve.choice import chosen
 from electrovib.solve.electrics.attraction import attraction, total_pull
 from electrovib.solve.electrics.over_frequency import OVER_FREQUENCY, loudest_tone, over_frequency

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
-from electrovib.core.numbers import nested
+from electrovib.core.paths import nested
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.one_by_one import value_of
 from electrovib.solve.stack.expand import reductions

@@ -17,7 +17,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.conduction import PolarityConduction
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.physics.interface import INTERFACE, beside_interface, interface_place, roles_of
+from electrovib.physics.stack import INTERFACE, beside_interface, interface_place, roles_of
 from electrovib.solve.stack.keys import DisplacementOf, FieldOf
 from electrovib.solve.stack.modes import Slab, merged_terms
 from electrovib.solve.stack.section import slabs_of

@@ -12,7 +12,7 @@ from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.physics.interface import Role, interface_place, roles_of
+from electrovib.physics.stack import Role, interface_place, roles_of
 from electrovib.solve.stack.modes import Slab, StackModes, relaxations, stack_modes
 from electrovib.solve.stack.secular import secular_roots
 from electrovib.solve.stack.transfer import Column, NotInArraysError, Transfer, integrated, summed

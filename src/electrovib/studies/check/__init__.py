@@ -11,13 +11,16 @@ from electrovib.studies.check.declared import (
     refuse_unlimited,
     strictest,
 )
-from electrovib.studies.check.drive import DriveSource, read_drive, sampled, with_drive
 from electrovib.studies.check.function import (
+    DriveSource,
     check,
     checked,
     cleared_as_played,
     cleared_for_output,
     declared_limits,
+    read_drive,
+    sampled,
+    with_drive,
     without_its_limits,
 )
 from electrovib.studies.check.result import CheckNumber, CheckResult, CheckRow

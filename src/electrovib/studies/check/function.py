@@ -1,22 +1,38 @@
-"""Comparison of a drive in a scenario with declared limits, breakdown and published currents, also as an output plays it."""
+"""Comparison of a drive in a scenario, its own or another, with declared limits, breakdown and published currents, also as it is played."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
+from electrovib.core.arrays import Real
 from electrovib.core.citation import UNVERIFIED
-from electrovib.core.errors import InputError
+from electrovib.core.errors import DataFileError, InputError, NoColumnError
+from electrovib.core.files import note_input
 from electrovib.core.model import read_model
+from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
+from electrovib.data.columns import read_columns
+from electrovib.data.recorded import Recorded
+from electrovib.data.registry import read_recorded
 from electrovib.physics.body_current import NOT_A_CLAIM, THRESHOLDS, CurrentThreshold
-from electrovib.physics.drive.sampled import Held
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.drive.sampled import Held, Sampled
 from electrovib.physics.limits import MEAN_SQUARES, WORDS
-from electrovib.scenario import Source, read_scenario
+from electrovib.scenario import Scenario, Source, TimeGrid, read_part, read_scenario
+from electrovib.solve.diagnostics.judge import (
+    largest_of,
+    largest_values,
+    slew_rate,
+    stack_diagnostics,
+)
+from electrovib.solve.expanded import OF_ELECTRICS, Expanded
+from electrovib.solve.quantities.answer import MEAN_SQUARED, root_mean_squares
 from electrovib.studies.check.declared import (
     DeclaredLimit,
     LimitsSource,
@@ -25,8 +41,8 @@ from electrovib.studies.check.declared import (
     refuse_unlimited,
     strictest,
 )
-from electrovib.studies.check.drive import DriveSource, sampled, with_drive
 from electrovib.studies.check.result import (
+    BREAKDOWN,
     FAIL,
     ONLY_DECLARED,
     PASS,
@@ -37,10 +53,10 @@ from electrovib.studies.check.result import (
     breakdown_row,
     limit_row,
 )
-from electrovib.studies.check.values import CheckedValues, checked_values
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real
+    from electrovib.core.diagnostics import Diagnostic
     from electrovib.scenario import Scenario
     from electrovib.studies.check.declared import LimitsSource
     from electrovib.studies.check.result import CheckResult
@@ -329,3 +345,118 @@ def _smallest(holds: Callable[[float], bool], low: float, high: float) -> float:
 def _two_digits(value: float, rounding: Callable[[float], int]) -> float:
     step = 10.0 ** (math.floor(math.log10(value)) - 1)
     return rounding(value / step) * step
+
+
+@dataclass(frozen=True)
+class CheckedValues:
+    """Values of a run by the name of their limit; NaN where not known, infinite where they have no bound."""
+
+    largest: dict[str, float]
+    rms: dict[str, float]
+    breakdown: list[Diagnostic]
+    end: float
+
+
+def checked_values(scenario: Scenario, *, mean_squares: bool = True) -> CheckedValues:
+    """Solve a scenario for the values of limits; root mean squares, which take most of the time, can be left out."""
+    expanded = Expanded(scenario, mechanics=False)
+    record = expanded.at(expanded.times, closely=True, wanted=OF_ELECTRICS)
+    assert record.peaks is not None
+    peaks, end = record.peaks, float(expanded.times[-1])
+    reached = largest_values(scenario, expanded.section, peaks)
+    reached["slew_rate"] = slew_rate(scenario, end)
+    largest = {name: largest_of(reached, name) for name in WORDS}
+    known = [name for name in MEAN_SQUARED if mean_squares and math.isfinite(largest[name])]
+    rms = dict.fromkeys(MEAN_SQUARED, math.nan) | root_mean_squares(expanded, peaks, known)
+    found = stack_diagnostics(scenario, peaks)
+    return CheckedValues(
+        largest=largest | {name: rms[name.removeprefix("rms_")] for name in MEAN_SQUARES},
+        rms=rms,
+        breakdown=[each for each in found if each.name.startswith(BREAKDOWN)],
+        end=end,
+    )
+
+
+DriveSource: TypeAlias = "str | Path | Mapping[str, Any] | Drive | None"
+"""A file of samples, a table of a drive, a Drive, or None for the drive of the scenario."""
+COLUMNS = (("time", "voltage"), ("time", "drive_voltage"))
+"""Headings of time and voltage that are tried in a file, in this order."""
+_READ_DIRECTLY = (".csv", ".txt", ".tsv", ".npy", ".nc", ".mat")
+
+
+def with_drive(scenario: Scenario, drive: DriveSource) -> Scenario:
+    """Put another drive into a scenario, from rest and over its whole duration; None leaves the scenario as it is."""
+    if drive is None:
+        return scenario
+    return scenario.model_copy(update={"drive": read_drive(drive), "time": TimeGrid()})
+
+
+def read_drive(source: str | Path | Mapping[str, Any] | Drive) -> Drive:
+    """Read a drive from a file, a table or itself; a file has columns of time [s] and voltage [V], without NaN."""
+    if isinstance(source, Drive):
+        return source
+    if isinstance(source, Mapping):
+        return read_part(Drive, dict(source))  # type: ignore[type-abstract]
+    if not isinstance(source, str | Path):
+        raise InputError(f"expected a file, a table or a Drive, not a {type(source).__name__}", path="drive")
+    path = Path(source)
+    note_input(path)
+    time, voltage = _columns(path) if path.suffix.lower() in _READ_DIRECTLY else _channels(path)
+    return sampled(time, voltage, path=path)
+
+
+def sampled(time: Real, voltage: Real, *, path: str | Path = "") -> Drive:
+    """Return a drive of straight lines between samples [s, V]; `path` names the file in messages."""
+    try:
+        return read_model(Sampled, {"time_samples": Samples(time), "voltage_samples": Samples(voltage)})
+    except InputError as error:
+        if not path:
+            raise
+        raise (
+            InputError((each.reason for each in error.problems), path=path)
+            if len(error.problems) == 1
+            else error
+        ) from None
+
+
+def _columns(path: Path) -> tuple[Real, Real]:
+    """Return times and voltages from the first pair of known headings; without headings, from the first two columns."""
+    faults: list[DataFileError] = []
+    for time, voltage in COLUMNS:
+        try:
+            found = read_columns(path, {"time": (time, "s"), "voltage": (voltage, "V")})
+        except DataFileError as error:
+            if "has no headings" in str(error):
+                found = read_columns(path, {"time": (0, "s"), "voltage": (1, "V")})
+                return found["time"], found["voltage"]
+            if not isinstance(error, NoColumnError):
+                raise
+            faults.append(error)
+        else:
+            return found["time"], found["voltage"]
+    raise faults[0]
+
+
+def _channels(path: Path) -> tuple[Real, Real]:
+    """Return times and voltages of a record of an instrument that has one channel in volts."""
+    recorded: Recorded = read_recorded(path)
+    time = recorded.times()
+    if time is None:
+        raise InputError(
+            "states no times of its samples; write it as CSV with the columns time and voltage", path=path
+        )
+    stamped = [each.unit.strip().lower() for each in recorded.channels if each.name == recorded.time]
+    if any(unit not in {"", "s", "sec", "second", "seconds"} for unit in stamped):
+        raise InputError(
+            f"has times in '{stamped[0]}'; write it as CSV with the columns time and voltage", path=path
+        )
+    channels = [each for each in recorded.channels if each.name != recorded.time]
+    volts = [each for each in channels if each.unit.strip().lower() in {"v", "volt", "volts"}]
+    if len(volts) != 1:
+        listed = ", ".join(f"'{each.name}' [{each.unit or 'no unit'}]" for each in channels)
+        raise InputError(
+            f"a drive is one channel in volts, and the file has {listed}; write the voltage as CSV with the columns time and"
+            " voltage",
+            path=path,
+        )
+    return np.asarray(time, dtype=float), np.asarray(volts[0].values, dtype=float)

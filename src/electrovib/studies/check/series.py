@@ -12,7 +12,7 @@ import numpy as np
 from electrovib.core.answer import Answer, Document, Table
 from electrovib.core.constants import eps0
 from electrovib.core.errors import InputError
-from electrovib.physics.series_resistor import (
+from electrovib.physics.body_current import (
     charging_time,
     corner_frequency,
     largest_supply_voltage,
@@ -23,9 +23,8 @@ from electrovib.physics.series_resistor import (
 from electrovib.scenario import Source, read_scenario
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.check.declared import LimitsSource
-from electrovib.studies.check.function import declared_limits
+from electrovib.studies.check.function import checked_values, declared_limits
 from electrovib.studies.check.result import shown
-from electrovib.studies.check.values import checked_values
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

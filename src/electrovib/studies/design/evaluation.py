@@ -13,7 +13,7 @@ from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.solve.meter import clock
 from electrovib.solve.population.fingers import TOGETHER
 from electrovib.solve.prepare import Prepared
-from electrovib.studies.sweep.felt import felt
+from electrovib.studies.sweep.run import felt
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

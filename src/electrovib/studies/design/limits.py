@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 from electrovib.core.errors import ElectrovibError, InputError
 from electrovib.physics.limits import Limits
 from electrovib.studies.check import LimitsFrom, declared_limits
+from electrovib.studies.check.function import checked_values
 from electrovib.studies.check.result import FAIL
-from electrovib.studies.check.values import checked_values
 from electrovib.studies.design.search import CannotBeComputedError, Function, Point, crossing, has_ratio
 
 if TYPE_CHECKING:

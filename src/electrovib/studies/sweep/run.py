@@ -13,9 +13,9 @@ import numpy as np
 
 from electrovib.core.arrays import Real
 from electrovib.core.budget import BudgetError
+from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import LONGEST_QUOTED, ElectrovibError, InputError, Problem, gathered, shortened
-from electrovib.core.numbers import with_numbers
-from electrovib.core.paths import quantity_at
+from electrovib.core.paths import quantity_at, with_numbers
 from electrovib.core.tables import stored_changes
 from electrovib.core.units import expected, format_quantity, parse_quantity
 from electrovib.scenario import Scenario, Source, read_scenario
@@ -24,7 +24,7 @@ from electrovib.solve.effort import counted
 from electrovib.solve.meter import Meter, measured
 from electrovib.solve.quantities import DEFAULTS, Named, Together, read_name
 from electrovib.solve.simulate import simulate
-from electrovib.studies.sweep.felt import FELT, felt
+from electrovib.studies.perceive import perceive
 from electrovib.studies.sweep.table import Case, dataset
 
 if TYPE_CHECKING:
@@ -319,3 +319,22 @@ def read_quantities(scenario: Scenario, names: Sequence[str]) -> Asked:
     if problems:
         raise InputError(problems)
     return Asked(tuple(dict.fromkeys(solved)), tuple(each for each in units if each in FELT), units)
+
+
+FELT: Final = {
+    "detection level": ("dB", "level of the most excited channel above its threshold"),
+    "relative level": ("dB", "level relative to a sine of equal force at the best frequency"),
+}
+"""Unit and meaning of each quantity, by name."""
+
+
+def felt(name: str, scenario: Scenario) -> tuple[float, list[Diagnostic]]:
+    """Compute a quantity of perception [dB]: minus infinity where nothing moves, NaN where no threshold is known."""
+    found = perceive(scenario)
+    if name == "relative level":
+        return found.relative, []
+    if not found.loudest:
+        return -math.inf, []
+    value = math.nan if found.sensation is None else found.sensation
+    text = f"{found.answer}; {found.to_measure}" if found.to_measure else ""
+    return value, [Diagnostic("detection level", "unknown", text)] if text else []

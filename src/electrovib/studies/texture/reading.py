@@ -18,7 +18,7 @@ from electrovib.data.picture import read_picture
 from electrovib.data.toml_file import read_toml_file
 from electrovib.physics.texture.base import Texture
 from electrovib.physics.texture.path import FingerPath
-from electrovib.physics.texture.picture import MOST_PIXELS, GreyscalePicture
+from electrovib.physics.texture.profile import MOST_PIXELS, GreyscalePicture
 from electrovib.scenario import read_part
 
 M = TypeVar("M", bound=Model)

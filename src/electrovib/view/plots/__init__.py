@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from electrovib.view.plots.layers import stack
-from electrovib.view.plots.of_answers import SIZE, held_force, indices, size_of, trade_off
+from electrovib.view.plots.of_answers import SIZE, held_force, indices, panel, size_of, trade_off
 from electrovib.view.plots.over_fingers import bands, exceedance
 from electrovib.view.plots.over_frequency import (
     frequency_response,
@@ -24,7 +24,6 @@ from electrovib.view.plots.over_time import (
     layer_voltages,
     over_time,
 )
-from electrovib.view.plots.reproduced import panel
 
 SIZES: dict[str, Callable[[Any], tuple[float, float]]] = {"indices": size_of, "trade_off": lambda _: SIZE}
 """Plot to width and height of its figure [inch], a function of what it shows."""

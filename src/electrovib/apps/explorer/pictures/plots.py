@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from electrovib.apps.explorer.pictures.axis import Axis
-from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, PlottedCurve, figure, with_kept
+from electrovib.apps.explorer.pictures.figure import LAYER_DASHES, Axis, PlottedCurve, figure, with_kept
 from electrovib.core.signals import SIGNALS
 from electrovib.physics.perception import Perception
 from electrovib.studies.sensation import just_felt
