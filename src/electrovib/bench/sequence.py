@@ -1,4 +1,4 @@
-"""The order in which a drive is played: nothing is enabled before every setting was read back; and what every end does after 0 V."""
+"""The order of a run: nothing is enabled before every setting was read back; and what every end does after 0 V."""
 
 from __future__ import annotations
 

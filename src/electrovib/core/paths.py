@@ -1,4 +1,4 @@
-"""Dotted paths: the name of a parameter in files, options, fits and messages, and a model with the numbers at some of them replaced."""
+"""Dotted paths: the name of a parameter everywhere, and a model with the numbers at some of them replaced."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Currents through a body: thresholds that sources state, for comparison, and a resistor that limits the current if the film fails."""
+"""Currents through a body that sources state as thresholds, no limits of a set-up; and the resistor that limits the current."""
 
 from __future__ import annotations
 

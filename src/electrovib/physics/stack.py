@@ -1,4 +1,4 @@
-"""Layers in series between plate and finger, which of them belongs to plate, gap or finger, and what a force law may use of them."""
+"""Layers in series, which of them belong to plate, gap or finger, and the quantities of them that a force law may use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A layer of the stack as elements of ngspice, and the equation of a model, declared or code, as a formula of it."""
+"""A layer as capacitors and resistors: above all relaxations, a branch for each, a leak; and its equation as a formula of ngspice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Texture from a profile of heights or from a greyscale picture."""
+"""Textures measured along a line, heights of a surface or recorded friction, or taken from a greyscale picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steps of time of a record; edges and periods of its signals, and averages over periods."""
+"""Reduction of sampled signals: alignment, baseline, trend, resampling, cropping, and averages over periods."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Comparison of a drive in a scenario, its own or another, with declared limits, breakdown and published currents, also as it is played."""
+"""Comparison of a drive in a scenario, as it is or as it is played, with limits, breakdown and published currents."""
 
 from __future__ import annotations
 

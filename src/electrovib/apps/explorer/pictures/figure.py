@@ -1,4 +1,4 @@
-"""A plot of a page as a table that Plotly draws: its curves, and its axes with words, unit, scale and ticks."""
+"""A plot as a table for Plotly: curves in one prefixed unit, axes with words, scale and ticks."""
 
 from __future__ import annotations
 
