@@ -45,8 +45,8 @@ from electrovib.studies.compare import compare as compare
 from electrovib.studies.compare import compare_materials as compare_materials
 from electrovib.studies.design import design as design
 from electrovib.studies.design.plate import design_plate as design_plate
+from electrovib.studies.perceive import compare_percepts as compare_percepts
 from electrovib.studies.perceive import perceive as perceive
-from electrovib.studies.percept import compare_percepts as compare_percepts
 from electrovib.studies.population import open_study as open_study
 from electrovib.studies.population import study as study
 from electrovib.studies.sensitivity import sensitivity as sensitivity

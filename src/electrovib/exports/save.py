@@ -59,7 +59,7 @@ def save(trace: xarray.Dataset | Answer, path: str | Path, *, force: bool = Fals
 
         return save_answer(trace, path, force=force)
     if is_study_result(trace):
-        from electrovib.studies.population.words import save_bands
+        from electrovib.studies.population.result import save_bands
 
         return save_bands(trace, path, force=force)
     if not is_trace(trace):

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.view import plots
 from electrovib.view.lines import has, shown_value, swept_paths, swept_units
 from electrovib.view.pages import inline, markup, to_svg
+from electrovib.view.plots.draw import legends_collected
 from electrovib.view.plots.layers import figure_height
-from electrovib.view.plots.legends import legends_collected
 from electrovib.view.plots.over_time import has_layer_voltages
 from electrovib.view.style import new_figure, style
 from electrovib.view.summary import is_sweep, quantities_of

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from electrovib.core.answer import Document, Drawing, Page, Table
 from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.diagnostics import diagnostics_of, warning_lines
-from electrovib.studies.population.words import method_words, nominal_words, signal_words
+from electrovib.studies.population.result import method_words, nominal_words, signal_words
 from electrovib.view.documents import on_page
 
 if TYPE_CHECKING:

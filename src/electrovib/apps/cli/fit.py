@@ -37,7 +37,7 @@ from electrovib.core.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from electrovib.recordings.calibration_error import CalibrationError
+    from electrovib.recordings.calibration import CalibrationError
     from electrovib.recordings.fit.posterior import Sampling
     from electrovib.scenario import Source
 
@@ -375,7 +375,7 @@ def calibrations_of(gains: Sequence[str], zeros: Sequence[str]) -> dict[str, Cal
     """Read the calibration errors of signals: shares of the gain, and zeros in the unit of each signal."""
     from electrovib.core.errors import InputError, nearest
     from electrovib.core.signals import SIGNALS
-    from electrovib.recordings.calibration_error import CalibrationError
+    from electrovib.recordings.calibration import CalibrationError
 
     found: dict[str, float] = {}
     for text in gains:

@@ -47,7 +47,7 @@ def _answers(shown: Mapping[str, xarray.Dataset], output: str) -> list[str]:
     """Return a line with the answer of each result that the report shows, then the warnings of all, each once."""
     from electrovib.apps.cli.map_lines import is_map, judged
     from electrovib.core.signals import is_study_result
-    from electrovib.studies.population.words import signal_words
+    from electrovib.studies.population.result import signal_words
     from electrovib.view.summary import opening
 
     lines, warnings = [], []

@@ -207,7 +207,7 @@ def _check_outputs(csv: str | None, report: str | None, *, force: bool) -> None:
     from pathlib import Path
 
     from electrovib.core.errors import InputError, gathered
-    from electrovib.studies.population.words import check_bands
+    from electrovib.studies.population.result import check_bands
     from electrovib.view.pages import check_page
 
     problems: list[str] = []
@@ -239,7 +239,7 @@ def _interrupted(done: int, total: int) -> NoReturn:
 def summary(found: xarray.Dataset) -> list[str]:
     """Report each signal where its median is largest, how it was computed, and what of the space is unverified."""
     from electrovib.core.diagnostics import diagnostics_of, warning_lines
-    from electrovib.studies.population.words import NOT_JUDGED, method_words, nominal_words, signal_words
+    from electrovib.studies.population.result import NOT_JUDGED, method_words, nominal_words, signal_words
 
     lines = [found.attrs["title"]] if found.attrs["title"] else []
     lines += [line for name in found.attrs["signals"] for line in signal_words(found, name)]

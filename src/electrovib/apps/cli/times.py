@@ -206,7 +206,7 @@ def _chosen(signal: str | None, by: str | None, *, antiphase: bool) -> dict[str,
 
 
 def _seconds(option: str, text: str | None) -> float | None:
-    from electrovib.recordings.importing.steps import seconds
+    from electrovib.recordings.importing.reduction import seconds
 
     return None if text is None else seconds(option, text)
 

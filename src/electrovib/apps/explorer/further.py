@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from electrovib.studies.check.result import CheckResult
-    from electrovib.studies.percept import Percept
+    from electrovib.studies.perceive import Percept
 
 TIME, FREQUENCY, LAWS, FELT, SAFETY, RECORDING = TABS = (
     "Over time",

@@ -1,4 +1,4 @@
-"""A layer as capacitors and resistors: above all relaxations, a branch for each, a leak; and its equation as a formula of ngspice."""
+"""A layer as capacitors and resistors: above all relaxations, a branch for each, a leak; and its equation for ngspice."""
 
 from __future__ import annotations
 

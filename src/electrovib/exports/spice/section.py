@@ -15,7 +15,7 @@ from electrovib.solve.stack.section import StackLayer, inverse_root_thickness
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from electrovib.exports.spice.start import Start
+    from electrovib.exports.spice.circuit import Start
     from electrovib.physics.stack import Role
     from electrovib.solve.stack.transfer import Transfer
 

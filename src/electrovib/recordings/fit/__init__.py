@@ -1,6 +1,6 @@
 """Parameters from data: least squares with exact derivatives, intervals, and what the data do not determine."""
 
-from electrovib.recordings.calibration_error import CalibrationError as CalibrationError
+from electrovib.recordings.calibration import CalibrationError as CalibrationError
 from electrovib.recordings.fit.function import fit_function as fit_function
 from electrovib.recordings.fit.least_squares import FreeParameter as FreeParameter
 from electrovib.recordings.fit.least_squares import LeastSquaresEstimate as LeastSquaresEstimate

@@ -13,9 +13,9 @@ import numpy as np
 from electrovib.core.errors import ElectrovibError, InputError, nearest
 from electrovib.core.signals import SIGNALS
 from electrovib.core.units import format_quantity
-from electrovib.recordings.calibration_error import CalibrationError
-from electrovib.recordings.correlated import rough_noise
+from electrovib.recordings.calibration import CalibrationError
 from electrovib.recordings.fit.rounding import resolution_of
+from electrovib.recordings.interval import rough_noise
 
 if TYPE_CHECKING:
     import xarray

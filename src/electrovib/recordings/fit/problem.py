@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.recordings.correlated import rough_noise
 from electrovib.recordings.fit.least_squares import (
     FreeParameter,
     LeastSquaresEstimate,
@@ -19,6 +18,7 @@ from electrovib.recordings.fit.least_squares import (
     newton_step,
 )
 from electrovib.recordings.fit.prediction import Prediction, residuals_of
+from electrovib.recordings.interval import rough_noise
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.core.diagnostics import Diagnostic
-    from electrovib.recordings.calibration_error import CalibrationError
+    from electrovib.recordings.calibration import CalibrationError
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Final, TypeVar
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.correlated import autocovariance, covariance
 from electrovib.recordings.fit.least_squares import (
     FreeParameter,
     LeastSquaresEstimate,
     least_squares,
 )
+from electrovib.recordings.interval import autocovariance, covariance
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping, Sequence

@@ -20,7 +20,7 @@ from electrovib.data.faults import check_file
 from electrovib.data.registry import format_of, read_recorded
 from electrovib.data.spectrum import refuse_spectrum, spectrum_of, split_part
 from electrovib.data.unit_words import kind_and_factor
-from electrovib.recordings.importing.calibration import SensorCalibration, calibrate
+from electrovib.recordings.calibration import SensorCalibration, calibrate
 from electrovib.recordings.importing.choice import calibrated_column, check_names, column_of
 from electrovib.recordings.importing.notices import about_file, about_parts, about_samples
 from electrovib.recordings.importing.phase_offset import phase_offset
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from electrovib.core.arrays import Real
     from electrovib.data.recorded import Recorded
-    from electrovib.recordings.importing.calibration import SensorCalibration
+    from electrovib.recordings.calibration import SensorCalibration
 
 
 _LONGEST_SETTINGS: Final = 4000

@@ -13,7 +13,7 @@ from electrovib.core.diagnostics import Diagnostic, read_diagnostics
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import make_trace
 from electrovib.core.units import format_quantity
-from electrovib.recordings.importing.steps import find_edges, resampled, seconds
+from electrovib.recordings.importing.reduction import find_edges, resampled, seconds
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.importing.steps import SignalEdges
+    from electrovib.recordings.importing.reduction import SignalEdges
 
 
 _LONGEST: Final = 4000

@@ -1,24 +1,31 @@
-"""A measured spectrum as a material, with the geometry that belongs to it."""
+"""The permittivity of a sample from a measured spectrum and its geometry, and the spectrum as a material."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from electrovib.core.constants import eps0
 from electrovib.core.diagnostics import Diagnostic
 from electrovib.core.errors import InputError
 from electrovib.core.samples import Samples
-from electrovib.core.units import exact_text, format_quantity
+from electrovib.core.units import exact_text, format_quantity, parse_quantity
+from electrovib.data.registry import read_recorded
+from electrovib.data.spectrum import spectrum_of, split_part
 from electrovib.physics.tabulated import Tabulated
-from electrovib.recordings.importing.sample import number_of, read_sample
+from electrovib.recordings.importing.notices import about_parts
+from electrovib.recordings.importing.phase_offset import phase_offset
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from electrovib.recordings.importing.sample import SampleSpectrum
+    from electrovib.core.arrays import Complex, Real
+    from electrovib.core.diagnostics import Diagnostic
+    from electrovib.data.spectrum import MeasuredSpectrum
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,3 +166,143 @@ def _tabulated(spectrum: SampleSpectrum, conductivity: float, history: list[str]
         permittivity_samples=Samples(real),
         loss_samples=Samples(loss),
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampleSpectrum:
+    """The permittivity of a sample over frequency.
+
+    - `frequency`: increasing, above 0 [Hz]; a frequency may occur several times.
+    - `permittivity`: relative, eps' - j eps'', conduction included.
+    - `thickness`: None if a permittivity was measured and no thickness given.
+    - `per_farad`: permittivity of the sample whose capacitance is one farad; 0 if a permittivity was
+      measured.
+    """
+
+    frequency: Real
+    permittivity: Complex
+    thickness: float | None
+    history: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    per_farad: float = 0.0
+
+
+def read_sample(
+    path: str | Path,
+    *,
+    area: str | float | None = None,
+    thickness: str | float | None = None,
+    series_resistance: str | float = 0.0,
+    parallel_capacitance: str | float = 0.0,
+    columns: Mapping[str, str] | None = None,
+    reader: str = "",
+    delimiter: str | None = None,
+    decimal_comma: bool | None = None,
+    part: str | None = None,
+    fixture_capacitance: float = 0.0,
+) -> SampleSpectrum:
+    """Read the permittivity of a sample from a measured impedance or permittivity spectrum, as `import_material` describes it.
+
+    `fixture_capacitance` [F], as a reference measured in the fixture shows it, is subtracted from an
+    admittance like `parallel_capacitance`. An impedance that shows that the instrument is badly calibrated is
+    refused.
+    """
+    place = Path(path)
+    table, number = split_part(part)
+    recorded = read_recorded(
+        place, reader=reader, delimiter=delimiter, decimal_comma=decimal_comma, part=table
+    )
+    spectrum = spectrum_of(recorded, columns=columns, spectrum=number)
+    depth = None if thickness is None else _above_zero("thickness", thickness, "m")
+    history = [f"spectrum of {place.name}: {spectrum.read_as}"]
+    diagnostics = about_parts(recorded, spectrum)
+    resistance = number_of("series_resistance", series_resistance, "ohm")
+    capacitance = number_of("parallel_capacitance", parallel_capacitance, "F")
+    if spectrum.impedance is not None:
+        _refuse_bad_calibration(place, spectrum)
+        permittivity, words = _of_impedance(
+            spectrum, area, depth, resistance, capacitance + fixture_capacitance
+        )
+        history += words
+        if fixture_capacitance:
+            source = "measured in parallel with the reference resistor (--set parallel_capacitance=... states another one)"
+            history.append(f"the capacitance of the fixture was {source}")
+    else:
+        assert spectrum.permittivity is not None
+        permittivity = spectrum.permittivity
+        given = {"area": area, "series_resistance": resistance, "parallel_capacitance": capacitance}
+        if surplus := [name for name, stated in given.items() if stated]:
+            raise InputError(f"{surplus[0]}: the file holds a permittivity, which needs none; omit it")
+    return SampleSpectrum(
+        frequency=spectrum.frequency,
+        permittivity=permittivity,
+        thickness=depth,
+        history=tuple(history),
+        diagnostics=tuple(diagnostics),
+        per_farad=0.0 if spectrum.impedance is None else _per_farad(area, depth),
+    )
+
+
+def _per_farad(area: str | float | None, depth: float | None) -> float:
+    """Return the permittivity of a sample whose capacitance is one farad."""
+    return (depth or 0.0) / (eps0 * _above_zero("area", area or 0.0, "m2"))
+
+
+def _refuse_bad_calibration(place: Path, spectrum: MeasuredSpectrum) -> None:
+    """Refuse the impedance of an instrument whose phase is wrong by a constant."""
+    assert spectrum.impedance is not None
+    offset = phase_offset(spectrum.frequency, spectrum.impedance)
+    if offset is not None:
+        raise InputError(
+            f"badly calibrated: {offset.sentence()}. Calibrate the instrument with a resistor of the same size and measure again",
+            path=place,
+        )
+
+
+def number_of(name: str, value: str | float, unit: str) -> float:
+    """Read a number of 0 or more, as text with a unit or in SI."""
+    try:
+        found = parse_quantity(value, unit) if isinstance(value, str) else float(value)
+    except ValueError as error:
+        raise InputError(f"{name} = {value}: {error}") from None
+    if not math.isfinite(found) or found < 0:
+        raise InputError(f"{name} = {value}: expected 0 or more, in {unit}")
+    return found
+
+
+def _above_zero(name: str, value: str | float, unit: str) -> float:
+    found = number_of(name, value, unit)
+    if not found:
+        raise InputError(f"{name} = {value}: expected more than 0 {unit}")
+    return found
+
+
+def _of_impedance(
+    spectrum: MeasuredSpectrum,
+    area: str | float | None,
+    depth: float | None,
+    resistance: float,
+    capacitance: float,
+) -> tuple[Complex, list[str]]:
+    missing = [name for name, value in (("area", area), ("thickness", depth)) if value is None]
+    if missing or area is None or depth is None:
+        raise InputError(
+            f"{name}: an impedance becomes a permittivity by area and thickness of the sample; state it, such as"
+            f" {name} = '{'1 cm2' if name == 'area' else '200 um'}' (--{name})"
+            for name in missing
+        )
+    surface = _above_zero("area", area, "m2")
+    assert spectrum.impedance is not None
+    turns = 2j * np.pi * spectrum.frequency
+    admittance = 1 / spectrum.impedance - turns * capacitance
+    sample = 1 / admittance - resistance
+    words = [
+        f"area {format_quantity(surface, 'm2')}, thickness {format_quantity(depth, 'm')}, without fringe field"
+    ]
+    words += (
+        [f"fixture of {format_quantity(capacitance, 'F', digits=4)} in parallel subtracted"]
+        if capacitance
+        else []
+    )
+    words += [f"{format_quantity(resistance, 'ohm')} in series subtracted"] if resistance else []
+    return np.asarray(depth / (turns * eps0 * surface * sample)), words

@@ -11,7 +11,7 @@ import numpy as np
 from electrovib.core.errors import InputError
 from electrovib.physics.drive.readback import OneOfTwoInAntiphase, WholeVoltage
 from electrovib.physics.drive.sampled import Refuse
-from electrovib.recordings.correlated import line
+from electrovib.recordings.interval import line
 from electrovib.recordings.recording import increasing, without_missing
 from electrovib.recordings.release.model import (
     Extremum,

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.correlated import autocovariance, covariance
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.separable import Separable, resonance_parameters
-from electrovib.recordings.interval import Interval, from_causes, profile_interval
+from electrovib.recordings.interval import Interval, autocovariance, covariance, from_causes, profile_interval
 from electrovib.recordings.transitions import modes
 from electrovib.recordings.transitions.relaxation import EXPONENTIAL
 

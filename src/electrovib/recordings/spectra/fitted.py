@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from electrovib.core.arrays import Real
-    from electrovib.recordings.importing.sample import SampleSpectrum
+    from electrovib.recordings.importing.own_material import SampleSpectrum
     from electrovib.recordings.spectra.instrument import InstrumentError
     from electrovib.recordings.spectra.material import MaterialFit
 

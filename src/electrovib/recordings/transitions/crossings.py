@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import InputError
-from electrovib.recordings.correlated import autocovariance, line
+from electrovib.recordings.interval import autocovariance, line
 
 if TYPE_CHECKING:
     from electrovib.core.arrays import Real

@@ -10,8 +10,8 @@ import numpy as np
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import SIGNALS
-from electrovib.recordings.correlated import averages
-from electrovib.recordings.importing.steps import find_edges
+from electrovib.recordings.importing.reduction import find_edges
+from electrovib.recordings.interval import averages
 from electrovib.recordings.spans import _closed
 from electrovib.recordings.transitions.crossings import EdgeLevels, Passages, levels_of, passages
 from electrovib.recordings.transitions.impacts import find_impacts

@@ -15,10 +15,9 @@ from electrovib.physics.relaxation import (
     stretched_seen_by_sensor,
     time_of_progress,
 )
-from electrovib.recordings.correlated import autocovariance
 from electrovib.recordings.fit.least_squares import FreeParameter
 from electrovib.recordings.fit.separable import Separable, Whitening, resonance_parameters
-from electrovib.recordings.interval import Interval, profile_interval
+from electrovib.recordings.interval import Interval, autocovariance, profile_interval
 from electrovib.recordings.transitions.sensor import INSTANT
 
 if TYPE_CHECKING:

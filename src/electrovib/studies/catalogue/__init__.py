@@ -1,9 +1,7 @@
 """What there is to choose from: models, papers and ready-made scenarios, with how each source was read."""
 
-from electrovib.studies.catalogue.families import PREDICTS, families, places, plain_text
 from electrovib.studies.catalogue.found import find, models, scenarios
-from electrovib.studies.catalogue.items import is_own
-from electrovib.studies.catalogue.listed import Listed, Listing
+from electrovib.studies.catalogue.items import PREDICTS, Listed, Listing, families, is_own, places, plain_text
 from electrovib.studies.catalogue.pages import NAMES, bibtex, claims, parameters, ready_made, values
 from electrovib.studies.catalogue.populations import spaces
 

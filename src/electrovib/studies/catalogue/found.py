@@ -14,17 +14,20 @@ from electrovib.core.discovery import find_members
 from electrovib.core.errors import InputError
 from electrovib.core.model import Model
 from electrovib.core.search import ALIAS, NAME, SPELLING, Match, as_question, search, suggestions
-from electrovib.studies.catalogue.families import families, kind_of, places
 from electrovib.studies.catalogue.items import (
     LIBRARY,
     PAPERS,
     REMARKS,
     SCENARIOS,
     Item,
+    Listed,
+    Listing,
     everything,
+    families,
+    kind_of,
+    places,
     scenario_items,
 )
-from electrovib.studies.catalogue.listed import Listed, Listing
 from electrovib.studies.catalogue.pages import page
 
 MOST: Final = 15

@@ -1,12 +1,13 @@
-"""Everything that the catalogue knows: what it is, its record, and the texts in which it is searched for."""
+"""Everything that the catalogue knows: families, entries, their records, and the texts in which they are searched for."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final, overload
 
 from electrovib.core.citation import Citation
 from electrovib.core.discovery import find_members, offers, paper_of, papers
@@ -14,12 +15,139 @@ from electrovib.core.model import Model
 from electrovib.core.quantity import quantity_of
 from electrovib.core.search import Searchable
 from electrovib.core.units import format_quantity
+from electrovib.physics.circuit import ReturnPath
+from electrovib.physics.contact import Contact
+from electrovib.physics.drive.base import Drive
+from electrovib.physics.force import ForceLaw
+from electrovib.physics.friction import Friction
 from electrovib.physics.material import Material
 from electrovib.physics.material.library import materials
+from electrovib.physics.stack import Stack
 from electrovib.scenario import Scenario
 from electrovib.scenario.sources import note_of
-from electrovib.studies.catalogue.families import families, first_sentence, kind_of, plain_text
-from electrovib.studies.catalogue.listed import Listed
+
+if TYPE_CHECKING:
+    from electrovib.core.answer import Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class Listed:
+    """One model, paper, ready-made scenario, skin, material or stack.
+
+    - `name`: what is written to use it; `kind`: ``force law``, ``paper``, ``scenario``; `meaning`: one line.
+    - `group`: what the members of its family compute; ``papers`` and ``scenarios`` for these.
+    - `paper`: ``author_year``, or empty for a model of the textbook.
+    - `status`: how its source was read, one of `electrovib.core.citation.STATUSES`; empty for a definition.
+    - `checks`: how many numbers of sources it is checked against.
+    - `runnable`: ``"yes"``, or why it cannot be run.
+    - `reproduces`: of a scenario, the figure of its paper or the statement; `reason`: why a search found it.
+    """
+
+    name: str
+    kind: str
+    meaning: str
+    group: str = ""
+    paper: str = ""
+    status: str = ""
+    checks: int = 0
+    runnable: str = "yes"
+    reproduces: str = ""
+    reason: str = ""
+
+
+class Listing(Sequence[Listed]):
+    """Records that show themselves: as the text of the command line in a terminal, as a table in a notebook."""
+
+    def __init__(
+        self, records: Iterable[Listed], *, text: Callable[[], str], table: Callable[[], Table]
+    ) -> None:
+        self._records, self._text, self._table = tuple(records), text, table
+
+    @overload
+    def __getitem__(self, place: int) -> Listed: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[Listed, ...]: ...
+    def __getitem__(self, place: int | slice) -> Listed | tuple[Listed, ...]:
+        """Return one record, or several."""
+        return self._records[place]
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    def __repr__(self) -> str:
+        return self._text().rstrip("\n")
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        from electrovib.core.answer import as_html
+
+        return as_html(self._table())
+
+
+PREDICTS: dict[type[Model], str] = {
+    Drive: "voltage or current of the drive",
+    Material: "permittivity and conductivity of a layer",
+    ReturnPath: "the return path of the current",
+    ForceLaw: "attraction of the finger",
+    Contact: "contact area",
+    Friction: "friction force",
+}
+"""The main families a user chooses from, in the order in which data flow; others come after them."""
+ANY_LAYER: Final = "LAYER"
+"""Stands for the name of a layer in a dotted path."""
+
+
+def families() -> dict[type[Model], str]:
+    """Find every family of models and what its members compute, the main families first."""
+    find_members(ForceLaw)  # all physics and papers are imported then
+    contributed = {module.__name__ for module in papers().values()}
+    others = {
+        family: first_sentence(family).lower()
+        for family in Model.__subclasses__()
+        if family.is_family
+        and family not in PREDICTS
+        and not family.__module__.startswith("electrovib.scenario")
+        and (family.__module__.startswith("electrovib.") or family.__module__ in contributed)
+    }
+    return PREDICTS | dict(sorted(others.items(), key=lambda item: item[0].__name__))
+
+
+def places() -> dict[type[Model], str]:
+    """Find the dotted path at which a scenario first holds the members of each family, with `ANY_LAYER` for a layer."""
+    found: dict[type[Model], str] = {}
+    waiting: list[tuple[type[Model], str]] = [(Scenario, "")]
+    seen: set[type[Model]] = set()
+    while waiting:
+        kind, prefix = waiting.pop(0)
+        names = (ANY_LAYER,) if kind is Stack else tuple(kind.model_fields)
+        for name in names:
+            part = kind.part(name)
+            if part is None or part in seen:
+                continue
+            seen.add(part)
+            path = f"{prefix}{name}"
+            if part.is_family:
+                found[part] = path
+            inner = find_members(part).values() if part.is_family else (part,)
+            waiting += [(member, f"{path}.") for member in inner]
+    return found
+
+
+def kind_of(family: type[Any]) -> str:
+    """Write the name of a class as words in small letters, ``ForceLaw`` as ``force law``."""
+    return " ".join(re.findall(r"[A-Z][a-z0-9]*", family.__name__)).lower()
+
+
+def first_sentence(thing: object) -> str:
+    """Return the first sentence of a docstring, without its full stop."""
+    return re.split(r"(?<!et al)\. ", plain_text(inspect.getdoc(thing) or ""))[0].rstrip(".")
+
+
+def plain_text(text: str) -> str:
+    """Put a text on one line."""
+    return " ".join(text.split())
+
 
 REMARKS: Final = ("notes", "reference", "claims", "not read", "sources")
 """Labels of texts that mention many things besides what they are about."""

@@ -20,8 +20,7 @@ from electrovib.core.samples import Samples
 from electrovib.core.units import format_quantity
 from electrovib.physics.material.library import SourcedValue, Substance
 from electrovib.scenario import Scenario
-from electrovib.studies.catalogue.families import families, first_sentence, places, plain_text
-from electrovib.studies.catalogue.items import Item, stack_text
+from electrovib.studies.catalogue.items import Item, families, first_sentence, places, plain_text, stack_text
 
 if TYPE_CHECKING:
     from electrovib.core.citation import Check

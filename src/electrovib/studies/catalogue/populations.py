@@ -12,7 +12,7 @@ from electrovib.core.citation import UNVERIFIED, status_text
 from electrovib.core.errors import InputError, nearest
 from electrovib.scenario.space.shipped import read_shipped, shipped_names
 from electrovib.scenario.space.writing import KEYS
-from electrovib.studies.catalogue.listed import Listed, Listing
+from electrovib.studies.catalogue.items import Listed, Listing
 
 USE: Final = (
     "'electrovib list NAME' shows its distributions with their sources; a study, a sensitivity analysis and"

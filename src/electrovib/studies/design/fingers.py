@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from electrovib.core.errors import ElectrovibError, InputError
-from electrovib.studies.design.evaluation import Evaluation
 from electrovib.studies.design.search import first_values, inside_band
+from electrovib.studies.design.wanted import Evaluation
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

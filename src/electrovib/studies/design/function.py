@@ -18,7 +18,6 @@ from electrovib.solve.meter import Meter, measured
 from electrovib.studies.check import checked
 from electrovib.studies.check.result import not_in_rows
 from electrovib.studies.design.drive import design_drive
-from electrovib.studies.design.evaluation import Evaluation
 from electrovib.studies.design.found import DesignedParameter, Explored, FoundValue
 from electrovib.studies.design.limits import Limited, obtainable, several_limits
 from electrovib.studies.design.search import (
@@ -32,7 +31,7 @@ from electrovib.studies.design.search import (
 )
 from electrovib.studies.design.share import design_for_share
 from electrovib.studies.design.uncertain import influences, inputs_of, propagated, read_draws
-from electrovib.studies.design.wanted import BetweenSource, Wanted, WantSource, read_wanted
+from electrovib.studies.design.wanted import BetweenSource, Evaluation, Wanted, WantSource, read_wanted
 
 if TYPE_CHECKING:
     from electrovib.core.diagnostics import Diagnostic

@@ -16,7 +16,6 @@ from electrovib.core.tables import stored_changes
 from electrovib.scenario.space import read_space
 from electrovib.scenario.space.counter import checked_seed
 from electrovib.solve.meter import Meter
-from electrovib.studies.design.evaluation import Evaluation
 from electrovib.studies.design.search import (
     Function,
     explore,
@@ -25,6 +24,7 @@ from electrovib.studies.design.search import (
     near_root,
     solutions,
 )
+from electrovib.studies.design.wanted import Evaluation
 from electrovib.studies.elasticity import Elasticity, slope
 
 if TYPE_CHECKING:

@@ -1,16 +1,26 @@
-"""The result of a study as named arrays and as a Dataset, with what it states about its origin."""
+"""The result of a study as named arrays, as a Dataset with its origin, in sentences, and its bands as CSV."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import tomllib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
+from electrovib.core.diagnostics import diagnostics_of
+from electrovib.core.errors import InputError, printable
 from electrovib.core.own_models import origins
+from electrovib.core.paths import quantity_at, value_at
 from electrovib.core.signals import SIGNALS
+from electrovib.core.units import format_quantity
 from electrovib.core.versions import versions
+from electrovib.data.atomic import check_writable, write_text
+from electrovib.data.marks import Form, csv_text
+from electrovib.scenario import read_scenario
+from electrovib.scenario.space import read_space
 from electrovib.solve.quantities.answer import validity
 from electrovib.studies.population.declared import FORMAT, scenario_text
 
@@ -23,6 +33,7 @@ if TYPE_CHECKING:
     from electrovib.core.arrays import Real
     from electrovib.studies.population.declared import DeclaredStudy
     from electrovib.studies.population.fingers import Collected, Evaluator
+
 
 EXACT: Final = "exact order statistics of float32 values, interpolated linearly"
 BINNED: Final = "from a histogram of float32 values, relative error below 0.3 %"
@@ -157,3 +168,144 @@ def computing_versions() -> dict[str, str]:
     """Return the versions of the packages on which the numbers of a study depend."""
     found = versions()
     return {name: found[name] for name in ("electrovib", "numpy", "scipy", "numba") if name in found}
+
+
+NOT_JUDGED: Final = "validity of the scenario with its own values; single fingers are not judged:"
+"""Heading of the diagnostics of a study."""
+_DRAWN: Final = 2000
+"""Fingers with which the values of the scenario are compared."""
+_FAR: Final = 0.8
+"""Share of the fingers on one side from which on a value is named."""
+
+
+def signal_words(found: xarray.Dataset, name: str) -> list[str]:
+    """Report the bands of a signal where its median, or else its mean, is largest in magnitude."""
+    mean = found[f"{name}_mean"]
+    axis, unit = str(mean.dims[0]), str(mean.attrs["units"])
+    middle, kind = _middle(found, name)
+    words = name.replace("_", " ")
+    if not np.isfinite(middle).any():
+        return [f"{words}: not known for some finger at every {axis}"]
+    at = int(np.nanargmax(np.abs(middle)))
+    where = format_quantity(float(found[axis].values[at]), str(found[axis].attrs["units"]), digits=4)
+    bands = found.get(f"{name}_percentile")
+    parts = [] if bands is None else [_percentiles_at(bands, at, unit)]
+    deviation = float(np.sqrt(found[f"{name}_variance"].values[at]))
+    spread = (
+        f", standard deviation {format_quantity(deviation, unit, digits=3)}" if np.isfinite(deviation) else ""
+    )
+    parts.append(f"mean {format_quantity(float(mean.values[at]), unit, digits=3)}{spread}")
+    lines = [f"{words} at {where}, where its {kind} is largest: {'; '.join(parts)}"]
+    if f"{name}_exceedance_anywhere" in found:
+        ever = found[f"{name}_exceedance_anywhere"]
+        lines += [
+            f"{words} above {format_quantity(float(level), unit, digits=4)} at some {axis}: {100 * float(share):.3g} %"
+            " of the fingers"
+            for level, share in zip(ever[ever.dims[0]].values, ever.values, strict=True)
+        ]
+    return lines
+
+
+def _middle(found: xarray.Dataset, name: str) -> tuple[Real, str]:
+    """Return the percentile nearest to the median, or the mean where there is none, and what it is."""
+    bands = found.get(f"{name}_percentile")
+    if bands is None:
+        return np.asarray(found[f"{name}_mean"].values), "mean"
+    shares = np.asarray(bands["percentile"].values)
+    place = int(np.abs(shares - 50).argmin())
+    return np.asarray(bands.values[place]), percentile_words(float(shares[place]))
+
+
+def _percentiles_at(bands: xarray.DataArray, at: int, unit: str) -> str:
+    """List the percentiles at one sample."""
+    shares, values = bands["percentile"].values, bands.values[:, at]
+    return "; ".join(
+        f"{percentile_words(float(share))} {format_quantity(float(value), unit, digits=3)}"
+        for share, value in zip(shares, values, strict=True)
+    )
+
+
+def percentile_words(share: float) -> str:
+    """Name a percentile: ``median``, ``5th percentile``."""
+    if share == 50:
+        return "median"
+    endings = {1: "st", 2: "nd", 3: "rd"}
+    whole = share == int(share) and int(share) % 100 not in {11, 12, 13}
+    return f"{share:g}{endings.get(int(share) % 10, 'th') if whole else 'th'} percentile"
+
+
+def method_words(found: xarray.Dataset) -> list[str]:
+    """State the number of fingers, the seed, and how signals and percentiles were computed."""
+    attributes = found.attrs
+    lines = [
+        f"{attributes['fingers']} fingers, seed {attributes['seed']}; {attributes['method']}; kernel: {attributes['kernel']}"
+    ]
+    if "percentile" in found.dims:
+        lines.append(f"percentiles: {attributes['percentiles_from']}")
+    return lines
+
+
+def nominal_words(found: xarray.Dataset) -> list[str]:
+    """State which values of the scenario of a study are far from the middle of its population."""
+    scenario = read_scenario(tomllib.loads(str(found.attrs["scenario_toml"])))
+    space = read_space(scenario, tomllib.loads(str(found.attrs["space_toml"])))
+    far = []
+    for path, values in space.draw(int(found.attrs["seed"]), 0, _DRAWN).items():
+        own = value_at(scenario, path)
+        if own is None:
+            continue
+        below, above = float(np.mean(values > own)), float(np.mean(values < own))
+        share, side = max((below, "below"), (above, "above"))
+        if share > _FAR:
+            shown = format_quantity(own, quantity_at(scenario, path).unit, digits=3)
+            far.append((share, f"{path} = {shown} ({side} {100 * share:.3g} % of the fingers)"))
+    if not far:
+        return []
+    listed = ", ".join(text for _, text in sorted(far, reverse=True))
+    return [
+        f"the scenario with its own values is no typical finger of this population, and may lie outside its bands: {listed}"
+    ]
+
+
+def check_bands(path: Path, *, force: bool = False) -> None:
+    """Check, before the study, that its bands can be written."""
+    if path.suffix.lower() != ".csv":
+        raise InputError(f"the bands of a study are a .csv file, not '{path.suffix}'", path=path)
+    check_writable({path: Form.TABLE}, force=force)
+
+
+def save_bands(found: xarray.Dataset, path: Path, *, force: bool = False) -> list[Path]:
+    """Write the bands of a study as CSV."""
+    check_bands(path, force=force)
+    columns = _columns(found)
+    remarks = [found.attrs["title"], *method_words(found), *found.attrs["space_remarks"], NOT_JUDGED]
+    text = csv_text(
+        [*columns],
+        ([float(value) for value in row] for row in zip(*columns.values(), strict=True)),
+        remarks=[printable(line) for line in remarks if line],
+        diagnostics=diagnostics_of(found),
+    )
+    write_text(path, text, Form.TABLE, force=force)
+    return [path]
+
+
+def _columns(found: xarray.Dataset) -> dict[str, Real]:
+    axis = str(found[f"{found.attrs['signals'][0]}_mean"].dims[0])
+    columns = {f"{axis} [{found[axis].attrs['units']}]": np.asarray(found[axis].values)}
+    for name in found.attrs["signals"]:
+        unit = found[f"{name}_mean"].attrs["units"]
+        columns[f"{name} mean [{unit}]"] = found[f"{name}_mean"].values
+        columns[f"{name} variance [{found[f'{name}_variance'].attrs['units']}]"] = found[
+            f"{name}_variance"
+        ].values
+        if f"{name}_percentile" in found:
+            bands = found[f"{name}_percentile"]
+            for share, row in zip(bands["percentile"].values, bands.values, strict=True):
+                columns[f"{name} percentile {float(share):g} [{unit}]"] = row
+        if f"{name}_exceedance" in found:
+            shares = found[f"{name}_exceedance"]
+            for level, row in zip(shares[shares.dims[0]].values, shares.values, strict=True):
+                columns[f"{name} exceedance of {format_quantity(float(level), unit)} [1]"] = row
+        if f"{name}_unknown" in found:
+            columns[f"{name} unknown [1]"] = found[f"{name}_unknown"].values
+    return columns

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 
 from electrovib.core.answer import REFERENCE
-from electrovib.view.plots.draw import finish
-from electrovib.view.plots.legends import legend_beside_no_curve
+from electrovib.view.plots.draw import finish, legend_beside_no_curve
 from electrovib.view.style import COLOURS, FURTHER_COLOURS, NEUTRAL, drawing
 from electrovib.view.units import label_axis, pretty_quantity, typeset
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from electrovib.core.errors import InputError, nearest
 from electrovib.core.signals import signal as declared
-from electrovib.studies.population.words import percentile_words
+from electrovib.studies.population.result import percentile_words
 from electrovib.view.lines import Traces, envelope, has, lines
 from electrovib.view.plots.draw import draw, finish
 from electrovib.view.style import COLOURS, drawing

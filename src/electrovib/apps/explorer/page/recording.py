@@ -22,7 +22,7 @@ from electrovib.apps.explorer.reading import (
 )
 from electrovib.apps.explorer.state import PageState
 from electrovib.core.errors import ElectrovibError
-from electrovib.recordings.importing.listing import ProposedColumn, proposed_columns
+from electrovib.recordings.importing.choice import ProposedColumn, proposed_columns
 
 if TYPE_CHECKING:
     from electrovib.apps.explorer.session import Session

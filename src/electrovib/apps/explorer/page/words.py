@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from electrovib.apps.explorer.computed import Computed
     from electrovib.apps.explorer.further import Further
     from electrovib.studies.check.result import CheckResult
-    from electrovib.studies.percept import Percept
+    from electrovib.studies.perceive import Percept
     from electrovib.view.fitted import FitResult
 
 _DASHES: Final = {"dash": "8 5", "dot": "2 4", "dashdot": "8 4 2 4", "longdash": "13 5"}

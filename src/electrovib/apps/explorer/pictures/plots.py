@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from electrovib.apps.explorer.computed import Computed
     from electrovib.scenario import Scenario
-    from electrovib.studies.percept import Percept
+    from electrovib.studies.perceive import Percept
 
 
 LOWEST, HIGHEST = 1.0, 2000.0

@@ -22,7 +22,7 @@ from electrovib.studies.check.result import (
     limit_row,
     limited_quantity,
 )
-from electrovib.studies.percept import verdict
+from electrovib.studies.perceive import verdict
 from electrovib.studies.sweep import sweep_cases
 
 if TYPE_CHECKING:
