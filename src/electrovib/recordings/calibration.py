@@ -1,4 +1,4 @@
-"""Calibration of a sensor from pairs of known value and reading, with the covariance of its line, and the error that it leaves."""
+"""Calibration of a sensor from pairs of known value and reading, with the covariance of its line and the error it leaves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lines of Traces in Axes, and legends inside the plot, where no curve runs."""
+"""From lines to Axes: the one place where a curve is drawn, labelled, and explained by a legend where no curve runs."""
 
 from __future__ import annotations
 
