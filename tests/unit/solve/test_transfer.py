@@ -1,6 +1,6 @@
 """Sums and products of transfers against arithmetic on their values, and on their free parts in time."""
 
-from __future__ import annotations
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,9 +24,7 @@ def size(*parts):
 
 
 SLOW = transfer([0.0, 2.0, 300.0], [0.0, 1.5, -0.4], 0.2, 1e-9, np.array([0.7, 0.1, -0.3]))
-QUIET = Transfer(
-    rates=SLOW.rates, gains=SLOW.gains, direct=SLOW.direct, slope=0.0, free=SLOW.free
-)  # without slope
+QUIET = replace(SLOW, slope=0.0)
 FILTER = transfer([5.0, 7e4], [0.3, 2.0], 0.1)
 
 
@@ -37,6 +35,8 @@ def test_value_at_a_frequency():
     assert SLOW.at(0.0) == pytest.approx(0.2 + 1.5 - 0.4, rel=1e-15)
     assert SLOW.at(FREQUENCY.reshape(1, -1)).shape == (1, 61)
     assert SLOW.at(FREQUENCY).dtype == complex
+    assert transfer([0.0], [0.0], 0.0, 0.0, np.array([3.0])).at(0.0) == 0  # trapped charge is not driven
+    assert np.array_equal(FILTER.free, [0, 0])
 
 
 def test_a_known_static_value_keeps_the_digits_of_a_small_response():
@@ -67,25 +67,13 @@ def test_static_value_of_a_combination(operation):
     assert np.max(np.abs(mixed.at(FREQUENCY) - current.at(FREQUENCY) - FILTER.at(FREQUENCY))) < ROUNDING * 8
 
 
-def test_a_mode_that_is_not_driven_has_no_response():
-    trapped = transfer([0.0], [0.0], 0.0, 0.0, np.array([3.0]))
-    assert trapped.at(0.0) == 0
-
-
-def test_free_part_is_zero_unless_given():
-    assert np.array_equal(FILTER.free, [0, 0])
-
-
 @pytest.mark.parametrize("other", [FILTER, SLOW, SLOW * -0.5], ids=["other modes", "itself", "common modes"])
-def test_sum_and_difference(other):
+def test_sum_difference_and_multiple(other):
     for combined, sign in ((SLOW + other, 1), (SLOW - other, -1)):
         expected = SLOW.at(FREQUENCY) + sign * other.at(FREQUENCY)
         assert np.max(np.abs(combined.at(FREQUENCY) - expected)) < ROUNDING * (size(SLOW) + size(other))
         assert combined.free.sum() == pytest.approx(SLOW.free.sum() + sign * other.free.sum(), abs=1e-15)
     assert len((SLOW + SLOW * 2.0).rates) == 3  # common modes stay common
-
-
-def test_multiple():
     for doubled in (SLOW * 2, 2 * SLOW, SLOW * np.float64(2)):
         assert isinstance(doubled, Transfer)
         assert np.array_equal(doubled.at(FREQUENCY), 2 * SLOW.at(FREQUENCY))
@@ -119,13 +107,6 @@ def test_product(first, second, directs):
         assert product.direct == directs[0] * directs[1]
 
 
-def test_product_with_a_constant_filter():
-    constant = transfer([], [], 3.0)
-    for product in (constant * QUIET, QUIET * constant):
-        assert np.max(np.abs(product.at(FREQUENCY) - 3 * QUIET.at(FREQUENCY))) < ROUNDING * size(QUIET)
-        assert np.allclose(product.free, 3 * QUIET.free, rtol=1e-15, atol=0)
-
-
 def test_free_part_goes_through_the_filter_from_rest():
     """The filter sees sum f exp(-r t) from time 0: convolution with each of its modes, in closed form."""
     time = np.concatenate([[0.0], np.geomspace(1e-7, 10, 50)])
@@ -137,13 +118,13 @@ def test_free_part_goes_through_the_filter_from_rest():
     for product in (FILTER * QUIET, QUIET * FILTER):
         found = np.exp(-np.outer(time, product.rates)) @ product.free
         assert np.max(np.abs(found - expected)) < 1e-13
+    constant = transfer([], [], 3.0)
+    for product in (constant * QUIET, QUIET * constant):
+        assert np.max(np.abs(product.at(FREQUENCY) - 3 * QUIET.at(FREQUENCY))) < ROUNDING * size(QUIET)
+        assert np.allclose(product.free, 3 * QUIET.free, rtol=1e-15, atol=0)
 
 
-@pytest.mark.parametrize(
-    ("first", "second"),
-    [(SLOW, SLOW), (FILTER, SLOW), (SLOW, FILTER)],
-    ids=["two free parts", "slope of the signal", "slope of the signal first"],
-)
-def test_products_without_a_meaning_are_refused(first, second):
+@pytest.mark.parametrize(("first", "second"), [(SLOW, SLOW), (FILTER, SLOW), (SLOW, FILTER)])
+def test_products_of_two_free_parts_or_with_a_slope_have_no_meaning(first, second):
     with pytest.raises(ValueError, match="free part"):
         first * second
