@@ -1,7 +1,5 @@
 """Layers and stacks as modes: expansions, charge on interfaces, double modes, corners."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -14,19 +12,33 @@ from electrovib.solve.stack.modes import Slab, merged_terms, slab_impedance, sta
 EPS0 = 8.8541878128e-12
 AREA = 1e-4
 FREQUENCY = np.geomspace(1e-3, 1e9, 61)
+S = 2j * np.pi * FREQUENCY
 ROUNDING = 1e-13
 FILM = Slab(90e-6, DebyeSum(3.35), 0.0)
 GAP = Slab(5e-6, DebyeSum(1.0), 0.0)
 SKIN = Slab(200e-6, DebyeSum(60.0, (4000.0, 30.0), (1e-3, 1e-6)), 1e-6)
+OXIDE = Slab(1e-6, DebyeSum(3.9), 0.0)
+EQUAL = Slab(1e-4, DebyeSum(10.0), 1e-8)
+OWN = 1e-8 / (EPS0 * 10)
+NONE = SeriesElement()
+BODY = SeriesElement(resistance=1e3, elastance=1e10)
+KILOOHMS = SeriesElement(resistance=1e4)
 
 
-def impedance(slab, frequency=FREQUENCY):
-    s = 2j * np.pi * frequency
-    return slab.thickness / (s * EPS0 * slab.debye.permittivity(frequency) + slab.conductivity)
+def impedance(slab):
+    return slab.thickness / (S * EPS0 * slab.debye.permittivity(FREQUENCY) + slab.conductivity)
 
 
 def charged(slab, charge):
-    return Slab(slab.thickness, slab.debye, slab.conductivity, charge)
+    return replace(slab, charge=charge)
+
+
+def modes_of(*slabs, element=NONE, second=0.0):
+    return stack_modes(slabs, area=AREA, element=element, second=second)
+
+
+def free_over_frequency(modes, place):
+    return np.sum(modes.fields[place].free / (S[:, None] + modes.rates), axis=1)
 
 
 def test_equal_relaxations_add_and_empty_ones_go():
@@ -40,7 +52,7 @@ def test_equal_relaxations_add_and_empty_ones_go():
     [
         FILM,
         SKIN,
-        Slab(1e-6, DebyeSum(3.9), 1e-9),
+        replace(OXIDE, conductivity=1e-9),
         Slab(1e-3, DebyeSum(2.0, (1e5,), (10.0,)), 0.0),
         Slab(1e-3, DebyeSum(2.0, (1e5, 1e-3), (10.0, 1e-12)), 1.0),
         Slab(1e-3, DebyeSum(2.0, (5.0, 7.0), (1e-3, 1e-3)), 1e-6),
@@ -52,22 +64,18 @@ def test_slab(slab):
     assert np.all(residues > 0)
     assert np.all(np.diff(rates) > 0)
     assert (rates[0] == 0) == (slab.conductivity == 0)
-    s = 2j * np.pi * FREQUENCY
-    found = np.sum(residues / (s[:, None] + rates), axis=1)
+    found = np.sum(residues / (S[:, None] + rates), axis=1)
     assert np.max(np.abs(found / impedance(slab) - 1)) < ROUNDING
 
 
-def test_one_capacitor_has_no_mode():
-    modes = stack_modes([FILM], area=AREA, element=SeriesElement())
+def test_one_capacitor_has_no_mode_and_one_behind_a_resistor_has_one():
+    modes, slope = modes_of(FILM), pytest.approx(EPS0 * 3.35 / 90e-6, rel=1e-15)
     assert len(modes.rates) == modes.driven == 0
     assert modes.fields[0].direct == 1 / 90e-6
-    assert modes.displacements[0].direct == pytest.approx(EPS0 * 3.35 / 90e-6, rel=1e-15)
-    assert modes.current_density.slope == pytest.approx(EPS0 * 3.35 / 90e-6, rel=1e-15)
+    assert modes.displacements[0].direct == slope
+    assert modes.current_density.slope == slope
     assert modes.current_density.direct == 0
-
-
-def test_capacitor_and_resistor():
-    modes = stack_modes([FILM], area=AREA, element=SeriesElement(resistance=1e3))
+    modes = modes_of(FILM, element=SeriesElement(resistance=1e3))
     rate = 90e-6 / (EPS0 * 3.35 * AREA * 1e3)
     assert modes.rates == pytest.approx([rate], rel=1e-15)
     assert modes.fields[0].direct == 0
@@ -77,51 +85,38 @@ def test_capacitor_and_resistor():
 
 
 def test_one_leaky_layer_is_not_a_mode_of_a_voltage_drive():
-    modes = stack_modes([SKIN], area=AREA, element=SeriesElement())
+    modes = modes_of(SKIN)
     assert np.max(np.abs(modes.fields[0].at(FREQUENCY) * SKIN.thickness - 1)) < ROUNDING
     current = modes.current_density.at(FREQUENCY)
     assert np.max(np.abs(current * impedance(SKIN) - 1)) < 1e-10  # where conduction is 1e-3 of the terms
 
 
-@pytest.mark.parametrize("resistance", [0.0, 1e6])
 @pytest.mark.parametrize("second", [0.0, 0.5])
-def test_a_constant_voltage_flows_through_the_conductances(resistance, second):
-    slabs = [replace(FILM, conductivity=1e-9), SKIN]
-    element = SeriesElement(resistance=resistance)
-    current = stack_modes(slabs, area=AREA, element=element, second=second).current_density
-    expected = sum(slab.thickness / slab.conductivity for slab in slabs) * (1 + second) + AREA * resistance
-    assert current.static == pytest.approx(1 / expected, rel=1e-13)
-    assert current.direct + current.gains.sum() == pytest.approx(current.static, abs=1e-12 * current.direct)
-
-
-@pytest.mark.parametrize("second", [0.0, 0.5])
-@pytest.mark.parametrize(
-    "element",
-    [
-        SeriesElement(),
-        SeriesElement(resistance=1e4),
-        SeriesElement(resistance=0.0, elastance=1e10, rate=3.0),
-        SeriesElement(resistance=1e4, elastance=1e10),
-    ],
-)
+@pytest.mark.parametrize("element", [NONE, KILOOHMS, SeriesElement(elastance=1e10, rate=3.0), BODY], ids=repr)
 def test_layers_and_surroundings_share_the_drive(element, second):
+    """At every frequency; and a constant voltage flows through the conductances."""
     slabs = [FILM, GAP, SKIN]
-    modes = stack_modes(slabs, area=AREA, element=element, second=second)
+    modes = modes_of(*slabs, element=element, second=second)
     drops = np.array([impedance(slab) for slab in slabs])
     current = 1 / (drops.sum(axis=0) * (1 + second) + AREA * element.impedance(FREQUENCY))
     for slab, drop, field in zip(slabs, drops, modes.fields, strict=True):
         assert np.max(np.abs(field.at(FREQUENCY) * slab.thickness - drop * current)) < ROUNDING
     size = modes.current_density.direct + modes.current_density.slope * 2 * np.pi * FREQUENCY
     assert np.all(np.abs(modes.current_density.at(FREQUENCY) - current) < ROUNDING * size)
+    if not element.elastance:
+        leaky = [replace(FILM, conductivity=1e-9), SKIN]
+        current = modes_of(*leaky, element=element, second=second).current_density
+        expected = sum(slab.thickness / slab.conductivity for slab in leaky) * (1 + second)
+        assert current.static == pytest.approx(1 / (expected + AREA * element.resistance), rel=1e-13)
+        found = current.direct + current.gains.sum()
+        assert found == pytest.approx(current.static, abs=1e-12 * current.direct)
 
 
 def test_equal_layers_have_modes_that_only_charge_excites():
     """Two equal leaky layers: the drive sees one, charge between them decays with their own rate."""
-    layer = Slab(1e-4, DebyeSum(10.0), 1e-8)
-    modes = stack_modes([charged(layer, 1e-6), layer], area=AREA, element=SeriesElement())
-    own = 1e-8 / (EPS0 * 10)
+    modes = modes_of(charged(EQUAL, 1e-6), EQUAL)
     assert modes.driven == 0
-    assert modes.rates == pytest.approx([own], rel=1e-15)
+    assert modes.rates == pytest.approx([OWN], rel=1e-15)
     first, second = modes.fields
     assert first.direct * 1e-4 == second.direct * 1e-4 == 0.5
     half = 1e-6 / (2 * EPS0 * 10)
@@ -134,109 +129,92 @@ def zero_modes(slabs, element):
     patterns = []
     for interface in range(len(slabs) - 1):
         placed = [charged(slab, float(place == interface)) for place, slab in enumerate(slabs)]
-        modes = stack_modes(placed, area=AREA, element=element)
-        patterns.append(
-            [f.free[modes.rates == 0].sum() * s.thickness for f, s in zip(modes.fields, slabs, strict=True)]
-        )
+        modes = modes_of(*placed, element=element)
+        trapped = [field.free[modes.rates == 0].sum() for field in modes.fields]
+        patterns.append([free * slab.thickness for free, slab in zip(trapped, slabs, strict=True)])
     return np.linalg.matrix_rank(np.array(patterns))
-
-
-BODY = SeriesElement(resistance=1e3, elastance=1e10)
 
 
 @pytest.mark.parametrize(
     ("slabs", "element", "count"),
     [
-        ([FILM, SKIN], SeriesElement(), 0),
-        ([FILM, GAP], SeriesElement(), 1),
+        ([FILM, SKIN], NONE, 0),
+        ([FILM, GAP], NONE, 1),
         ([FILM, GAP, SKIN], SeriesElement(resistance=1e3), 1),
-        ([FILM, SKIN, GAP], SeriesElement(), 1),
-        ([FILM, GAP, Slab(1e-6, DebyeSum(3.9), 0.0), SKIN], SeriesElement(), 2),
+        ([FILM, SKIN, GAP], NONE, 1),
+        ([FILM, GAP, OXIDE, SKIN], NONE, 2),
         ([FILM, GAP, SKIN], BODY, 2),  # the body's own is a third capacitor
-        ([FILM, GAP, Slab(1e-6, DebyeSum(3.9), 0.0), SKIN], BODY, 3),
-        ([FILM, GAP, SKIN], SeriesElement(resistance=1e3, elastance=1e10, rate=5.0), 1),
+        ([FILM, GAP, OXIDE, SKIN], BODY, 3),
+        ([FILM, GAP, SKIN], replace(BODY, rate=5.0), 1),
     ],
 )
 def test_trapped_charge_is_one_way_less_than_capacitors(slabs, element, count):
-    modes = stack_modes(slabs, area=AREA, element=element)
+    modes = modes_of(*slabs, element=element)
     assert np.any(modes.rates == 0) == (count > 0)
     assert zero_modes(slabs, element) == count
     assert all(np.all(field.gains[modes.rates == 0] == 0) for field in modes.fields)
 
 
-def test_charge_from_a_floating_body_goes_back_to_it():
-    """The body's capacitor makes a zero pole with the film, but here the charge came from the body."""
-    body = replace(BODY, charge=-1e-5 * AREA)
-    modes = stack_modes([charged(FILM, 1e-5), SKIN], area=AREA, element=body)
+def test_charge_and_a_floating_body():
+    """In the end charge on the film has two paths to ground: through the film, and over the skin through the body.
+
+    Where it came from the body it goes back to it. Without charge on the layers, the body's charge is on its own capacitor
+    and on the stack, in parallel to ground.
+    """
+    charge, film, body = 1e-5, FILM.thickness / (EPS0 * FILM.debye.high), AREA * BODY.elastance
+    modes = modes_of(charged(FILM, charge), SKIN, element=BODY)
+    kept = [field.free[modes.rates == 0].sum() for field in modes.fields]
+    assert kept[0] * FILM.thickness == pytest.approx(-charge * film * body / (film + body), rel=1e-12)
+    assert abs(kept[1]) < ROUNDING * abs(kept[0])  # the skin conducts
+
+    modes = modes_of(charged(FILM, charge), SKIN, element=replace(BODY, charge=-charge * AREA))
     assert np.count_nonzero(modes.rates == 0) == 1
     for field in modes.fields:
         assert np.abs(field.free[modes.rates == 0].sum()) < ROUNDING * np.max(np.abs(field.free))
         assert np.max(np.abs(field.free)) > 0
 
-
-def test_a_charged_body_holds_a_voltage_over_both_its_capacitors():
-    """Without charge on the layers, the body's charge is on its own capacitor and on the stack, in parallel to ground."""
-    charge, slabs = 2e-9, [FILM, SKIN]
-    modes = stack_modes(slabs, area=AREA, element=replace(BODY, charge=charge))
+    slabs = [FILM, SKIN]
+    modes = modes_of(*slabs, element=replace(BODY, charge=2e-9))
     lengths = sum(slab.thickness / slab.debye.high for slab in slabs)
-    body = charge / (1 / BODY.elastance + EPS0 * AREA / lengths)
     across = sum(field.free.sum() * slab.thickness for field, slab in zip(modes.fields, slabs, strict=True))
-    assert across == pytest.approx(-body, rel=1e-12)
+    assert across == pytest.approx(-2e-9 / (1 / BODY.elastance + EPS0 * AREA / lengths), rel=1e-12)
 
 
 @pytest.mark.parametrize("second", [0.0, 0.5])
 @pytest.mark.parametrize("body", [0.0, 2e-9])
 def test_no_current_flows_at_first(body, second):
     """The plate's image of all charges, that of the body among them, is such that the voltages of all parts add up to 0."""
-    element = replace(BODY, charge=body)
-    modes = stack_modes([charged(FILM, 1e-5), SKIN], area=AREA, element=element, second=second)
+    modes = modes_of(charged(FILM, 1e-5), SKIN, element=replace(BODY, charge=body), second=second)
     current = modes.current_density.free
     assert np.abs(current.sum()) < 1e-12 * np.abs(current).sum()
 
 
 def test_charge_in_one_of_two_contacts_relaxes_through_the_layer_it_is_on():
     """A second contact of the same size has the same poles: the difference of both decays with the rate of a layer alone."""
-    layer = Slab(1e-4, DebyeSum(10.0), 1e-8)
-    slabs = [charged(FILM, 1e-6), layer]
-    modes = stack_modes(slabs, area=AREA, element=SeriesElement(resistance=1e4), second=1.0)
-    own = layer.conductivity / (EPS0 * layer.debye.high)
-    s = 2j * np.pi * FREQUENCY
-    film, skin = impedance(FILM), impedance(layer)
-    current = -(modes.charges[0] * film + modes.charges[1] * skin) / (
-        2 * (film + skin) + AREA * SeriesElement(resistance=1e4).impedance(FREQUENCY)
-    )
-    for place, drop in enumerate((film, skin)):
-        field = modes.fields[place]
-        free = np.sum(field.free / (s[:, None] + modes.rates), axis=1)
+    slabs = [charged(FILM, 1e-6), EQUAL]
+    modes = modes_of(*slabs, element=KILOOHMS, second=1.0)
+    drops = [impedance(slab) for slab in slabs]
+    around = 2 * sum(drops) + AREA * KILOOHMS.impedance(FREQUENCY)
+    current = -(modes.charges[0] * drops[0] + modes.charges[1] * drops[1]) / around
+    for place, drop in enumerate(drops):
         expected = drop * (modes.charges[place] + current) / slabs[place].thickness
-        assert np.max(np.abs(free - expected)) < 1e-11 * np.max(np.abs(expected))
-    alone = modes.fields[1].free[np.isclose(modes.rates, own, rtol=1e-13)]
-    assert alone == pytest.approx([modes.charges[1] / 2 / (EPS0 * layer.debye.high)], rel=1e-12)
-
-
-def test_charge_on_the_film_shares_its_lines_with_a_neutral_floating_body():
-    """In the end the charge has two paths to ground: through the film, and over the skin through the body."""
-    charge = 1e-5
-    modes = stack_modes([charged(FILM, charge), SKIN], area=AREA, element=BODY)
-    film, body = FILM.thickness / (EPS0 * FILM.debye.high), AREA * BODY.elastance
-    kept = [field.free[modes.rates == 0].sum() for field in modes.fields]
-    assert kept[0] * FILM.thickness == pytest.approx(-charge * film * body / (film + body), rel=1e-12)
-    assert abs(kept[1]) < ROUNDING * abs(kept[0])  # the skin conducts
+        assert np.max(np.abs(free_over_frequency(modes, place) - expected)) < 1e-11 * np.max(np.abs(expected))
+    alone = modes.fields[1].free[np.isclose(modes.rates, OWN, rtol=1e-13)]
+    assert alone == pytest.approx([modes.charges[1] / 2 / (EPS0 * EQUAL.debye.high)], rel=1e-12)
 
 
 def test_gauss_at_the_charge():
     """The displacement, conducted charge included, jumps by the charge: at first and for ever after."""
     slabs = [charged(FILM, 2e-5), charged(GAP, -1e-5), SKIN]
-    modes = stack_modes(slabs, area=AREA, element=SeriesElement(resistance=1e4))
+    modes = modes_of(*slabs, element=KILOOHMS)
     time = np.concatenate([[0.0], np.geomspace(1e-9, 10, 60)])
     decays = np.exp(-np.outer(time, modes.rates))
     fields = np.array([decays @ field.free for field in modes.fields])
     bound = np.array([decays @ displacement.free for displacement in modes.displacements])
     assert np.max(np.abs(bound[1] - bound[0] - 2e-5)) < ROUNDING * 2e-5  # film and gap do not conduct
     with np.errstate(invalid="ignore", divide="ignore"):
-        spent = np.where(
-            modes.rates > 0, -np.expm1(-np.outer(time, modes.rates)) / modes.rates, time[:, None]
-        )
+        decayed = -np.expm1(-np.outer(time, modes.rates)) / modes.rates
+    spent = np.where(modes.rates > 0, decayed, time[:, None])
     conducted = SKIN.conductivity * spent @ modes.fields[2].free
     assert np.max(np.abs(bound[2] + conducted - bound[1] + 1e-5)) < ROUNDING * 2e-5
     # no drive: the layers hold what the resistance does not
@@ -246,30 +224,26 @@ def test_gauss_at_the_charge():
     assert np.max(np.abs(across)) > 0.1  # it compares something
 
 
-def test_charge_relaxes_as_the_drive_would_have_it():
+@pytest.mark.parametrize("placed", [0, 1])
+def test_charge_relaxes_as_the_drive_would_have_it(placed):
     """By reciprocity: charge on an interface gives a layer what a drive gives it there, layer by layer."""
-    for placed in (0, 1):
-        slabs = [charged(s, 1e-6 * (k == placed)) for k, s in enumerate([FILM, GAP, SKIN])]
-        modes = stack_modes(slabs, area=AREA, element=SeriesElement(resistance=1e4))
-        quiet = stack_modes([FILM, GAP, SKIN], area=AREA, element=SeriesElement(resistance=1e4))
-        s = 2j * np.pi * FREQUENCY
-        drops = np.array([impedance(slab) for slab in slabs])
-        for k, slab in enumerate(slabs):
-            free = np.sum(modes.fields[k].free / (s[:, None] + modes.rates), axis=1) * slab.thickness
-            share = [quiet.fields[j].at(FREQUENCY) * slabs[j].thickness for j in range(3)]
-            expected = 1e-6 * drops[k] * ((k > placed) - sum(share[placed + 1 :]))
-            lengths = [each.thickness / each.debye.high for each in slabs]
-            image = -1e-6 * sum(lengths[placed + 1 :]) / sum(lengths)  # on the plate, before time 0
-            expected = expected + image * drops[k] * (1 - sum(share))
-            # towards zero frequency the modes of the film and the gap cancel down to what the skin conducts
-            assert np.max(np.abs(free - expected)) < 1e-9 * np.max(np.abs(expected))
+    quiet = [FILM, GAP, SKIN]
+    modes = modes_of(*[charged(s, 1e-6 * (k == placed)) for k, s in enumerate(quiet)], element=KILOOHMS)
+    driven = modes_of(*quiet, element=KILOOHMS)
+    share = [field.at(FREQUENCY) * s.thickness for field, s in zip(driven.fields, quiet, strict=True)]
+    lengths = [each.thickness / each.debye.high for each in quiet]
+    image = -sum(lengths[placed + 1 :]) / sum(lengths)  # on the plate, before time 0
+    for k, slab in enumerate(quiet):
+        expected = (k > placed) - sum(share[placed + 1 :]) + image * (1 - sum(share))
+        expected = 1e-6 * impedance(slab) * expected
+        free = free_over_frequency(modes, k) * slab.thickness
+        # towards zero frequency the modes of the film and the gap cancel down to what the skin conducts
+        assert np.max(np.abs(free - expected)) < 1e-9 * np.max(np.abs(expected))
 
 
 def test_large_and_small_rates_live_together():
     """A gap full of sweat (0.7 ns) and a skin that relaxes in seconds: the slow rate keeps all its digits."""
-    wet = Slab(5e-6, DebyeSum(80.0), 1.0)
-    slow = Slab(200e-6, DebyeSum(1560.0), 1e-12)
-    modes = stack_modes([FILM, wet, slow], area=AREA, element=SeriesElement())
+    modes = modes_of(FILM, Slab(5e-6, DebyeSum(80.0), 1.0), Slab(200e-6, DebyeSum(1560.0), 1e-12))
     K, k = 90e-6 / (EPS0 * 3.35), 200e-6 / (EPS0 * 1560)
     # without the wet gap, whose share is 1e-12 of it: one capacitor and one leaky one
     alone = 1e-12 / (EPS0 * 1560) * K / (K + k)
