@@ -11,7 +11,6 @@ from electrovib import load
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.population.response import some_of
-from electrovib.solve.stack.expand import current_section
 from electrovib.solve.stack.modes import Slab, blocked, slots, stack_modes
 from electrovib.solve.stack.section import field_in_gap, modal_section
 from electrovib.solve.stack.transfer import (
@@ -199,49 +198,14 @@ def test_nodes_of_a_column_are_beside_those_that_all_cases_share():
     assert blocked(np.array([[0.0, 0.0], [0.0, 3.0]])).tolist() == [True, False]
 
 
-def layer_of(layer, slab):
-    """Return a layer of a scenario with the numbers of another."""
-    material = layer.material.model_copy(update={"conductivity": slab.conductivity})
-    changes = {"thickness": slab.thickness, "material": material, "initial_charge": slab.charge}
-    return layer.model_copy(update=changes)
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_sections_with_columns_are_those_of_each_case(seed):
-    """Per ampere and per volt."""
-    draws, layers = Draws(seed), load("vezzoli_2014/fig6_gap").stack.layers
-    around = {"area": draws.number(1e-5, 3e-4)}
-    slabs = {name: draws.slab() for name in layers}
-    slabs["stratum_corneum"] = replace(slabs["stratum_corneum"], charge=0.0)
-    around = draws.surroundings() | around
-
-    def sections(case=None):
-        some = {name: slab if case is None else of_case(slab, case) for name, slab in slabs.items()}
-        own = around if case is None else {name: of_case(each, case) for name, each in around.items()}
-        given = {name: layer_of(layers[name], slab) for name, slab in some.items()}
-        debye = {name: slab.debye for name, slab in some.items()}
-        return current_section(given, debye, area=own["area"]), modal_section(given, debye, **own)
-
-    together, per_volt = sections()
-    for case in range(CASES):
-        alone, volt = sections(case)
-        for name in layers:
-            assert_same(together[name].field, alone[name].field, case)
-            assert_same(together[name].displacement, alone[name].displacement, case)
-        assert_same(together.voltage, alone.voltage, case)
-        assert_same(together.current_density, alone.current_density, case)
-        assert_same(per_volt.voltage, volt.voltage, case)
-        assert_same(per_volt.interface_displacement, volt.interface_displacement, case)
-
-
 def film_and_skin(film, skin, charge=0.0):
     """Return the layers of a scenario without a gap, with other conductivities."""
     found = {}
-    for (name, layer), conductivity in zip(
-        load("vezzoli_2014/fig6").stack.layers.items(), (film, skin), strict=True
-    ):
+    layers = load("vezzoli_2014/fig6").stack.layers
+    for (name, layer), conductivity in zip(layers.items(), (film, skin), strict=True):
+        material = layer.material.model_copy(update={"conductivity": conductivity})
         on_face = charge if name == "insulator" else 0.0
-        found[name] = layer_of(layer, Slab(layer.thickness, DebyeSum(1.0), conductivity, on_face))
+        found[name] = layer.model_copy(update={"material": material, "initial_charge": on_face})
     return found, {name: layer.material.debye() for name, layer in found.items()}
 
 
@@ -284,86 +248,74 @@ def test_a_filter_stays_clear_of_the_modes_of_every_case():
     assert np.min(np.abs(other.inverse_root_thickness(names).rates[:, np.newaxis] / one[[0, -1]] - 1)) > 1e-6
 
 
-def random_transfer(seed, count=3, *, static=False, is_filter=False, shared=False):
-    """Return a transfer function of columns, and that of each case."""
+def random_transfer(seed, count=3, *, static=False, shared=False):
+    """Return a transfer function of columns, or one that all cases share."""
     random = np.random.default_rng(seed)
     lead = () if shared else (CASES,)
     rates, gains = 10 ** random.uniform(-2, 6, (*lead, count)), random.normal(size=(*lead, count))
-    free = np.zeros(count) if is_filter else random.normal(size=(*lead, count))
-    one = 1 if shared else (CASES, 1)
-    direct, slope = random.normal(size=one), random.normal(size=one) * (0.0 if is_filter else 1e-9)
+    direct, slope = random.normal(size=(2, CASES, 1))
     if shared:
-        direct, slope = float(direct[0]), float(slope[0])
+        direct, slope = float(direct[0, 0]), float(slope[0, 0])
     level = direct + gains.sum(axis=-1, keepdims=not shared) if static else None
-    whole = Transfer(rates=rates, gains=gains, direct=direct, slope=slope, free=free, static=level)
-    return whole, [transfer_of(whole, case) for case in range(CASES)]
+    free = random.normal(size=(*lead, count))
+    return Transfer(rates=rates, gains=gains, direct=direct, slope=1e-9 * slope, free=free, static=level)
+
+
+def as_filter(transfer):
+    return replace(transfer, free=np.zeros(transfer.rates.shape[-1]), slope=0.0)
 
 
 FACTOR = column(2.0, -3.0, 0.5, 7.0)
-over_static = pytest.mark.parametrize("static", [False, True])
-over_shared = pytest.mark.parametrize("shared", [False, True])
 
 
-@over_static
-@over_shared
-def test_sums_and_multiples_with_columns(shared, static):
-    one, ones = random_transfer(1, static=static)
-    other, others = random_transfer(2, shared=shared)
-    for case in range(CASES):
-        factor = float(FACTOR[case, 0])
-        mine, its = ones[case], others[case]
-        for found, expected in (
-            (one + other, mine + its),
-            (one - other, mine - its),
-            (other - one, its - mine),
-            (one + one * FACTOR, mine + mine * factor),
-            (FACTOR * one, factor * mine),
-            (one / FACTOR, mine * (1 / factor)),
-            (other * FACTOR, its * factor),
-            (-one, mine * -1.0),
-        ):
+def operations(one, other, factor):
+    """Return what can be made of two transfer functions and a number."""
+    still, gain, integral = replace(one, slope=0.0), as_filter(other), integrated(one, start=factor)
+    return {
+        "sum": one + other,
+        "difference": one - other,
+        "other way round": other - one,
+        "modes in common": one + one * factor,
+        "multiple": factor * one,
+        "multiple of the other": other * factor,
+        "share": one / factor,
+        "negative": -one,
+        "product": still * gain,
+        "product, filter first": gain * still,
+        "integral": integral,
+        "without integrators": without_integrators(integral),
+    }
+
+
+@pytest.mark.parametrize("static", [False, True])
+@pytest.mark.parametrize("shared", [False, True])
+@pytest.mark.parametrize("operation", operations(random_transfer(1), random_transfer(2), FACTOR))
+def test_operations_on_columns_are_those_on_each_case(operation, shared, static):
+    one = random_transfer(1, static=static)
+    for count in (0, 3):
+        other = random_transfer(2, count, shared=shared)
+        found = operations(one, other, FACTOR)[operation]
+        for case in range(CASES):
+            its = other if shared else transfer_of(other, case)
+            expected = operations(transfer_of(one, case), its, float(FACTOR[case, 0]))[operation]
             assert_same(found, expected, case)
-        assert of_case((one + other).at_rest(), case) == pytest.approx((mine + its).at_rest(), rel=SAME)
-    assert (one + one * FACTOR).rates is one.rates  # modes in common stay common
+            assert of_case(found.at_rest(), case) == pytest.approx(expected.at_rest(), rel=1e-10)
+
+
+def test_modes_in_common_stay_common_and_an_integral_has_its_own():
+    one, start = random_transfer(6), column(0.0, 1.0, -2.0, 3.0)
+    assert (one + one * FACTOR).rates is one.rates
     found = some_of({"first": one, "second": one * FACTOR}, slice(1, 3))
     assert found["first"].rates is found["second"].rates
     assert np.array_equal(found["first"].rates, one.rates[1:3])
     assert np.array_equal(found["second"].direct, one.direct[1:3] * FACTOR[1:3])
-
-
-@over_static
-@over_shared
-def test_products_with_columns(shared, static):
-    signal, signals = random_transfer(3, static=static)
-    signal = replace(signal, slope=0.0)
-    for count in (0, 2):
-        gain, gains = random_transfer(4, count, is_filter=True, shared=shared)
-        for case in range(CASES):
-            mine = replace(signals[case], slope=0.0)
-            expected = mine.at(FREQUENCY) * gains[case].at(FREQUENCY)
-            for product in (signal * gain, gain * signal):
-                values = row(product.at(FREQUENCY), case)
-                assert np.max(np.abs(values - expected)) < SAME * np.max(np.abs(expected))
-                assert_same(product, gains[case] * mine, case)
-                level = of_case(product.at_rest(), case)
-                assert level == pytest.approx(mine.at_rest() * gains[case].at_rest(), rel=1e-10)
-
-
-@over_static
-def test_integrals_with_columns(static):
-    one, ones = random_transfer(5, static=static)
-    start = column(0.0, 1.0, -2.0, 3.0)
-    found = integrated(one, start=start)
-    weight = integral_weight(found)
+    integral = integrated(one, start=start)
+    assert np.count_nonzero(integral.rates[0] == INTEGRATING) == 1
+    assert np.allclose(integral_weight(integral), one.at_rest(), rtol=SAME, atol=0)
     for case in range(CASES):
-        expected = integrated(ones[case], start=float(start[case, 0]))
-        values = ones[case].at(FREQUENCY) / (2j * np.pi * FREQUENCY)
-        assert np.max(np.abs(found.at(FREQUENCY)[case] / values - 1)) < 1e-9
-        assert_same(found, expected, case)
-        assert weight[case, 0] == pytest.approx(ones[case].at_rest(), rel=SAME)
-        assert_same(without_integrators(found), without_integrators(expected), case)
-        assert free_in_time(found, case)[0] == pytest.approx(float(start[case, 0]), abs=1e-12)
-    assert np.count_nonzero(found.rates[0] == INTEGRATING) == 1
+        assert free_in_time(integral, case)[0] == pytest.approx(float(start[case, 0]), abs=1e-12)
+        values = transfer_of(one, case).at(FREQUENCY) / (2j * np.pi * FREQUENCY)
+        assert np.max(np.abs(integral.at(FREQUENCY)[case] / values - 1)) < 1e-9
 
 
 def test_modes_that_cancel_or_are_not_driven_in_one_case_respond_in_the_others():

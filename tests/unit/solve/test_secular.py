@@ -7,8 +7,6 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from electrovib.core.errors import InputError
 from electrovib.scenario import load
@@ -40,7 +38,7 @@ def brackets_root(case, origin, offset, tolerance=TOLERANCE):
 
 def check(case) -> Roots:
     """Compare every number of the answer with long arithmetic on the same inputs."""
-    nodes, _, constant = case
+    nodes, weights, constant = case
     roots = secular_roots(*case[:2], constant=case[2])
     count = len(nodes) - (constant == 0)
     assert roots.values.shape == roots.origin.shape == roots.offset.shape == roots.slope.shape == (count,)
@@ -60,6 +58,10 @@ def check(case) -> Roots:
             )
             value = mpmath.mpf(float(nodes[origin])) + mpmath.mpf(float(offset))
             assert abs(roots.values[row] / value - 1) < 1e-15  # a single rounding
+        if constant > 0:  # -1/f has residues 1/slope at the roots, which add up to those at infinity
+            expected = mpmath.fsum(float(w) for w in weights) / mpmath.mpf(constant) ** 2
+            total = mpmath.fsum(1 / mpmath.mpf(float(slope)) for slope in roots.slope)
+            assert abs(total / expected - 1) < TOLERANCE
     assert_interlacing(roots, nodes)
     return roots
 
@@ -144,31 +146,6 @@ def test_balance_decides_on_which_side_of_the_middle():
     assert roots.values[1] == pytest.approx(1.5, rel=1e-15)  # symmetric
 
 
-@st.composite
-def cases(draw):
-    size = draw(st.integers(1, 6))
-    simple = st.integers(0, 40).map(float)
-    spread = st.floats(-12, 16).map(lambda power: 10.0**power)
-    nodes = distinct(draw(st.lists(simple | spread, min_size=size, max_size=size)))
-    weight = st.floats(-40, 40).map(lambda power: 10.0**power) | st.sampled_from([1.0, 2.0, 1e-40, 1e-20])
-    weights = np.array(draw(st.lists(weight, min_size=nodes.size, max_size=nodes.size)))
-    return nodes, weights, draw(st.sampled_from([0.0, 1.0, 0.5]) | weight)
-
-
-@settings(deadline=None, max_examples=80)
-@given(cases())
-def test_any_set(case):
-    """Also, -1/f has residues 1/slope at the roots; with c > 0 these add up to sum(w)/c**2."""
-    roots, (_, weights, constant) = check(case), case
-    if constant == 0:
-        return
-    with mpmath.workdps(DIGITS):
-        expected = mpmath.fsum(float(w) for w in weights) / mpmath.mpf(constant) ** 2
-        total = mpmath.fsum(1 / mpmath.mpf(float(slope)) for slope in roots.slope)
-        assert abs(total / expected - 1) < TOLERANCE
-        assert abs(total * (1 + 3 * TOLERANCE) / expected - 1) > TOLERANCE
-
-
 @pytest.mark.parametrize("node", [0.0, 1e-12, 3.0, 1e16])
 def test_one_node(node):
     roots = secular_roots([node], [3.0], constant=7.0)
@@ -176,17 +153,6 @@ def test_one_node(node):
     assert roots.values[0] == node + roots.offset[0]
     assert roots.slope == pytest.approx([49 / 3], rel=2e-15)
     assert secular_roots([node], [3.0], constant=0.0).differences().shape == (0, 1)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_eigenvalues_of_a_rank_one_update(seed):
-    """diag(nodes) + z z' has these roots with weights z**2; eigh is accurate to the largest only."""
-    random = np.random.default_rng(seed)
-    nodes, vector = np.sort(random.uniform(1, 10, 12)), random.uniform(0.2, 2, 12)
-    expected = np.linalg.eigvalsh(np.diag(nodes) + np.outer(vector, vector))
-    roots = secular_roots(nodes, vector**2, constant=1.0)
-    assert roots.values == pytest.approx(expected, rel=1e-13)
-    assert roots.values * (1 + 1e-12) != pytest.approx(expected, rel=1e-13)
 
 
 def test_root_closer_than_rounding_keeps_its_offset():
@@ -259,46 +225,8 @@ def test_a_stack_beyond_reach_is_told_in_a_sentence():
 @pytest.mark.parametrize("constant", [0.0, 3e-9, 1.0, 2e7])
 @pytest.mark.parametrize("weights", [(1.0, 1e9), (1e9, 1.0), (2.0, 3.0), (1e-3, 5e6)])
 @pytest.mark.parametrize("nodes", [(0.0, 1e6), (1e3, 1e3 + 1e-6), (1e-5, 7.0)])
-def test_two_poles_agree_with_long_arithmetic(nodes, weights, constant):
-    roots = secular_roots(nodes, weights, constant=constant)
-    with mpmath.workdps(DIGITS):
-        (below, above), (first, last) = map(mpmath.mpf, weights), map(mpmath.mpf, nodes)
-        gap, level = last - first, mpmath.mpf(constant)
-        wanted = [gap * below / (below + above)]
-        if constant:  # level y^2 - (level gap + below + above) y + below gap = 0, y from the lower pole
-            middle = level * gap + below + above
-            root = mpmath.sqrt(middle**2 - 4 * level * below * gap)
-            wanted = [(middle - root) / (2 * level), (middle + root) / (2 * level)]
-        assert len(roots.values) == len(wanted)
-        for apart, exact, slope in zip(roots.differences(), wanted, roots.slope, strict=True):
-            for found, distance in zip(apart.tolist(), (exact, exact - gap), strict=True):
-                assert abs(found / distance - 1) < TOLERANCE
-            assert abs(float(slope) / (below / exact**2 + above / (exact - gap) ** 2) - 1) < TOLERANCE
-
-
-def columns_of(kind, random, fingers, count):
-    """Nodes, weights and constants of fingers, from easy to badly scaled."""
-    constant = 10 ** random.uniform(-10, 10, fingers)
-    if kind == "skin":
-        nodes = 10 ** (np.linspace(0, 5, count) + random.normal(0, 0.2, (fingers, count)))
-        weights = nodes * random.lognormal(0, 1, (fingers, count))
-        constant = np.where(random.random(fingers) < 0.5, 0.0, random.lognormal(0, 2, fingers))
-    elif kind == "wide":
-        nodes = 10 ** random.uniform(-12, 15, (fingers, count))
-        weights = 10 ** random.uniform(-10, 10, (fingers, count))
-    elif kind == "clusters":
-        centre = 10 ** random.uniform(-3, 9, (fingers, 1 + count // 4))
-        chosen = random.integers(0, centre.shape[1], (fingers, count))
-        apart = 1 + 1e-12 * random.integers(1, 10**6, (fingers, count))
-        nodes = np.take_along_axis(centre, chosen, 1) * apart
-        weights = 10 ** random.uniform(-3, 3, (fingers, count))
-    else:
-        nodes = np.arange(count) + np.zeros((fingers, 1))
-        weights = 10 ** random.uniform(-40, 40, (fingers, count))
-        constant = 10 ** random.uniform(-40, 40, fingers)
-    nodes = np.sort(nodes, axis=1)
-    apart = (np.diff(nodes, axis=1) > 1e-15 * nodes[:, 1:]).all(axis=1)
-    return nodes[apart], weights[apart], constant[apart]
+def test_two_poles(nodes, weights, constant):
+    check((np.array(nodes), np.array(weights), constant))
 
 
 def assert_those_of_each(nodes, weights, constant):
@@ -322,14 +250,15 @@ def assert_those_of_each(nodes, weights, constant):
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 12])
-@pytest.mark.parametrize("kind", ["skin", "wide", "clusters", "weights"])
-def test_roots_of_many_cases_are_those_of_each(kind, count):
+@pytest.mark.parametrize("decades", [1, 10, 40])
+def test_roots_of_many_cases_are_those_of_each(decades, count):
     random = np.random.default_rng(count)
-    nodes, weights, constant = columns_of(kind, random, 60, count)
+    drawn = [distinct(hard_nodes(random, count)) for _ in range(80)]
+    nodes = np.array([random.permutation(each) for each in drawn if len(each) == count])
+    weights = 10.0 ** random.uniform(-decades, decades, nodes.shape)
+    constant = 10.0 ** random.uniform(-decades, decades, len(nodes)) * (random.random(len(nodes)) < 0.7)
     assert len(nodes) > 20
     found = assert_those_of_each(nodes, weights, constant)
-    order = random.permutation(count)
-    assert_those_of_each(nodes[:20, order], weights[:20, order], constant[:20])
     with np.errstate(divide="ignore"):
         for part in (slice(0, 1), slice(7, 20)):  # whatever the company
             some = secular_roots(nodes[part], weights[part], constant=constant[part, None])
