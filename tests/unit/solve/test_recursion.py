@@ -177,7 +177,7 @@ def records(draw):
     return poles, gains, rng.normal(size=outputs), starts, ends, steps if many else step, state
 
 
-@settings(deadline=None, max_examples=90)
+@settings(deadline=None, max_examples=60)
 @given(records(), st.floats(0.01, 0.99))
 def test_fast_way_equals_the_loop_in_one_part_or_two(record, share):
     """Relaxing modes are also pairs without an imaginary part."""
@@ -205,22 +205,9 @@ def test_fast_way_equals_the_loop_in_one_part_or_two(record, share):
     assert_those_of_the_loop(np.concatenate([outputs[0][:, :-1], outputs[1]], axis=1), state)
 
 
-@pytest.mark.parametrize(("way", "kind"), [(march, "even"), (march, "uneven"), (march_loop, "even")])
-def test_slow_mode_does_not_drift(way, kind):
-    """Multiplying 1e5 times by the decay of z = -3.3e-8, rounded next to 1, would be off by 5e-12."""
-    pieces = 100_000
-    steps = 1.0 if kind == "even" else np.random.default_rng(5).choice([0.5, 1.5], pieces)
-    time = float(np.sum(np.broadcast_to(steps, (pieces,))))
-    nothing = np.zeros(pieces)
-    output, final = way([-3.3e-8, -1e6], [[1.0, 0.0]], [0.0], nothing, nothing, steps, [1.0, 1.0])
-    assert final[0] == pytest.approx(np.exp(-3.3e-8 * time), rel=SAME)
-    assert output[0, -1] == final[0]
-    assert abs(final[1]) < 1e-15
-
-
 @pytest.mark.parametrize("kind", ["even", "uneven"])
 def test_slow_modes_keep_their_digits_over_very_many_pieces(kind):
-    """The response to 1 V from rest is one exponential for each mode."""
+    """The response to 1 V from rest is one exponential for each mode: a decay rounded next to 1 would be off by 5e-12."""
     count, rates = 1_000_000, np.array([0.3, 0.7, 1.1, 13.0, 2e4, 4e4])
     steps = 1e-6 if kind == "even" else 1e-6 * (1 + np.random.default_rng(3).uniform(-0.2, 0.2, count))
     time = 1e-6 * np.arange(count + 1) if kind == "even" else np.append(0.0, np.cumsum(steps))

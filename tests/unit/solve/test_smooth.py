@@ -34,7 +34,7 @@ def state(rate, time):
         return float(inside * mpmath.exp(-rate * (mpmath.mpf(float(time)) - end)))
 
 
-@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("rate", RATES[1::2])
 def test_chirp(rate):
     time = np.array([0.0, 1.7e-3, 0.0634, 0.1, 0.105])
     found = smooth_states(CHIRP, np.array([rate]), time)[0]

@@ -66,10 +66,9 @@ def of_sine(amplitude, phase=0.0, frequency=100.0):
 
 
 OTHERS = {
-    "floating": (floating(), "circuit.return_path.capacitance"),
     "floating with a leak": (
-        floating(leak=1e8),
-        "circuit.return_path.leak circuit.return_path.resistance contact.area",
+        floating(leak=1e8, charge=1e-9),
+        "circuit.return_path.capacitance circuit.return_path.leak circuit.return_path.resistance contact.area",
     ),
     "floating and charged": (
         floating(charge=1e-9) | CHARGED,
@@ -94,14 +93,12 @@ OTHERS = {
         {"load.time_profile": {"model": "Press", "rise": 0.05}},
         "load.normal_force friction.coefficient",
     ),
-    "square": ({"drive": SQUARE}, "drive.high drive.low"),
     "square with an amplitude": ({"drive": SQUARE}, f"drive.amplitude {BETWEEN}"),
     "periodic square": ({"drive": SQUARE} | PERIODIC, f"drive.high drive.low {BETWEEN}"),
     "corners after the last output": (
         {"drive": SQUARE | {"frequency": 5.0}} | PERIODIC,
         f"drive.frequency {BETWEEN}",
     ),
-    "pulses": ({"drive": PULSES}, f"drive.high {FILM}"),
     "a sine and a step": (
         drives(of_sine(50.0, frequency=35.0), STEP),
         f"drive.drives.0.amplitude drive.drives.1.level {FILM}",
@@ -228,7 +225,6 @@ OVER_FREQUENCY = ("mean_force", "impedance", "field_gain", "permittivity")
     ("scenario", "free", "more"),
     [
         (GAP, f"{BETWEEN} stack.gap.material.conductivity contact.area", ()),
-        ("vezzoli_2014/fig6", f"{SKIN} stack.insulator.material.permittivity", ()),
         (
             "vezzoli_2014/fig7",
             f"{SKIN} drive.amplitude {MATERIAL}.permittivity {MATERIAL}.exponent {MATERIAL}.conductivity",
@@ -241,7 +237,6 @@ OVER_FREQUENCY = ("mean_force", "impedance", "field_gain", "permittivity")
             "stack.insulator.material.terms.0.broadening",
             (),
         ),
-        (SINE, f"drive.amplitude {FILM}", ()),
     ],
 )
 def test_signals_over_frequency_agree_with_one_by_one(fingers, scenario, free, more):
