@@ -1,7 +1,5 @@
 """Numbers as columns of cases: stacks and transfer functions are those of each case alone."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import numpy as np
@@ -11,7 +9,7 @@ from electrovib import load
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.population.response import some_of
-from electrovib.solve.stack.modes import Slab, blocked, slots, stack_modes
+from electrovib.solve.stack.modes import Slab, stack_modes
 from electrovib.solve.stack.section import field_in_gap, modal_section
 from electrovib.solve.stack.transfer import (
     INTEGRATING,
@@ -23,7 +21,6 @@ from electrovib.solve.stack.transfer import (
     without_integrators,
 )
 
-EPS0 = 8.8541878128e-12
 CASES = 4
 FREQUENCY = np.geomspace(1e-2, 1e8, 31)
 TIME = np.concatenate([[0.0], np.geomspace(1e-8, 10.0, 40)])
@@ -168,15 +165,6 @@ def test_rates_that_layers_have_in_common(around):
     assert_same_modes([FILM, replace(skin, charge=1e-6), gap], around)
 
 
-def test_a_second_contact_doubles_the_poles_of_every_layer():
-    """A charge in one contact relaxes with the own rate of its layer, which the drive does not excite."""
-    slabs = [replace(FILM, charge=1e-6), Slab(THICKNESS, DebyeSum(10.0), 1e-8)]
-    modes = stack_modes(slabs, **ALONE | {"second": 0.5})
-    own = 1e-8 / (EPS0 * 10)
-    assert np.count_nonzero(np.isclose(modes.rates[0], own, rtol=1e-12)) == 1
-    assert_same_modes(slabs, ALONE | {"second": column(0.5, 1.0, 2.0, 0.1)})
-
-
 def test_a_number_that_is_0_in_some_cases_is_refused():
     some = column(0.0, 1e-8, 1e-8, 1e-8)
     for slabs, element in (
@@ -185,17 +173,6 @@ def test_a_number_that_is_0_in_some_cases_is_refused():
     ):
         with pytest.raises(NotInArraysError, match="fewer modes"):
             stack_modes(slabs, **ALONE | {"element": element})
-
-
-def test_nodes_of_a_column_are_beside_those_that_all_cases_share():
-    moving = column(5.0, 1.0, 3.0, 7.0) * np.array([[0.0, 1.0, 2.0]])
-    nodes, places = slots([np.array([0.0, 2.0]), moving, np.array([2.0, 4.0])])
-    assert nodes.shape == (CASES, 5)
-    assert [each.tolist() for each in places] == [[0, 1], [0, 3, 4], [1, 2]]
-    for rates, where in zip([np.array([0.0, 2.0]), moving], places, strict=False):
-        assert np.array_equal(nodes[:, where], np.broadcast_to(rates, (CASES, len(where))))
-    assert blocked(moving).tolist() == [True, False, False]
-    assert blocked(np.array([[0.0, 0.0], [0.0, 3.0]])).tolist() == [True, False]
 
 
 def film_and_skin(film, skin, charge=0.0):

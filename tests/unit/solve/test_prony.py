@@ -1,7 +1,5 @@
 """Debye terms of polarisation spectra: accuracy, exactness, noise, refusals, passivity."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Roots of sums of poles against long arithmetic, closed forms and eigenvalues; those of many cases are those of each."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath
