@@ -1,4 +1,4 @@
-"""Numbers as columns of cases: stacks and transfer functions are those of each case alone."""
+"""Numbers as columns of cases: stacks are those of each case alone."""
 
 from dataclasses import fields, replace
 
@@ -8,18 +8,9 @@ import pytest
 from electrovib import load
 from electrovib.physics.circuit import SeriesElement
 from electrovib.physics.debye_sum import DebyeSum
-from electrovib.solve.population.response import some_of
 from electrovib.solve.stack.modes import Slab, stack_modes
 from electrovib.solve.stack.section import field_in_gap, modal_section
-from electrovib.solve.stack.transfer import (
-    INTEGRATING,
-    NotInArraysError,
-    Transfer,
-    integral_weight,
-    integrated,
-    resting,
-    without_integrators,
-)
+from electrovib.solve.stack.transfer import NotInArraysError
 
 CASES = 4
 FREQUENCY = np.geomspace(1e-2, 1e8, 31)
@@ -44,14 +35,6 @@ def of_case(value, case):
 def row(values, case):
     """Return the values of one case of an array, which may have no axis of cases."""
     return values[case] if values.ndim == 2 else values
-
-
-def transfer_of(whole, case):
-    """Return the transfer function of one case."""
-    rows = {name: row(getattr(whole, name), case) for name in ("rates", "gains", "free")}
-    return Transfer(
-        **rows, **{name: of_case(getattr(whole, name), case) for name in ("direct", "slope", "static")}
-    )
 
 
 def free_in_time(transfer, case=0):
@@ -223,87 +206,3 @@ def test_a_filter_stays_clear_of_the_modes_of_every_case():
     taken = np.array([[1e-3, 1e9], one[[0, -1]]])
     other = replace(section, modes=replace(section.modes, rates=taken), _roots={})
     assert np.min(np.abs(other.inverse_root_thickness(names).rates[:, np.newaxis] / one[[0, -1]] - 1)) > 1e-6
-
-
-def random_transfer(seed, count=3, *, static=False, shared=False):
-    """Return a transfer function of columns, or one that all cases share."""
-    random = np.random.default_rng(seed)
-    lead = () if shared else (CASES,)
-    rates, gains = 10 ** random.uniform(-2, 6, (*lead, count)), random.normal(size=(*lead, count))
-    direct, slope = random.normal(size=(2, CASES, 1))
-    if shared:
-        direct, slope = float(direct[0, 0]), float(slope[0, 0])
-    level = direct + gains.sum(axis=-1, keepdims=not shared) if static else None
-    free = random.normal(size=(*lead, count))
-    return Transfer(rates=rates, gains=gains, direct=direct, slope=1e-9 * slope, free=free, static=level)
-
-
-def as_filter(transfer):
-    return replace(transfer, free=np.zeros(transfer.rates.shape[-1]), slope=0.0)
-
-
-FACTOR = column(2.0, -3.0, 0.5, 7.0)
-
-
-def operations(one, other, factor):
-    """Return what can be made of two transfer functions and a number."""
-    still, gain, integral = replace(one, slope=0.0), as_filter(other), integrated(one, start=factor)
-    return {
-        "sum": one + other,
-        "difference": one - other,
-        "other way round": other - one,
-        "modes in common": one + one * factor,
-        "multiple": factor * one,
-        "multiple of the other": other * factor,
-        "share": one / factor,
-        "negative": -one,
-        "product": still * gain,
-        "product, filter first": gain * still,
-        "integral": integral,
-        "without integrators": without_integrators(integral),
-    }
-
-
-@pytest.mark.parametrize("static", [False, True])
-@pytest.mark.parametrize("shared", [False, True])
-@pytest.mark.parametrize("operation", operations(random_transfer(1), random_transfer(2), FACTOR))
-def test_operations_on_columns_are_those_on_each_case(operation, shared, static):
-    one = random_transfer(1, static=static)
-    for count in (0, 3):
-        other = random_transfer(2, count, shared=shared)
-        found = operations(one, other, FACTOR)[operation]
-        for case in range(CASES):
-            its = other if shared else transfer_of(other, case)
-            expected = operations(transfer_of(one, case), its, float(FACTOR[case, 0]))[operation]
-            assert_same(found, expected, case)
-            assert of_case(found.at_rest(), case) == pytest.approx(expected.at_rest(), rel=1e-10)
-
-
-def test_modes_in_common_stay_common_and_an_integral_has_its_own():
-    one, start = random_transfer(6), column(0.0, 1.0, -2.0, 3.0)
-    assert (one + one * FACTOR).rates is one.rates
-    found = some_of({"first": one, "second": one * FACTOR}, slice(1, 3))
-    assert found["first"].rates is found["second"].rates
-    assert np.array_equal(found["first"].rates, one.rates[1:3])
-    assert np.array_equal(found["second"].direct, one.direct[1:3] * FACTOR[1:3])
-    integral = integrated(one, start=start)
-    assert np.count_nonzero(integral.rates[0] == INTEGRATING) == 1
-    assert np.allclose(integral_weight(integral), one.at_rest(), rtol=SAME, atol=0)
-    for case in range(CASES):
-        assert free_in_time(integral, case)[0] == pytest.approx(float(start[case, 0]), abs=1e-12)
-        values = transfer_of(one, case).at(FREQUENCY) / (2j * np.pi * FREQUENCY)
-        assert np.max(np.abs(integral.at(FREQUENCY)[case] / values - 1)) < 1e-9
-
-
-def test_modes_that_cancel_or_are_not_driven_in_one_case_respond_in_the_others():
-    """What is rounding beside the modes of one case may be a response beside those of another."""
-    gains = np.array([[1.0, -1.0 + 1e-15], [1e-9, -1e-9 + 1e-15], [1.0, 2.0], [0.0, 0.0]])
-    whole = Transfer(rates=np.array([1.0, 2.0]), gains=gains)
-    found = resting(whole)
-    assert found[:, 0].tolist() == [resting(transfer_of(whole, case)) for case in range(CASES)]
-    assert found[0, 0] == 0
-    assert found[1, 0] == pytest.approx(1e-15, rel=1e-6)
-    gains = np.array([[0.0, 1.0], [2.0, 1.0], [3.0, 0.0], [4.0, 1.0]])
-    whole = Transfer(rates=np.array([3.0, 40.0]), gains=gains)
-    for case in range(CASES):
-        assert_same(whole, transfer_of(whole, case), case)
