@@ -1,6 +1,5 @@
 """The expansion of K^(-1/2) against its complex value, for the shipped skins and for random sums."""
 
-import mpmath
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -18,7 +17,7 @@ SKINS = {
     if hasattr(module, "skins")
     for name, skin in module.skins().items()
 }
-INSULATORS = {"film": (90e-6, 3.35), "coating": (1e-6, 3.9), "thin coating": (0.3e-6, 3.9)}
+INSULATORS = {"film": (90e-6, 3.35), "thin coating": (0.3e-6, 3.9)}
 
 
 def exact(slabs):
@@ -58,20 +57,6 @@ def test_tolerance_buys_nodes():
     assert counts == sorted(set(counts))
     for found, aimed in zip(errors, (1e-3, 1e-6, 1e-9), strict=True):
         assert 0.01 * aimed < found < 10 * aimed
-
-
-def test_against_long_arithmetic_between_the_cuts():
-    """At real s between two cuts the root is real too; the quadrature is compared with 40 digits there."""
-    slabs = [(90e-6, DebyeSum(3.35)), (200e-6, DebyeSum(20.0, (900.0, 80.0), (1e-2, 1e-5)))]
-    root = inverse_root_thickness(slabs)
-    for s in (0.0, 1.0, 300.0, 1e5, 1e9):
-        with mpmath.workdps(40):
-            thickness = mpmath.mpf(90e-6) / mpmath.mpf(3.35)
-            slow, fast = (1 + mpmath.mpf(s) * mpmath.mpf(time) for time in (1e-2, 1e-5))
-            permittivity = 20 + 900 / slow + 80 / fast
-            truth = float(1 / mpmath.sqrt(thickness + mpmath.mpf(200e-6) / permittivity))
-        found = root.direct + float(np.sum(root.gains * root.rates / (s + root.rates)))
-        assert found == pytest.approx(truth, rel=1e-12)
 
 
 def test_rates_keep_clear_of_those_of_the_other_factor():

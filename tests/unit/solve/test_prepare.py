@@ -31,7 +31,6 @@ def one_by_one(scenario, point, quantity):
     ("scenario", "paths", "quantity"),
     [
         (SINE, PATHS, MEAN),
-        ("vezzoli_2014/fig6", ("drive.high", SKIN), PEAK),
         ("kim_2015/current", ("drive.amplitude", AREA), PEAK),
         ("shultz_2018/sliding", (FILM,), MEAN),
         (SINE, ("friction.coefficient", "drive.amplitude"), "mean lateral_force"),

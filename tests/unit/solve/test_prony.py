@@ -13,14 +13,7 @@ from hypothesis import strategies as st
 from electrovib.core.errors import InputError
 from electrovib.physics.debye_sum import DebyeSum
 from electrovib.solve.stack import prony
-from electrovib.solve.stack.prony import (
-    Spectrum,
-    Terms,
-    fit_debye,
-    fit_debye_table,
-    nonnegative,
-    tidied,
-)
+from electrovib.solve.stack.prony import Spectrum, Terms, fit_debye, fit_debye_table, nonnegative, tidied
 
 SHIPPED = 1e-3
 """The target of the package; 3.2e-4 was measured on the worst of the shipped skins."""

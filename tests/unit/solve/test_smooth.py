@@ -1,4 +1,4 @@
-"""Marching of smooth drives against quadrature in long arithmetic."""
+"""Marching of smooth drives against closed forms and quadrature in long arithmetic; chirps are in test_transient."""
 
 import mpmath
 import numpy as np
@@ -13,35 +13,6 @@ AMPLITUDE, FIRST, LAST, LENGTH = 100.0, 10.0, 800.0, 0.1
 (CHIRP,) = read_model(Chirp, {"amplitude": AMPLITUDE, "first": FIRST, "last": LAST, "length": LENGTH}).parts()
 RATES = np.array([0.1, 30.0, 2e3, 5e4, 1e8])
 PRECISION = 1e-9  # demanded, of the amplitude; measured 3e-12
-
-
-def voltage(time):
-    phase = 2 * mpmath.pi * (FIRST * time + (LAST - FIRST) / LENGTH * time**2 / 2)
-    return AMPLITUDE * mpmath.sin(phase)
-
-
-def state(rate, time):
-    """Quadrature of rate exp(-rate (t - u)) v(u), over cycles of the chirp and decays of the mode."""
-    with mpmath.workdps(25):
-        rate, end = mpmath.mpf(float(rate)), mpmath.mpf(float(min(time, LENGTH)))
-        begin = max(mpmath.mpf(0), end - 60 / rate)
-        pieces = int(max(2, 1.3 * LAST * (end - begin), 60 * min(1, rate * (end - begin)) / 2)) + 1
-        inside = mpmath.quad(
-            lambda u: rate * mpmath.exp(-rate * (end - u)) * voltage(u),
-            mpmath.linspace(begin, end, pieces),
-            maxdegree=4,
-        )
-        return float(inside * mpmath.exp(-rate * (mpmath.mpf(float(time)) - end)))
-
-
-@pytest.mark.parametrize("rate", RATES[1::2])
-def test_chirp(rate):
-    time = np.array([0.0, 1.7e-3, 0.0634, 0.1, 0.105])
-    found = smooth_states(CHIRP, np.array([rate]), time)[0]
-    expected = np.array([state(rate, each) for each in time])
-    assert np.max(np.abs(found - expected)) < PRECISION * AMPLITUDE
-    assert np.max(np.abs(expected)) > 1e-4 * AMPLITUDE
-    assert found[0] == 0
 
 
 def test_times_asked_for_do_not_matter_and_modes_fade_after_the_end():

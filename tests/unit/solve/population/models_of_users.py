@@ -43,10 +43,7 @@ SHIPPED = {
     if kind.__module__.startswith("electrovib.")
 }
 COPIES = {key: own_copy(kind) for key, kind in SHIPPED.items()}
-ON = {
-    "Persson2018RoughGap": "persson_2018/coating",
-    "Vezzoli2014PerFrequency": "vezzoli_2014/fig7",
-}
+ON = {"Persson2018RoughGap": "persson_2018/coating", "Vezzoli2014PerFrequency": "vezzoli_2014/fig7"}
 WHERE = {Material: "stack.stratum_corneum.material", ForceLaw: "force", Friction: "friction"}
 SIGNALS = {Material: "electrostatic_force", ForceLaw: "electrostatic_force", Friction: "lateral_force"}
 

@@ -67,21 +67,6 @@ def test_the_lag_of_a_mode_behind_the_drive(kind):
     assert np.max(np.abs(found - expected)) <= SAME * np.max(np.abs(expected))
 
 
-def test_a_ramp_and_a_rest_in_closed_form():
-    """v = t to 1 s, then 1: s = residue (t - mean)/rate on the ramp, and an exponential after it."""
-    rate, residue = 3.0, 2.0
-    times = np.linspace(0, 2, 401)
-    found = first_order_hold_many([[rate]], [[residue]], [0.5], [[0.0]], np.minimum(times, 1), times)[0]
-
-    def ramp(t):
-        return residue / rate * (t + np.expm1(-rate * t) / rate)
-
-    level = residue / rate
-    after = level + (ramp(1.0) - level) * np.exp(-rate * (times - 1))
-    expected = 0.5 * np.minimum(times, 1) + np.where(times <= 1, ramp(times), after)
-    assert np.max(np.abs(found - expected)) < 1e-14
-
-
 def test_a_rate_of_zero_integrates_trapped_charge_stays_and_one_time_is_the_state():
     times = np.linspace(0, 1, 101)
     given = {"rates": [[0.0, 0.0]], "residues": [[2.0, 0.0]], "direct": [0.0], "state": [[0.0, 5.0]]}
