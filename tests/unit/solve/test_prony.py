@@ -178,39 +178,30 @@ def test_refuses_a_gain_that_shows_only_in_the_mean_of_neighbours_or_in_one_poin
         fit_debye_table(np.geomspace(1, 1e4, 21), values)
 
 
-FLAT = SPECTRA["Gabriel wet"]
+def fit_of(law=SPECTRA["Gabriel wet"], **changes):
+    return fit_debye(law, **BAND | changes)
 
 
 @pytest.mark.parametrize(
-    ("law", "changes", "message"),
+    ("call", "message"),
     [
-        (FLAT, {"low": 0.0}, "needs 0 < low < high"),
-        (FLAT, {"low": 1e6, "high": 1.0}, "needs 0 < low < high"),
-        (FLAT, {"terms": 0}, "terms = 0"),
-        (FLAT, {"terms": 60}, "terms = 60"),
-        (FLAT, {"slowest": 1e-9}, "slowest = 1e-09"),
-        (lambda f: np.full(f.shape, np.nan), {}, "is not finite"),
-        (lambda f: -2.0 + 0 * f, {}, "real part <= 0"),
-        (lambda f: np.ones(f.size + 1), {}, "one value for each frequency"),
+        (lambda: fit_of(low=0.0), "needs 0 < low < high"),
+        (lambda: fit_of(low=1e6, high=1.0), "needs 0 < low < high"),
+        (lambda: fit_of(terms=0), "terms = 0"),
+        (lambda: fit_of(terms=60), "terms = 60"),
+        (lambda: fit_of(slowest=1e-9), "slowest = 1e-09"),
+        (lambda: fit_of(lambda f: np.full(f.shape, np.nan)), "is not finite"),
+        (lambda: fit_of(lambda f: -2.0 + 0 * f), "real part <= 0"),
+        (lambda: fit_of(lambda f: np.ones(f.size + 1)), "one value for each frequency"),
+        (lambda: fit_debye_table([1.0, 2.0], [3.0, 3.0]), "at least 3"),
+        (lambda: fit_debye_table([1.0, 2.0, 3.0], [3.0, 3.0]), "equal length"),
+        (lambda: fit_debye_table([0.0, 2.0, 3.0], [3.0, 3.0, 3.0]), "above 0 Hz"),
+        (lambda: fit_debye_table([2.0, 2.0, 2.0], [3.0, 3.0, 3.0]), "needs 0 < low < high"),
     ],
 )
-def test_refuses_arguments_out_of_range_and_laws_that_are_no_dielectric(law, changes, message):
+def test_refuses_arguments_out_of_range_laws_that_are_no_dielectric_and_tables_that_are_none(call, message):
     with pytest.raises(InputError, match=message):
-        fit_debye(law, **BAND | changes)
-
-
-@pytest.mark.parametrize(
-    ("frequency", "values", "message"),
-    [
-        ([1.0, 2.0], [3.0, 3.0], "at least 3"),
-        ([1.0, 2.0, 3.0], [3.0, 3.0], "equal length"),
-        ([0.0, 2.0, 3.0], [3.0, 3.0, 3.0], "above 0 Hz"),
-        ([2.0, 2.0, 2.0], [3.0, 3.0, 3.0], "needs 0 < low < high"),
-    ],
-)
-def test_refuses_tables_that_are_none(frequency, values, message):
-    with pytest.raises(InputError, match=message):
-        fit_debye_table(frequency, values)
+        call()
 
 
 def test_survives_strengths_that_are_not_the_best_or_tiny(monkeypatch):

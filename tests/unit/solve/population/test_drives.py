@@ -10,7 +10,7 @@ from electrovib.physics.drive.base import Drive
 from electrovib.physics.drive.pieces import SLACK
 from electrovib.solve.population import population
 from electrovib.solve.population.arrays import _agree
-from electrovib.solve.population.response import excitation, respond, settled_state
+from electrovib.solve.population.response import excitation, respond
 from electrovib.solve.stack.transfer import NotInArraysError, Transfer, integrated
 
 SQUARE = {"model": "Square", "high": 100.0, "low": -50.0, "frequency": 60.0}
@@ -69,15 +69,6 @@ def test_corners_that_two_drives_share_up_to_rounding_are_one(fingers):
     fingers.assert_together(member, ["stack.gap.thickness"], ["current", "field"], time=time)
 
 
-def test_a_capacitor_alone_takes_a_current_in_proportion_to_the_slope():
-    time = np.array([0.0, 0.005, 0.01, 0.015, 0.025, 0.035, 0.05])
-    capacitor = Transfer(rates=NONE, gains=NONE, slope=np.array([[2e-9], [3e-9]]), static=0.0)
-    drive = excitation(drive_of(**TRAPEZIUM), time, settled=False)
-    found = respond({"current": capacitor}, [(1.0, drive)])["current"]
-    slopes = np.array([1e4, 1e4, 0.0, 0.0, -5e3, -5e3, 0.0])
-    assert np.allclose(found, np.array([[2e-9], [3e-9]]) * slopes, rtol=1e-12, atol=0)
-
-
 def test_a_burst_that_outlasts_the_outputs_is_a_sine_and_one_that_is_switched_within_is_none():
     time, burst = np.linspace(0.0, 0.02, 41), {"amplitude": 3.0, "frequency": 200.0}
     whole = drive_of("Burst", **burst, cycles=5)
@@ -87,37 +78,6 @@ def test_a_burst_that_outlasts_the_outputs_is_a_sine_and_one_that_is_switched_wi
     for delay, cycles in ((0.0, 2), (1e-3, 9)):
         with pytest.raises(NotInArraysError, match="switched within"):
             excitation(drive_of("Burst", **burst, cycles=cycles, delay=delay), time, settled=False)
-
-
-@pytest.mark.parametrize("offset", [0.0, 7.0])
-def test_a_settled_drive_has_its_mean_and_otherwise_its_integral(offset):
-    drive = drive_of("Square", high=30.0 + offset, low=-30.0 + offset, frequency=50.0)
-    found = excitation(drive, np.linspace(0.0, 0.04, 81), settled=True)
-    assert found.mean == pytest.approx(offset, rel=1e-14)
-    if not offset:  # a triangle of height 30 V times half a period
-        assert np.max(found.integral) == pytest.approx(30.0 * 0.01 / 2, rel=1e-12)
-        assert np.max(np.abs(np.diff(found.integral))) == pytest.approx(30.0 * 5e-4, rel=1e-9)
-    else:
-        assert not np.any(found.integral)
-    ((lengths, begins, ends),) = found.periods()
-    assert lengths.sum() == pytest.approx(0.02, rel=1e-14)
-    assert begins @ lengths == pytest.approx(offset * 0.02, abs=1e-12)
-    assert np.array_equal(begins, ends)
-
-
-def test_the_settled_state_is_that_after_many_periods():
-    """From rest, each period of a ramp and a rest adds what the decay over the period has left."""
-    rates, lengths = np.array([[0.3, 40.0, 900.0]]), np.array([0.01, 0.03])
-    begins, ends = np.array([0.0, 5.0]), np.array([5.0, 2.0])
-    state, steps = np.zeros(3), 2000
-    for _ in range(40):  # of 0.04 s: the slowest mode has decayed to 0.62, and its rest is added below
-        for length, begin, end in zip(lengths, begins, ends, strict=True):
-            h = length / steps
-            middles = begin + (end - begin) * (np.arange(steps) + 0.5) / steps
-            weights = np.exp(-np.outer(length - (np.arange(steps) + 0.5) * h, rates[0])) * h
-            state = np.exp(-rates[0] * length) * state + rates[0] * (middles @ weights)
-    decayed = np.exp(-rates[0] * 40 * lengths.sum())
-    assert np.allclose(settled_state(rates, lengths, begins, ends)[0], state / (1 - decayed), rtol=1e-5)
 
 
 def test_a_current_with_a_mean_has_no_periodic_state_in_arrays():

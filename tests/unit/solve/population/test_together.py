@@ -55,6 +55,7 @@ PULSES = {"model": "PulseTrain", "high": 40.0, "width": 2e-3, "frequency": 120.0
 STEP = {"model": "Step", "level": 20.0}
 HELD = {"circuit.source_resistance": 0.0, "circuit.return_path": {"model": "Grounded", "resistance": 0.0}}
 DEBYE = {"model": "Debye", "permittivity_high": 4.0, "strength": 1100.0, "relaxation_time": 1e-3}
+DEBYE |= {"conductivity": 1e-6}
 TERMS = [{"strength": 900.0, "relaxation_time": 2e-3}, {"strength": 300.0, "relaxation_time": 2e-5}]
 PRONY = {"model": "Prony", "permittivity_high": 50.0, "terms": TERMS, "conductivity": 0.0}
 SPOTS = {"model": "BridgedAir", "bridged_share": 0.01, "spot_conductivity": 1e-6}
@@ -65,51 +66,40 @@ def of_sine(amplitude, phase=0.0, frequency=100.0):
     return {"model": "Sine", "amplitude": amplitude, "phase": phase, "frequency": frequency}
 
 
+RETURN, CONTACT = "circuit.return_path", {"model": "SecondElectrode", "area": 5e-5}
+POWER = {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.2}
+PRESS = {"model": "Press", "rise": 0.05}
+FIRST, SECOND, THIRD = (f"drive.drives.{place}" for place in range(3))
 OTHERS = {
     "floating with a leak": (
         floating(leak=1e8, charge=1e-9),
-        "circuit.return_path.capacitance circuit.return_path.leak circuit.return_path.resistance contact.area",
+        f"{RETURN}.capacitance {RETURN}.leak {RETURN}.resistance contact.area",
     ),
     "floating and charged": (
         floating(charge=1e-9) | CHARGED,
-        f"circuit.return_path.charge stack.insulator.initial_charge {FILM} drive.high drive.low",
+        f"{RETURN}.charge stack.insulator.initial_charge {FILM} drive.high drive.low",
     ),
-    "second electrode": (
-        {"circuit.return_path": {"model": "SecondElectrode", "area": 5e-5}},
-        f"circuit.return_path.area {BETWEEN}",
-    ),
+    "second electrode": ({RETURN: CONTACT}, f"{RETURN}.area {BETWEEN}"),
     "without resistance": (HELD, f"drive.high {BETWEEN} {MATERIAL}.conductivity"),
-    "Debye": (
-        {MATERIAL: DEBYE | {"conductivity": 1e-6}},
-        " ".join(f"{MATERIAL}.{each}" for each in [*list(DEBYE)[1:], "conductivity"]),
-    ),
+    "Debye": ({MATERIAL: DEBYE}, " ".join(f"{MATERIAL}.{each}" for each in list(DEBYE)[1:])),
     "Prony": ({MATERIAL: PRONY}, f"{MATERIAL}.terms.0.strength {SKIN}"),
     "bridged air": ({"stack.gap.material": SPOTS}, f"stack.gap.material.spot_conductivity {BETWEEN}"),
-    "power law": (
-        {"friction": {"model": "PowerLaw", "coefficient": 0.6, "at_force": 1.0, "exponent": -0.2}},
-        "friction.coefficient friction.exponent load.normal_force",
-    ),
-    "pressed": (
-        {"load.time_profile": {"model": "Press", "rise": 0.05}},
-        "load.normal_force friction.coefficient",
-    ),
+    "power law": ({"friction": POWER}, "friction.coefficient friction.exponent load.normal_force"),
+    "pressed": ({"load.time_profile": PRESS}, "load.normal_force friction.coefficient"),
     "square with an amplitude": ({"drive": SQUARE}, f"drive.amplitude {BETWEEN}"),
     "periodic square": ({"drive": SQUARE} | PERIODIC, f"drive.high drive.low {BETWEEN}"),
     "corners after the last output": (
         {"drive": SQUARE | {"frequency": 5.0}} | PERIODIC,
         f"drive.frequency {BETWEEN}",
     ),
-    "a sine and a step": (
-        drives(of_sine(50.0, frequency=35.0), STEP),
-        f"drive.drives.0.amplitude drive.drives.1.level {FILM}",
-    ),
+    "sine and step": (drives(of_sine(50.0), STEP), f"{FIRST}.amplitude {SECOND}.level {FILM}"),
     "periodic square and pulses": (
         drives(SQUARE, PULSES) | PERIODIC,
-        f"drive.drives.0.high drive.drives.1.high {BETWEEN}",
+        f"{FIRST}.high {SECOND}.high {BETWEEN}",
     ),
     "periodic square, step and sine": (
         drives(SQUARE, STEP, of_sine(5.0, frequency=120.0)) | PERIODIC,
-        f"drive.drives.0.low drive.drives.1.level drive.drives.2.amplitude {BETWEEN}",
+        f"{FIRST}.low {SECOND}.level {THIRD}.amplitude {BETWEEN}",
     ),
     "edges of other lengths": ({}, f"drive.rise drive.hold drive.high {BETWEEN}"),
 }
@@ -400,7 +390,7 @@ def test_values_outside_their_range_are_refused_and_its_ends_are_within():
 
 
 def test_values_that_a_model_refuses_together_are_refused_for_the_finger_that_has_them():
-    material = DEBYE | {"model": "HavriliakNegami", "broadness": 0.8, "skewness": 0.6, "conductivity": 1e-6}
+    material = DEBYE | {"model": "HavriliakNegami", "broadness": 0.8, "skewness": 0.6}
     member, paths = ev.load("vezzoli_2014/fig6").replace({MATERIAL: material}), {}
     for name in ("broadness", "skewness"):
         paths[f"{MATERIAL}.{name}"] = quantity_at(member, f"{MATERIAL}.{name}")
